@@ -1,0 +1,151 @@
+// Threads, and what must not depend on them or on the order of bodies.
+#include <doctest/doctest.h>
+#include <pthread.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/parallel/team.hpp"
+#include "tests/cutcell_problems.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::laplace;
+using namespace lichtenberg::cutcell_problems;
+
+TEST_CASE("any number of threads gives the same bits") {
+  // 324 disks on 512 cells: grids of several bands of rows, and parts of the set-up, for every thread.
+  LaplaceProblem problem = crowd(324, 512, 8, 0.05);
+  problem.bodies.push_back({Ring{{256, 256}, 300}, 0});
+  bool in_groups = false;
+  SUBCASE("each disk alone") {}
+  SUBCASE("in twenty groups, thin conductors of coarse grids") { in_groups = true; }
+  if (in_groups) {
+    problem.groups.resize(21);
+    for (int k = 1; k <= 324; ++k) problem.bodies[k].group = 1 + k % 20;
+  }
+  const auto solve = [&](int threads) {
+    CutCellSolver solver({.cells = 512, .threads = threads});
+    std::vector<double> bits;
+    LaplaceProblem moving = problem;
+    for (int step = 0; step < 3; ++step) {
+      const LaplaceSolution solution = solver.solve(moving);
+      bits.insert(bits.end(), solution.group_potential.begin(), solution.group_potential.end());
+      bits.insert(bits.end(), solution.body_charge.begin(), solution.body_charge.end());
+      for (const Vec2 f : solution.body_force) bits.insert(bits.end(), {f.x, f.y});
+      bits.push_back(solution.work);
+      for (std::size_t k = 1; k < moving.bodies.size() - 1; ++k)
+        std::get<Disk>(moving.bodies[k].shape).centre += Vec2{0.01, 0.02};
+    }
+    const Field field = solver.field();
+    bits.insert(bits.end(), field.value.begin(), field.value.end());
+    return bits;
+  };
+  const std::vector<double> one = solve(1);
+  for (const int threads : {2, 3, 7}) CHECK((solve(threads) == one));
+}
+
+TEST_CASE("the order of bodies makes no difference, to first guesses either") {
+  LaplaceProblem problem = crowd(60, 256, 8, 0.5), turned = problem;
+  std::reverse(turned.bodies.begin(), turned.bodies.end());
+  const std::size_t bodies = problem.bodies.size();
+  CutCellSolver coarse(options(64, 1e-4)), solver(options(256, 1e-9)), coarse_turned(options(64, 1e-4)),
+      solver_turned(options(256, 1e-9));
+  bool follows = false;
+  SUBCASE("from the past") {}
+  SUBCASE("following a coarser grid") { follows = true; }
+  if (follows) {
+    solver.follow(coarse);
+    solver_turned.follow(coarse_turned);
+  }
+  for (int step = 0; step < 4; ++step) {
+    for (std::size_t k = 1; k < bodies; ++k) {  // some into another row
+      const Vec2 way = 0.3 * Vec2{std::cos(2.4 * static_cast<double>(k)), std::sin(2.4 * static_cast<double>(k))};
+      std::get<Disk>(problem.bodies[k].shape).centre += way;
+      std::get<Disk>(turned.bodies[bodies - 1 - k].shape).centre += way;
+    }
+    const std::array<int, 2> of_coarse{coarse.solve(problem).iterations, coarse_turned.solve(turned).iterations};
+    CHECK(of_coarse[0] == of_coarse[1]);
+    const LaplaceSolution a = solver.solve(problem), b = solver_turned.solve(turned);
+    CHECK(a.iterations == b.iterations);
+    double largest = 0;
+    for (const Vec2 force : a.body_force) largest = std::max(largest, norm(force));
+    for (std::size_t k = 0; k < bodies; ++k) {
+      // Either is a solution to 1e-9 in the energy norm.
+      CHECK(norm(a.body_force[k] - b.body_force[bodies - 1 - k]) < 1e-7 * largest);
+      CHECK(a.body_charge[k] == doctest::Approx(b.body_charge[bodies - 1 - k]).epsilon(1e-7));
+    }
+  }
+  const Field field = solver.field(), field_turned = solver_turned.field();
+  for (std::size_t k = 0; k < field.body.size(); ++k) {
+    const int body = field_turned.body[k];
+    CHECK(field.body[k] == (body < 0 ? -1 : static_cast<int>(bodies) - 1 - body));
+  }
+}
+
+TEST_CASE("a team does every task once, however often it is called, and hands on what a side task throws") {
+  parallel::Team team(4);
+  for (int round = 0; round < 2000; ++round) {
+    const int count = 1 + round % 37;
+    std::vector<int> done(count, 0);
+    bool aside = false;
+    if (round % 3 == 0) team.start([&] { aside = true; });
+    team.for_each(count, [&](int k) { ++done[k]; });
+    if (round % 3 == 0) team.finish();
+    CHECK(aside == (round % 3 == 0));
+    CHECK(std::all_of(done.begin(), done.end(), [](int times) { return times == 1; }));
+  }
+  team.start([] { throw Failure("aside"); });
+  CHECK_THROWS_AS(team.finish(), Failure);
+}
+
+/// Bytes of address space that there are for a hundred more threads, whatever stacks this machine gives them.
+rlim_t room_for_a_hundred_threads() {
+  pthread_attr_t usual;
+  REQUIRE(pthread_getattr_default_np(&usual) == 0);
+  std::size_t stack = 0;
+  pthread_attr_getstacksize(&usual, &stack);
+  pthread_attr_destroy(&usual);
+  rlim_t pages = 0;  // that we have
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + 100 * stack;
+}
+
+TEST_CASE("a team of more threads than the machine gives is refused, and those that there are go") {
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_AS, &before) == 0);
+  rlimit little = before;
+  little.rlim_cur = std::min(before.rlim_max, room_for_a_hundred_threads());
+  REQUIRE(setrlimit(RLIMIT_AS, &little) == 0);
+  std::string sentence;
+  try {
+    parallel::Team team(1000);
+  } catch (const Failure& failure) {
+    sentence = failure.what();
+  }
+  setrlimit(RLIMIT_AS, &before);
+  CHECK(sentence.starts_with("thread "));
+  CHECK(sentence.ends_with("ask for fewer threads"));
+}
+
+[[gnu::noinline]] const void* call_site() { return __builtin_return_address(0); }
+
+TEST_CASE("a task is compiled once, so that it rounds alike alone and shared") {
+  // Where in the program the task calls, which tells its compilations apart at any optimization that inlines it.
+  std::vector<const void*> site(8);
+  const auto run = [&](parallel::Team& team, int count) {
+    team.for_each(count, [&](int k) { site[k] = call_site(); });
+    return site[0];
+  };
+  parallel::Team one(1), four(4);
+  const void* alone = run(one, 8);
+  CHECK(run(four, 8) == alone);
+  CHECK(run(four, 1) == alone);
+}

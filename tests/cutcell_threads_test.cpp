@@ -72,15 +72,15 @@ TEST_CASE("the order of bodies makes no difference, to first guesses either") {
       std::get<Disk>(turned.bodies[bodies - 1 - k].shape).centre += way;
     }
     const std::array<int, 2> of_coarse{coarse.solve(problem).iterations, coarse_turned.solve(turned).iterations};
-    CHECK(of_coarse[0] == of_coarse[1]);
+    CHECK(std::abs(of_coarse[0] - of_coarse[1]) <= 1);  // a norm all but at its tolerance
     const LaplaceSolution a = solver.solve(problem), b = solver_turned.solve(turned);
-    CHECK(a.iterations == b.iterations);
+    CHECK(std::abs(a.iterations - b.iterations) <= 1);
     double largest = 0;
     for (const Vec2 force : a.body_force) largest = std::max(largest, norm(force));
     for (std::size_t k = 0; k < bodies; ++k) {
       // Either is a solution to 1e-9 in the energy norm.
-      CHECK(norm(a.body_force[k] - b.body_force[bodies - 1 - k]) < 1e-7 * largest);
-      CHECK(a.body_charge[k] == doctest::Approx(b.body_charge[bodies - 1 - k]).epsilon(1e-7));
+      CHECK(norm(a.body_force[k] - b.body_force[bodies - 1 - k]) < 1e-8 * largest);
+      CHECK(a.body_charge[k] == doctest::Approx(b.body_charge[bodies - 1 - k]).epsilon(1e-8));
     }
   }
   const Field field = solver.field(), field_turned = solver_turned.field();

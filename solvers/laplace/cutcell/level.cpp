@@ -61,7 +61,7 @@ void Level::discretize(const LaplaceProblem& problem, LinkFormula formula, paral
 }
 
 /// Parts of about equal work: a few disks, or some rows of a large body. One for a single thread. (A group's thin
-/// conductors are all linked with its first, in one part: a hundredth of a set-up.)
+/// conductors are all linked with its first, in one part: some hundredths of a set-up.)
 void Level::divide(int threads) {
   constexpr int rows_a_piece = 64;
   const long cells_a_part = threads == 1 ? std::numeric_limits<long>::max() : 4096;

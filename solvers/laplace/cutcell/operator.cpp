@@ -156,13 +156,13 @@ void CutCellOperator::right_hand_side(const LaplaceProblem& problem, double* b, 
 }
 
 void CutCellOperator::shift_cells(double value, double* x) const {
-  for_each_row(*team_, level_->layout, [this, value, x](int j) {
+  for_each_row(*team_, level_->layout, [&](int j) {
     for (int colour = 0; colour < 2; ++colour) {
       const std::ptrdiff_t row = level_->layout.row(colour, j);
       const int n = level_->layout.row_length(colour, j);
       const double* __restrict diagonal = level_->diagonal.data() + row;
       double* __restrict to = x + row;
-      const double shift = value;  // a copy that the compiler sees no store reach
+      const double shift = value;  // that no store can reach, so that the loop becomes one of vectors
       for (int k = 0; k < n; ++k) to[k] += diagonal[k] > 0 ? shift : 0.0;
     }
   });

@@ -1,7 +1,7 @@
 #include "solvers/laplace/cutcell/solver.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -153,13 +153,9 @@ void CutCellSolver::Implementation::choose_scale(const LaplaceProblem& problem) 
 /// row. Its natural norm squared is the sum of that squared over the Laplacian's eigenvalues, 4 pi k of the k-th of n
 /// modes: epsilon^2 x^2 n (log n) / 4 pi, in which log n / 4 pi is about 1.
 double CutCellSolver::Implementation::rounding_of_residual(const std::vector<double>& potentials) const {
-  std::array<double, 8> largest{};  // of every eighth, so that none waits for another
-  const std::size_t size = potentials.size();
-  for (std::size_t k = 0; k < size; k += largest.size())
-    for (std::size_t l = 0; l < std::min(largest.size(), size - k); ++l)
-      largest[l] = std::max(largest[l], std::abs(potentials[k + l]));
+  const Eigen::Map<const Eigen::VectorXd> all(potentials.data(), static_cast<Eigen::Index>(potentials.size()));
   return std::numeric_limits<double>::epsilon() * std::sqrt(static_cast<double>(potentials.size())) *
-         *std::ranges::max_element(largest);
+         all.lpNorm<Eigen::Infinity>();
 }
 
 /// Returns its work, in evaluations of the operator.

@@ -72,7 +72,11 @@ TEST_CASE("cells fill a box and go around it") {
   CHECK(cells.count == std::array{5, 5, 5});
   CHECK(cells_of(b, 2.2).count[0] == 5);  // 4.7
   CHECK(cells.edge.x == Approx(2.08).epsilon(1e-15).scale(0));
-  CHECK(cell_of_each(b, cells) == std::vector{0 + 5 * 4 + 25 * 2, 4});
+  const OccupiedCells occupied = occupied_cells(b, cells);
+  CHECK(occupied.cell == std::vector<std::int64_t>{4, 0 + 5 * 4 + 25 * 2});
+  CHECK(occupied.of_body == std::vector{1, 0});
+  CHECK(occupied.find(70) == 1);
+  CHECK(occupied.find(5) == -1);
   CHECK(cells.next(4, 0) == 0);
   CHECK(cells.next(4, 1) == 9);
   CHECK(cells.next(20, 1) == 0);
@@ -165,10 +169,47 @@ TEST_CASE("clusters of dense cells") {
   CHECK(density_clusters(grains_at(10, places), 2, 1.0 / 6).least == 2);
   CHECK(density_clusters(grains_at(10, places), 2, 1.0 / 6).size == std::vector{2, 1, 1});
   CHECK(density_clusters(grains_at(10, places), 2, 0.5).size.empty());
-  // A box of 10^27 cells has a million in place of them; two that lie in one are not dense.
-  const DensityClusters lost = density_clusters(grains_at(2e9, {{1, 1, 1}, {2, 2, 2}}));
-  CHECK(lost.cells.size() == 1000000);
+}
+
+TEST_CASE("dense cells: a box of 10^18 cells gives what a small box gives") {
+  std::vector<Vec3> places;
+  fill(places, {0, 0, 0}, 4);
+  fill(places, {1, 0, 0}, 5);
+  fill(places, {3, 3, 3}, 4);
+  fill(places, {4, 4, 4}, 3);  // not dense
+  const DensityClusters in_small = density_clusters(grains_at(16, places));
+  const DensityClusters in_large = density_clusters(grains_at(2e6, places));
+  CHECK(in_large.cells.edge.x == 2);
+  CHECK(in_large.least == in_small.least);
+  CHECK(in_small.size == std::vector{2, 1});
+  CHECK(in_large.size == in_small.size);
+  // Cells cannot be as many as 10^27: they are longer, and grains that share one do not fill it.
+  const DensityClusters lost = density_clusters(grains_at(2e9, places));
+  CHECK(lost.cells.count[0] == 1 << 20);
   CHECK(lost.size.empty());
+}
+
+TEST_CASE("local temperature: cells are as long in a large box as in a small one") {
+  Bodies small = grains_at(20, {{1, 1, 1}, {3, 1, 1}, {6, 1, 1}}),
+         large = grains_at(2e6, {{1, 1, 1}, {3, 1, 1}, {6, 1, 1}});
+  for (Bodies* b : {&small, &large}) b->momentum = {3, 0, 0, -1, 0, 0, 7, 0, 0};
+  // The first two share a cell of 5 and differ by 4 from each other: 2 * 2^2 / 3.
+  CHECK(granular_temperature(small).local == Approx(8.0 / 3));
+  CHECK(granular_temperature(large).local == granular_temperature(small).local);
+}
+
+TEST_CASE("occupied cells: few and many bodies give the same numbers") {
+  const Bodies b = random_grains(300, 20);
+  const Cells cells = cells_of(b, 2);  // 1000: by a table
+  const OccupiedCells by_table = occupied_cells(b, cells);
+  Bodies few = b;
+  few.position.resize(3 * 200), few.mass.resize(200);  // of more than four cells a body: by sorting
+  const OccupiedCells by_sorting = occupied_cells(few, cells);
+  CHECK(std::ranges::is_sorted(by_table.cell));
+  for (int i = 0; i < few.size(); ++i)
+    CHECK(by_sorting.cell[by_sorting.of_body[i]] == by_table.cell[by_table.of_body[i]]);
+  for (const OccupiedCells* found : {&by_table, &by_sorting})
+    for (int c = 0; c < found->size(); ++c) CHECK(found->find(found->cell[c]) == c);
 }
 
 TEST_CASE("moments of charges and speeds that are known") {

@@ -18,6 +18,7 @@
 #include "src/effects/uniform_force.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
+#include "src/granular/device/lists.hpp"
 #include "src/granular/device/pair_path.hpp"
 #include "src/granular/granular_motion.hpp"
 #include "tests/grains.hpp"
@@ -156,6 +157,32 @@ TEST_CASE("a step of a neutral gas on the device is the CPU's to rounding") {
     CHECK(found.reals.at("book")[0] == doctest::Approx(expected.reals.at("book")[0]).epsilon(1e-9));
     CHECK(found.reals.at("book")[4] == doctest::Approx(expected.reals.at("book")[4]).epsilon(1e-9));
   }
+}
+
+TEST_CASE("device lists: cells of a large box are as many as its grains want") {
+  const auto cells_in = [](double length, int n) {
+    const Vec3 edge = granular::device::contact_cell_edges({length, length, length}, n);
+    return length * length * length / (edge.x * edge.y * edge.z);
+  };
+  CHECK(cells_in(400, 2) < 5000);
+  CHECK(cells_in(1e6, 1000) < 70'000);
+  // A gas of filling .03 keeps the cells that a collision wants.
+  CHECK(granular::device::contact_cell_edges({260, 260, 260}, 1'000'000).x == 1);
+  // Grains in a box that would have had 10^9 cells take the CPU's steps.
+  Scene scene = gas(8, 4, 5);
+  scene.domain.size = {1000, 1000, 1000};
+  grains::Run cpu(scene);
+  const Checkpoint start = cpu.gas.save();
+  const auto device = granular::device::make_host_gas(scene);
+  device->load(start, cpu.gas.law(), false);
+  for (int n = 0; n < 30; ++n) {
+    cpu.step(10);
+    device->step(10);
+  }
+  const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
+  REQUIRE(cpu.gas.collisions > 0);
+  CHECK(found.integers.at("counters") == expected.integers.at("counters"));
+  CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < 1e-8);
 }
 
 TEST_CASE("on a device, too, collisions of lone pairs are held against the restitution of their law") {

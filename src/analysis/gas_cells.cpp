@@ -5,25 +5,23 @@
 
 namespace lichtenberg::analysis {
 
-int Cells::of(std::span<const double> place) const {
-  int cell = 0;
+std::int64_t Cells::of(std::span<const double> place) const {
+  std::int64_t cell = 0;
   for (int k = dimension - 1; k >= 0; --k)
     cell = cell * count[k] + std::clamp(static_cast<int>(place[k] / edge[k]), 0, count[k] - 1);
   return cell;
 }
 
-int Cells::next(int cell, int axis) const {
-  const int stride = axis == 0 ? 1 : axis == 1 ? count[0] : count[0] * count[1];
+std::int64_t Cells::next(std::int64_t cell, int axis) const {
+  const std::int64_t stride = axis == 0 ? 1 : axis == 1 ? count[0] : std::int64_t{1} * count[0] * count[1];
   const bool last = cell / stride % count[axis] == count[axis] - 1;
   return last ? cell - stride * (count[axis] - 1) : cell + stride;
 }
 
 Cells cells_of(const Bodies& bodies, double edge) {
   Cells cells{.dimension = bodies.dimension};
-  double space = 1;
-  for (int k = 0; k < bodies.dimension; ++k) space *= bodies.box.lengths[k];
-  const double most = std::max(1e6, 64.0 * bodies.size());
-  edge = std::max(edge, std::pow(space / most, 1.0 / bodies.dimension));
+  constexpr double most = 1 << 20;  // along an axis, so that a cell's number fits in 64 bits
+  for (int k = 0; k < bodies.dimension; ++k) edge = std::max(edge, bodies.box.lengths[k] / most);
   for (int k = 0; k < bodies.dimension; ++k) {
     cells.count[k] = std::max(1, static_cast<int>(std::lround(bodies.box.lengths[k] / edge)));
     cells.edge[k] = bodies.box.lengths[k] / cells.count[k];
@@ -31,11 +29,30 @@ Cells cells_of(const Bodies& bodies, double edge) {
   return cells;
 }
 
-std::vector<int> cell_of_each(const Bodies& bodies, const Cells& cells) {
+int OccupiedCells::find(std::int64_t wanted) const {
+  const auto found = std::ranges::lower_bound(cell, wanted);
+  return found != cell.end() && *found == wanted ? static_cast<int>(found - cell.begin()) : -1;
+}
+
+OccupiedCells occupied_cells(const Bodies& bodies, const Cells& cells) {
   const std::span<const double> places = bodies.position;
-  std::vector<int> cell(bodies.size());
+  std::vector<std::int64_t> cell(bodies.size());
   for (int i = 0; i < bodies.size(); ++i) cell[i] = cells.of(places.subspan(i * bodies.dimension, bodies.dimension));
-  return cell;
+  OccupiedCells found;
+  found.of_body.resize(bodies.size());
+  if (cells.size() <= 4LL * bodies.size()) {  // a table of all cells takes less time than to sort
+    std::vector<int> number(cells.size(), -1);
+    for (const std::int64_t c : cell) number[c] = 0;
+    for (std::int64_t c = 0; c < cells.size(); ++c)
+      if (number[c] == 0) number[c] = found.size(), found.cell.push_back(c);
+    for (int i = 0; i < bodies.size(); ++i) found.of_body[i] = number[cell[i]];
+    return found;
+  }
+  found.cell = cell;
+  std::ranges::sort(found.cell);
+  found.cell.erase(std::ranges::unique(found.cell).begin(), found.cell.end());
+  for (int i = 0; i < bodies.size(); ++i) found.of_body[i] = found.find(cell[i]);
+  return found;
 }
 
 }  // namespace lichtenberg::analysis

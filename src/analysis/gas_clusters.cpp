@@ -35,12 +35,12 @@ double volume(double radius, int dimension) {
   return dimension == 3 ? 4 * pi / 3 * radius * radius * radius : pi * radius * radius;
 }
 
-std::vector<bool> dense_cells(const Bodies& b, const Cells& cells, double part) {
-  std::vector<double> filled(cells.size());
-  const std::vector<int> cell = cell_of_each(b, cells);
-  for (int i = 0; i < b.size(); ++i) filled[cell[i]] += volume(b.radius[i], b.dimension);
-  std::vector<bool> dense(cells.size());
-  for (int c = 0; c < cells.size(); ++c) dense[c] = filled[c] > dense_filling(b.dimension, part) * cells.volume();
+/// Those of `occupied` that are filled to more than a part of what the closest packing fills.
+std::vector<bool> dense_cells(const Bodies& b, const OccupiedCells& occupied, double cell_volume, double part) {
+  std::vector<double> filled(occupied.size());
+  for (int i = 0; i < b.size(); ++i) filled[occupied.of_body[i]] += volume(b.radius[i], b.dimension);
+  std::vector<bool> dense(occupied.size());
+  for (int c = 0; c < occupied.size(); ++c) dense[c] = filled[c] > dense_filling(b.dimension, part) * cell_volume;
   return dense;
 }
 
@@ -146,16 +146,18 @@ DensityClusters density_clusters(const Bodies& bodies, double edge, double part)
   if (bodies.size() == 0) return found;
   const double all = std::transform_reduce(bodies.radius.begin(), bodies.radius.end(), 0.0, std::plus<>(),
                                            [&](double radius) { return volume(radius, bodies.dimension); });
-  found.least =
-      1 + static_cast<int>(dense_filling(bodies.dimension, part) * found.cells.volume() / (all / bodies.size()));
-  const std::vector<bool> dense = dense_cells(bodies, found.cells, part);
+  const double least = dense_filling(bodies.dimension, part) * found.cells.volume() / (all / bodies.size());
+  found.least = 1 + static_cast<int>(std::min(least, 1e9));
+  const OccupiedCells occupied = occupied_cells(bodies, found.cells);
+  const std::vector<bool> dense = dense_cells(bodies, occupied, found.cells.volume(), part);
   std::vector<Pair> faces;
-  for (int c = 0; c < found.cells.size(); ++c)
-    for (int axis = 0; axis < bodies.dimension; ++axis)
-      if (const int next = found.cells.next(c, axis); dense[c] && dense[next]) faces.push_back({c, next});
-  std::vector<int> size(found.cells.size());
-  const std::vector<std::int32_t> number = cluster_numbers(found.cells.size(), faces);
-  for (int c = 0; c < found.cells.size(); ++c) size[number[c]] += dense[c];
+  for (int c = 0; c < occupied.size(); ++c)
+    for (int axis = 0; dense[c] && axis < bodies.dimension; ++axis)
+      if (const int next = occupied.find(found.cells.next(occupied.cell[c], axis)); next >= 0 && dense[next])
+        faces.push_back({c, next});
+  std::vector<int> size(occupied.size());
+  const std::vector<std::int32_t> number = cluster_numbers(occupied.size(), faces);
+  for (int c = 0; c < occupied.size(); ++c) size[number[c]] += dense[c];
   std::ranges::copy_if(size, std::back_inserter(found.size), [](int s) { return s > 0; });
   return found;
 }

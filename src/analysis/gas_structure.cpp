@@ -83,8 +83,8 @@ StructureFactors structure_factors(const Bodies& b, int shells) {
 MachNumber mach_number(const Bodies& b, double edge) {
   const double temperature = granular_temperature(b, edge).local;
   if (!(temperature > 0)) return {nothing, nothing};
-  const Cells cells = cells_of(b, edge);
-  const std::vector<int> cell = cell_of_each(b, cells);
+  const OccupiedCells cells = occupied_cells(b, cells_of(b, edge));
+  const std::vector<int>& cell = cells.of_body;
   std::vector<Vec3> momentum(cells.size());
   std::vector<double> mass(cells.size());
   double whole = 0;
@@ -94,14 +94,11 @@ MachNumber mach_number(const Bodies& b, double edge) {
   }
   const double grain = whole / b.size();
   double squares = 0, noise = 0;
-  int occupied = 0;
   for (int c = 0; c < cells.size(); ++c) {
-    if (mass[c] == 0) continue;
-    ++occupied;
     squares += norm2(momentum[c]) / (mass[c] * mass[c]) * grain / temperature;
     noise += b.dimension * grain / mass[c];
   }
-  return {std::sqrt(squares / occupied), std::sqrt(std::max(squares - noise, 0.0) / occupied)};
+  return {std::sqrt(squares / cells.size()), std::sqrt(std::max(squares - noise, 0.0) / cells.size())};
 }
 
 double mean_square_displacement(const Bodies& before, const Bodies& now) {

@@ -5,7 +5,7 @@
 namespace lichtenberg::analysis {
 namespace {
 
-/// Velocity and number of grains of each cell.
+/// Velocity and number of grains of each cell that has some.
 struct Flow {
   std::vector<double> velocity;  ///< [cells * d], the mean by mass
   std::vector<int> grains;       ///< [cells]
@@ -49,11 +49,11 @@ GranularTemperature granular_temperature(const Bodies& bodies, double edge) {
   GranularTemperature found;
   if (bodies.size() == 0) return found;
   const Cells cells = cells_of(bodies, edge);
-  const std::vector<int> cell = cell_of_each(bodies, cells);
-  const Flow flow = flow_in(bodies, cell, cells.size());
+  const OccupiedCells occupied = occupied_cells(bodies, cells);
+  const Flow flow = flow_in(bodies, occupied.of_body, occupied.size());
   int free = 0;  // grains beyond the first of their cell
   for (const int grains : flow.grains) free += std::max(grains - 1, 0);
-  const Squares sum = squares(bodies, cell, flow);
+  const Squares sum = squares(bodies, occupied.of_body, flow);
   if (free > 0) found.local = sum.local / (bodies.dimension * static_cast<double>(free));
   found.total = sum.total / (bodies.dimension * static_cast<double>(bodies.size()));
   return found;

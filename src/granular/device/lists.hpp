@@ -13,6 +13,15 @@
 
 namespace lichtenberg::granular::device {
 
+/// Edges (d0) of cells in which n neutral grains look for others: cells are longer in a box that would have many more
+/// cells than grains, so that memory and time follow the grains.
+inline Vec3 contact_cell_edges(Vec3 lengths, int n) {
+  const Vec3 shortest{1, 1, 0.5};
+  const double cells = lengths.x * lengths.y * lengths.z / (shortest.x * shortest.y * shortest.z);
+  const double most = 64.0 * n + 4096;
+  return std::max(1.0, std::cbrt(cells / most)) * shortest;
+}
+
 template <class Executor>
 class GasLists {
   template <class T>
@@ -186,7 +195,8 @@ class GasLists {
   static double skin_for(double travel) { return std::max(2.8 * std::sqrt(travel), 3 * travel); }
 
   static Vec3 cell_edges(const GasOptions& options) {
-    return options.tables ? periodic::device::cell_edges(*options.tables, 0.6) : Vec3{1, 1, 0.5};
+    if (options.tables) return periodic::device::cell_edges(*options.tables, 0.6);
+    return contact_cell_edges(options.lengths, static_cast<int>(options.mass.size()));
   }
 
   const Executor* run_;

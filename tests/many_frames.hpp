@@ -24,13 +24,15 @@ namespace fs = std::filesystem;
 using Of = Column::Of;
 
 constexpr int particles = 20;
-constexpr std::uint64_t few = 3000;  // bytes: three frames and a segment is full
+constexpr std::uint64_t few = 3300;  // bytes: three frames and a segment is full
 
 inline Scene some_scene() {
   Scene scene;
   scene.path = "many.toml";
   scene.text = "title = \"many\"\n[stop]\ntime = 1.0\n";
-  scene.domain.size = {1, 1};
+  scene.domain.size = {1, 0.75};
+  scene.medium.depth = 0.5;
+  for (const int side : {0, 1}) scene.domain.sides[side].periodic = true;
   for (int i = 0; i < particles; ++i) scene.conductors.push_back({.position = {0.01 * i, 0.5}, .radius = 0.001});
   return scene;
 }
@@ -91,9 +93,10 @@ using Numbers = std::map<std::string, std::vector<double>>;
 inline Numbers numbers(const std::string& path) {
   const ResultFile file(path, "read");
   Numbers found;
-  for (const std::string name : {"particles/conductors/position/value", "particles/conductors/charge/value",
-                                 "observables/energy/value", "observables/current/value", "observables/solves/value",
-                                 "observables/energy/step", "observables/energy/time", "network/contacts_end"})
+  for (const std::string name :
+       {"particles/conductors/position/value", "particles/conductors/charge/value", "observables/energy/value",
+        "observables/current/value", "observables/solves/value", "observables/energy/step", "observables/energy/time",
+        "network/contacts_end", "particles/conductors/box/edges/value"})
     found[name] = file.rows<double>(name);
   const auto ends = file.rows<std::int64_t>("network/contacts_end");
   for (std::int64_t k = 0; k < file.frames(); ++k)
@@ -119,6 +122,8 @@ inline Numbers expected(int frames) {
     if (now.columns[5].size() > 0) append(all["contacts"], now.columns[5]);
     all["observables/energy/step"].push_back(k);
     all["observables/energy/time"].push_back(now.time);
+    for (const double number : {1.0, 0.0, 0.0, 0.0, 0.75, 0.0, 0.0, 0.0, 0.5})
+      all["particles/conductors/box/edges/value"].push_back(number);
     all["network/contacts_end"].push_back(contacts += static_cast<double>(now.columns[5].rows()));
   }
   all["mark"] = {1.0 * frames};

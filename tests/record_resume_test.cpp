@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <functional>
 #include <optional>
@@ -125,6 +126,62 @@ TEST_CASE("a resumed run's file holds what an uninterrupted one's does, what gra
   CHECK_EQ(hdf5::names(cut), hdf5::names(whole));
   REQUIRE(hdf5::exists(cut, "reference"));
   CHECK_EQ(hdf5::get<double>(cut, "reference/d0"), std::vector<double>{Reference{}.length});
+}
+
+TEST_CASE("resume: a file with edges that no frame repeats keeps them so") {
+  const Folder folder;
+  const std::string path = folder / "run.h5", edges = "particles/conductors/box/edges";
+  Scene scene = two_conductors();
+  for (const int side : {0, 1}) scene.domain.sides[side].periodic = true;
+  {
+    Recorder recorder = Recorder::start(path, scene, masses, false);
+    recorder.add(columns(frame(0)));
+    recorder.save(milestone(0));
+  }
+  const auto pages = std::make_shared<hdf5::Pages>(hdf5::pages_of(OpenFile(path)));
+  {
+    const hdf5::Handle file = hdf5::open_in_memory(pages);
+    hdf5::check(H5Ldelete(file, edges.c_str(), H5P_DEFAULT));
+    hdf5::put<double>(file, edges, std::array{0.05, 0.04, 1.5e-3}, {3}, "m");
+  }
+  write_sealed(path, *pages);
+  Recorder resumed = Recorder::resume(path, scene);
+  resumed.add(columns(frame(1)));
+  resumed.save(milestone(1));
+  const hdf5::Handle file = hdf5::load(path);
+  CHECK_EQ(hdf5::get<double>(file, edges), std::vector<double>{0.05, 0.04, 1.5e-3});
+  CHECK_EQ(hdf5::get<double>(file, "observables/energy/time"), std::vector<double>{0, 1});
+}
+
+TEST_CASE("resume: frames of iterations are added to times with unit 1 or none") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  const auto iteration = [](double number) {
+    Frame made = columns(frame(number));
+    made.time_unit = "1";
+    return made;
+  };
+  for (const bool written : {false, true}) {
+    CAPTURE(written);
+    {
+      Recorder recorder = Recorder::start(path, two_conductors(), masses, true);
+      recorder.add(iteration(0));
+      recorder.save(milestone(0));
+    }
+    if (written) {
+      const auto pages = std::make_shared<hdf5::Pages>(hdf5::pages_of(OpenFile(path)));
+      {
+        const hdf5::Handle file = hdf5::open_in_memory(pages);
+        hdf5::put_attribute(hdf5::Handle(H5Dopen2(file, "observables/energy/time", H5P_DEFAULT)), "unit",
+                            std::string("1"));
+      }
+      write_sealed(path, *pages);
+    }
+    Recorder resumed = Recorder::resume(path, two_conductors());
+    resumed.add(iteration(1));
+    resumed.save(milestone(1));
+    CHECK_EQ(hdf5::get<double>(hdf5::load(path), "observables/energy/time"), std::vector<double>{0, 1});
+  }
 }
 
 TEST_CASE("contacts of a packing that was at rest do not stand beside the frames of one that goes on") {

@@ -273,6 +273,9 @@ TEST_CASE("what is stored beside the frames leaves them alone, however the resul
     const ResultFile stored(path, "read");
     CHECK_EQ(hdf5::get<double>(stored.file(), "analysis/answer"), std::vector<double>{42});
     CHECK_EQ(hdf5::get<double>(stored.file(), "provenance/session-0/seconds/field"), std::vector<double>{0.5});
+    const hdf5::Handle box(H5Gopen2(stored.file(), "particles/conductors/box", H5P_DEFAULT));
+    CHECK_EQ(hdf5::text_attribute(box, "boundary"), std::vector<std::string>{"periodic", "none", "none"});
+    CHECK_EQ(hdf5::integer_attribute(box, "dimension"), 3);
     Recorder resumed = Recorder::resume(path, some_scene(), few);
     CHECK(contains(message_of([&] { store(stored, add); }), "is being written"));
     add_until(resumed, 25);

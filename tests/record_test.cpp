@@ -100,19 +100,44 @@ TEST_CASE("vectors are in space, with z = 0, and carry their units") {
   CHECK_EQ(unit_of(file, "particles/conductors/position/time"), "s");
 }
 
-TEST_CASE("a periodic box has its edges, as H5MD asks for") {
+TEST_CASE("box: a periodic axis gives a matrix of edges for each frame") {
   const Folder folder;
   const std::string path = folder / "box.h5";
   Scene scene = two_conductors();
   scene.electrodes.clear();  // which have no third dimension
   scene.domain.size.z = 0.03;
   for (const int side : {0, 1, 4, 5}) scene.domain.sides[side].periodic = true;
-  Recorder::start(path, scene, masses, false).save(milestone(0));
+  Recorder recorder = Recorder::start(path, scene, masses, false);
+  for (const int k : {0, 1}) recorder.add(columns(frame(k)));
+  recorder.save(milestone(1));
   const hdf5::Handle file = hdf5::load(path);
   const hdf5::Handle box(H5Gopen2(file, "particles/conductors/box", H5P_DEFAULT));
   CHECK_EQ(hdf5::text_attribute(box, "boundary"), std::vector<std::string>{"periodic", "none", "periodic"});
-  CHECK_EQ(hdf5::get<double>(box, "edges"), std::vector<double>{0.05, 0.04, 0.03});
+  // H5MD 1.1: rows are the vectors of the box; step and time are those of the positions.
+  CHECK_EQ(hdf5::shape(box, "edges/value"), hdf5::Shape{2, 3, 3});
+  CHECK_EQ(hdf5::get<double>(box, "edges/value"), std::vector<double>{0.05, 0, 0, 0, 0.04, 0, 0, 0, 0.03,  //
+                                                                      0.05, 0, 0, 0, 0.04, 0, 0, 0, 0.03});
+  CHECK_EQ(unit_of(file, "particles/conductors/box/edges/value"), "m");
+  CHECK_EQ(hdf5::get<double>(box, "edges/time"), std::vector<double>{0, 1});
+  CHECK_EQ(hdf5::get<std::int64_t>(box, "edges/step"), std::vector<std::int64_t>{0, 1});
   CHECK_EQ(hdf5::text_attribute(hdf5::open_group(file, "scene/domain"), "sides").back(), "back");
+}
+
+TEST_CASE("box: without a periodic axis it has no edges") {
+  const Folder folder;
+  saved_run(folder / "run.h5", 1);
+  CHECK_FALSE(hdf5::exists(hdf5::load(folder / "run.h5"), "particles/conductors/box/edges"));
+}
+
+TEST_CASE("time: a number of iterations has no unit") {
+  const Folder folder;
+  Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
+  Frame first = columns(frame(0));
+  first.time_unit = "1";
+  recorder.add(first);
+  recorder.save(milestone(0));
+  const hdf5::Handle file = hdf5::load(folder / "run.h5");
+  CHECK_EQ(H5Aexists_by_name(file, "particles/conductors/position/time", "unit", H5P_DEFAULT), 0);
 }
 
 TEST_CASE("a file says that its units are SI, and of grains that they are not") {

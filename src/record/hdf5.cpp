@@ -205,6 +205,24 @@ std::vector<std::string> text_attribute(hid_t object, const std::string& name) {
   return texts;
 }
 
+void copy_attributes(hid_t from, hid_t to) {
+  const int count = check(H5Aget_num_attrs(from));
+  for (int k = 0; k < count; ++k) {
+    const Handle old(
+        H5Aopen_by_idx(from, ".", H5_INDEX_NAME, H5_ITER_INC, static_cast<hsize_t>(k), H5P_DEFAULT, H5P_DEFAULT));
+    const Handle type(H5Aget_type(old)), space(H5Aget_space(old));
+    std::string name(static_cast<std::size_t>(check(H5Aget_name(old, 0, nullptr))), '\0');
+    check(H5Aget_name(old, name.size() + 1, name.data()));
+    std::vector<std::byte> values(static_cast<std::size_t>(check(H5Sget_simple_extent_npoints(space))) *
+                                  H5Tget_size(type));
+    check(H5Aread(old, type, values.data()));
+    const Handle copy(H5Acreate2(to, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT));
+    const herr_t written = H5Awrite(copy, type, values.data());
+    check(H5Dvlen_reclaim(type, space, H5P_DEFAULT, values.data()));
+    check(written);
+  }
+}
+
 std::optional<int> integer_attribute(hid_t object, const std::string& name) {
   if (check(H5Aexists(object, name.c_str())) == 0) return {};
   const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT));

@@ -100,6 +100,8 @@ requires std::is_arithmetic_v<Number>
 void put_attribute(hid_t object, const std::string& name, Number number) {
   put_attribute(object, name, std::span<const Number>(&number, 1), {});
 }
+/// All attributes of an object, to one of any file.
+void copy_attributes(hid_t from, hid_t to);
 /// Empty if there is no attribute of this name.
 std::optional<int> integer_attribute(hid_t object, const std::string& name);
 /// A text, as put_attribute writes it; empty if there is no attribute of this name.

@@ -113,8 +113,7 @@ void put_reference(const hdf5::Handle& file, const Reference& reference) {
   hdf5::put(group, "t0", length / velocity, "s");
 }
 
-/// The box as H5MD describes it: `edges`, which do not change, where an axis is periodic. A plane box is as deep as the
-/// medium.
+/// The box as H5MD describes it; its `edges` stand with the frames (series.hpp).
 void put_box(hid_t conductors_group, const Scene& scene) {
   const Box<3> box = scene.domain.box();
   const hdf5::Handle group = hdf5::open_group(conductors_group, "box");
@@ -122,9 +121,6 @@ void put_box(hid_t conductors_group, const Scene& scene) {
   std::vector<std::string> boundary;
   for (int k = 0; k < 3; ++k) boundary.push_back(box.periodic(k) ? "periodic" : "none");
   hdf5::put_attribute(group, "boundary", boundary);
-  if (!box.any_periodic()) return;
-  const double depth = box.lengths.z > 0 ? box.lengths.z : scene.medium.depth;
-  hdf5::put<double>(group, "edges", std::array{box.lengths.x, box.lengths.y, depth}, {3}, scene.units().length);
 }
 
 template <class Number>
@@ -174,6 +170,13 @@ void put_scene(const hdf5::Handle& file, const Scene& scene) {
   if (const auto gap = number_in(scene, &EffectKind::contact_gap)) hdf5::put(group, "contact_gap", *gap, "m");
   put_electrodes(group, scene);
   if (!scene.walls.empty()) put_walls(group, scene);
+}
+
+std::vector<double> box_edges(const Scene& scene) {
+  const Box<3> box = scene.domain.box();
+  if (!box.any_periodic()) return {};
+  const double depth = box.lengths.z > 0 ? box.lengths.z : scene.medium.depth;
+  return {box.lengths.x, 0, 0, 0, box.lengths.y, 0, 0, 0, depth};
 }
 
 void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass) {

@@ -21,6 +21,10 @@ void put_header(const hdf5::Handle& file, const Scene& scene, const Provenance& 
 /// /scene: the text, and the geometry that a picture needs.
 void put_scene(const hdf5::Handle& file, const Scene& scene);
 
+/// The box's edges as the nine numbers of three vectors, in the scene's unit of length; none unless an axis is
+/// periodic. A plane box is as deep as the medium.
+std::vector<double> box_edges(const Scene& scene);
+
 /// What does not change of /particles/conductors: box, species, radius, mass (kg, one a conductor).
 void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass);
 

@@ -181,6 +181,8 @@ Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<
                     path));
   remove_partial_files(path);
   recorder.particles_ = mass.size();
+  recorder.length_unit_ = scene.units().length;
+  recorder.box_edges_ = box_edges(scene);
   recorder.stored_field_ = scene.output.field;
   recorder.put_constants([&](const hdf5::Handle& file) {
     const Provenance here = provenance();
@@ -212,6 +214,7 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene, std::uint
     check_start(result.file(), path, scene);
     recorder.warning_ = warning_of_another_build(result.file(), path);
     recorder.take_over(result);
+    recorder.box_edges_ = box_edges(scene);
     recorder.stored_field_ = scene.output.field;
     recorder.put_constants([&](const hdf5::Handle& file) {
       recorder.session_ = sessions(file);
@@ -337,10 +340,14 @@ void Recorder::save_frames_alone() {
 }
 
 void Recorder::add(Frame frame) {
-  const std::vector<Series> series = series_.empty() ? series_of(frame, particles_) : series_;
+  std::vector<Series> series = series_;
+  if (series.empty()) {
+    series = series_of(frame, particles_);
+    if (!box_edges_.empty()) series.push_back(series_of_box_edges(length_unit_));
+  }
   const double time = frame.time;
   std::map<std::string, std::int64_t> ends = ends_;
-  Rows rows = rows_of(std::move(frame), particles_, series, frames_, ends);
+  Rows rows = rows_of(std::move(frame), particles_, series, frames_, ends, box_edges_);
   series_ = series;
   try {
     keep(std::move(rows));

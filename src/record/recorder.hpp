@@ -105,6 +105,8 @@ class Recorder {
   int session_ = 0;        ///< 0: the start of the run, then one more for each time it was resumed
   std::string warning_;
   std::size_t particles_ = 0;
+  std::string length_unit_;
+  std::vector<double> box_edges_;  ///< nine numbers, or none in a box without a periodic axis
   std::optional<Checkpoint> checkpoint_;
   std::optional<double> saved_time_;
   StoredField stored_field_ = StoredField::single_precision;

@@ -45,7 +45,7 @@ bool is_dataset_of_frames(const std::vector<Series>& series, const std::string& 
       series, [&](const Series& each) { return each.dataset == path || each.dataset.starts_with(path + "/"); });
 }
 
-/// Copies what stands at a path; where frames stand below it, the rest of what does.
+/// Copies what stands at a path, attributes too; where frames stand below it, the rest of what does.
 void copy_path(const hdf5::Handle& from, const hdf5::Handle& to, const std::string& path,
                const std::vector<Series>& series) {
   if (!is_dataset_of_frames(series, path)) {
@@ -53,8 +53,9 @@ void copy_path(const hdf5::Handle& from, const hdf5::Handle& to, const std::stri
     hdf5::check(H5Pset_create_intermediate_group(creation, 1));
     hdf5::check(H5Ocopy(from, path.c_str(), to, path.c_str(), H5P_DEFAULT, creation));
   } else if (hdf5::is_group(from, path) && !hdf5::exists(from, path + "/value")) {
-    for (const std::string& name : hdf5::names(hdf5::open_group(from, path)))
-      copy_path(from, to, path + "/" + name, series);
+    const hdf5::Handle group = hdf5::open_group(from, path);
+    if (H5Aget_num_attrs(group) > 0) hdf5::copy_attributes(group, hdf5::open_group(to, path));
+    for (const std::string& name : hdf5::names(group)) copy_path(from, to, path + "/" + name, series);
   }
 }
 

@@ -18,15 +18,19 @@ namespace {
 constexpr const char* particles_group = "particles/conductors";
 constexpr const char* system_group = "observables";
 constexpr const char* list_group = "network";
+constexpr const char* box_edges_name = "box/edges";  // with a slash, which no column's name has
 constexpr const char* of_all_frames = "_of_all_frames";
 constexpr const char* end_of_list = "_end";
 constexpr const char* labels_name = "terminals";
 constexpr const char* step_name = "step";
 constexpr const char* time_name = "time";
+constexpr const char* pure_number = "1";
 constexpr std::uint64_t chunk_bytes = 1u << 18, compressed_row_bytes = 1u << 20;
 constexpr unsigned compression = 4;  // deflate, 0 ... 9
 
 bool is_clock(const Series& series) { return series.name == step_name || series.name == time_name; }
+
+bool is_box_edges(const Series& series) { return series.name == box_edges_name; }
 
 bool is_element(const Series& series) { return series.dataset.ends_with("/value"); }
 
@@ -96,6 +100,11 @@ std::vector<Series> clock(const std::string& element, const std::string& time_un
           {.name = time_name, .dataset = element + "/time", .unit = time_unit, .kind = std::vector<double>{}}};
 }
 
+/// A time that counts iterations has none: MDAnalysis refuses a file whose time has a unit that it does not know.
+bool has_unit(const Series& series) {
+  return !series.unit.empty() && !(series.name == time_name && series.unit == pure_number);
+}
+
 Values kind_of(hid_t dataset) {
   const hdf5::Handle type(H5Dget_type(dataset));
   if (H5Tget_class(type) == H5T_FLOAT) return std::vector<double>{};
@@ -143,7 +152,7 @@ void put_all(const hdf5::Handle& file, const std::string& prefix, const std::vec
     const std::size_t slash = all[k].dataset.rfind('/');
     const hdf5::Handle group = hdf5::open_group(file, prefix + all[k].dataset.substr(0, slash));
     const hdf5::Handle dataset = make(group, all[k].dataset.substr(slash + 1), all[k], k);
-    if (!all[k].unit.empty()) hdf5::put_attribute(dataset, "unit", all[k].unit);
+    if (has_unit(all[k])) hdf5::put_attribute(dataset, "unit", all[k].unit);
     if (!all[k].labels.empty()) hdf5::put_attribute(is_element(all[k]) ? group : dataset, labels_name, all[k].labels);
   }
   for (const Series& clock : all)
@@ -224,7 +233,7 @@ std::vector<std::size_t> places_of(const std::vector<Series>& now, const std::ve
     places.push_back(static_cast<std::size_t>(before - series.begin()));
   }
   for (const Series& before : series)
-    if (!is_clock(before) && find(now, before.dataset) == now.size())
+    if (!is_clock(before) && !is_box_edges(before) && find(now, before.dataset) == now.size())
       refuse(before.name, "the frames before have it, and this one does not");
   if (series[1].unit != frame.time_unit) refuse(time_name, "its unit is not that of the frames before");
   return places;
@@ -256,6 +265,15 @@ std::vector<Series> series_of(const Frame& frame, std::size_t particles) {
   return all;
 }
 
+Series series_of_box_edges(const std::string& unit) {
+  return {.of = Column::Of::system,
+          .name = box_edges_name,
+          .dataset = fmt::format("{}/{}/value", particles_group, box_edges_name),
+          .unit = unit,
+          .kind = std::vector<double>{},
+          .row = {3, 3}};
+}
+
 std::string home_of_time(const hdf5::Handle& file) {
   if (const std::string usual = std::string(particles_group) + "/position"; hdf5::exists(file, usual + "/time"))
     return usual;
@@ -271,15 +289,20 @@ std::vector<Series> series_in(const hdf5::Handle& file) {
   const std::string home = home_of_time(file);
   if (home.empty()) throw hdf5::Error("no frames");
   const hdf5::Handle time(H5Dopen2(file, (home + "/time").c_str(), H5P_DEFAULT));
-  std::vector<Series> all = clock(home, hdf5::text(time, "unit"));
+  const std::string unit = hdf5::text(time, "unit");
+  std::vector<Series> all = clock(home, unit.empty() ? pure_number : unit);
   add_elements(file, Column::Of::particles, particles_group, all);
   add_elements(file, Column::Of::system, system_group, all);
   add_lists(file, all);
+  // In files of earlier versions the edges are one row of three numbers, which no frame repeats.
+  const Series edges = series_of_box_edges("");
+  if (const std::string element = element_of(edges); hdf5::exists(file, element) && hdf5::is_group(file, element))
+    all.push_back(series_at(file, edges.of, edges.name, edges.dataset));
   return all;
 }
 
 Rows rows_of(Frame frame, std::size_t particles, const std::vector<Series>& series, std::int64_t step,
-             std::map<std::string, std::int64_t>& ends) {
+             std::map<std::string, std::int64_t>& ends, const std::vector<double>& box_edges) {
   const std::vector<std::size_t> places = places_of(series_of(frame, particles), series, frame);
   Rows rows(series.size());
   rows[0] = std::vector<std::int64_t>{step};
@@ -293,6 +316,8 @@ Rows rows_of(Frame frame, std::size_t particles, const std::vector<Series>& seri
     }
     rows[places[k]] = std::move(column.values);
   }
+  const auto edges = std::ranges::find_if(series, is_box_edges);
+  if (edges != series.end()) rows[static_cast<std::size_t>(edges - series.begin())] = box_edges;
   return rows;
 }
 

@@ -31,6 +31,9 @@ struct Series {
 /// rows the columns of particles must have.
 std::vector<Series> series_of(const Frame& frame, std::size_t particles);
 
+/// The box's edges as H5MD has them in every frame: three vectors, the rows of a matrix.
+Series series_of_box_edges(const std::string& unit);
+
 /// Those of a file, step and time first. Throws hdf5::Error if it has no frames.
 std::vector<Series> series_in(const hdf5::Handle& file);
 
@@ -41,9 +44,10 @@ std::string home_of_time(const hdf5::Handle& file);
 using Rows = std::vector<Values>;
 
 /// Puts a frame's columns into the order of the series, with step and time and the ends of lists, which are added to
-/// `ends`. Throws InputError that names the column if it is not one of those of the frames before.
+/// `ends`; `box_edges`: the nine numbers of the series of that name, if there is one. Throws InputError that names the
+/// column if it is not one of those of the frames before.
 Rows rows_of(Frame frame, std::size_t particles, const std::vector<Series>& series, std::int64_t step,
-             std::map<std::string, std::int64_t>& ends);
+             std::map<std::string, std::int64_t>& ends, const std::vector<double>& box_edges);
 
 std::uint64_t bytes_of(const Rows& rows);
 std::span<const std::byte> bytes_of(const Values& values);

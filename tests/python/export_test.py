@@ -36,7 +36,7 @@ class ExtendedXyzTest(unittest.TestCase):
     def test_ase_reads_every_column(self):
         import ase.io
 
-        for path in (runs.seedling(), runs.gas()):
+        for path in (runs.seedling(), runs.gas(), runs.periodic(), runs.packing()):
             frames = ase.io.read(exported(path, "xyz"), index=":", format="extxyz")
             with load(path) as result:
                 self.assertEqual(len(frames), len(result))
@@ -44,9 +44,11 @@ class ExtendedXyzTest(unittest.TestCase):
                     # Ten digits are written.
                     near = {"rtol": 1e-9, "atol": 1e-300}
                     np.testing.assert_allclose(atoms.positions, frame["position"], **near)
-                    np.testing.assert_allclose(atoms.get_initial_charges(), frame["charge"], **near)
+                    if "charge" in result.columns:
+                        np.testing.assert_allclose(atoms.get_initial_charges(), frame["charge"], **near)
                     np.testing.assert_allclose(atoms.arrays["radius"], frame["radius"], **near)
-                    np.testing.assert_allclose(atoms.arrays["velo"], frame["velocity"], **near)
+                    if "velocity" in result.columns:
+                        np.testing.assert_allclose(atoms.arrays["velo"], frame["velocity"], **near)
                     self.assertTrue((0 <= atoms.arrays["color"]).all() and (atoms.arrays["color"] <= 1).all())
                     self.assertAlmostEqual(atoms.info["Time"], frame.time, places=9)
                     self.assertEqual(atoms.info["length_unit"], result.size.unit)
@@ -58,7 +60,7 @@ class ExtendedXyzTest(unittest.TestCase):
         manual |= {"mass": "R:1", "charge": "R:1", "cluster": "I:1", "map_shift": "I:3", "dipoles": "R:3"}
         # What it knows by these names alone; of ours, others are properties of the user's.
         ours = {"position", "velocity", "image", "dipole", "type", "id", "orientation", "selection"}
-        for path, known in ((runs.seedling(), 7), (runs.gas(), 8)):
+        for path, known in ((runs.seedling(), 7), (runs.gas(), 8), (runs.periodic(), 9), (runs.packing(), 5)):
             head = exported(path, "xyz").read_text().splitlines()[1]
             words = next(word for word in head.split() if word.startswith("Properties=")).removeprefix("Properties=").split(":")
             columns = {name: f"{kind}:{count}" for name, kind, count in zip(words[::3], words[1::3], words[2::3])}
@@ -91,19 +93,21 @@ class VtkTest(unittest.TestCase):
         import vtk
         from vtk.util.numpy_support import vtk_to_numpy
 
-        folder = exported(runs.seedling(), "vtk")
-        with load(runs.seedling()) as result:
-            for frame in result:
-                reader = vtk.vtkXMLPolyDataReader()
-                reader.SetFileName(str(folder / f"particles-{frame.index:06}.vtp"))
-                reader.Update()
-                data = reader.GetOutput()
-                self.assertEqual(data.GetNumberOfVerts(), 36)
-                np.testing.assert_array_equal(vtk_to_numpy(data.GetPoints().GetData()), frame["position"])
-                for name in ("charge", "radius", "velocity", "force", "group"):
-                    np.testing.assert_array_equal(vtk_to_numpy(data.GetPointData().GetArray(name)), frame[name])
-                self.assertEqual(data.GetPointData().GetVectors().GetName(), "velocity")
-                self.assertEqual(data.GetFieldData().GetArray("TimeValue").GetValue(0), frame.time)
+        for path in (runs.seedling(), runs.gas(), runs.periodic(), runs.packing()):
+            folder = exported(path, "vtk")
+            with load(path) as result:
+                for frame in result:
+                    reader = vtk.vtkXMLPolyDataReader()
+                    reader.SetFileName(str(folder / f"particles-{frame.index:06}.vtp"))
+                    reader.Update()
+                    data = reader.GetOutput()
+                    self.assertEqual(data.GetNumberOfVerts(), result.count)
+                    np.testing.assert_array_equal(vtk_to_numpy(data.GetPoints().GetData()), frame["position"])
+                    for name in set(result.columns) - {"position"}:
+                        np.testing.assert_array_equal(vtk_to_numpy(data.GetPointData().GetArray(name)), frame[name])
+                    if "velocity" in result.columns:
+                        self.assertEqual(data.GetPointData().GetVectors().GetName(), "velocity")
+                    self.assertEqual(data.GetFieldData().GetArray("TimeValue").GetValue(0), frame.time)
 
     @needs("vtk")
     def test_lines_are_contacts_between_particles(self):
@@ -255,16 +259,60 @@ class OverwriteTest(unittest.TestCase):
         self.assertEqual(os.listdir(out), ["letter.txt"])
 
 
+def by_the_readme(path):
+    """The universe that the lines of the README make of a result."""
+    readme = (runs.HOME / "src/record/README.md").read_text()
+    lines = re.search(r"```python\n(import MDAnalysis.*?)```", readme, re.DOTALL).group(1)
+    with load(path) as result:
+        names = {"n": result.count}
+    exec(lines.replace("dendrite.h5", path), names)
+    return names["universe"]
+
+
 class H5mdTest(unittest.TestCase):
     @needs("MDAnalysis")
-    def test_mdanalysis_reads_the_result_by_the_lines_of_the_readme(self):
-        readme = (runs.HOME / "src/record/README.md").read_text()
-        lines = re.search(r"```python\n(import MDAnalysis.*?)```", readme, re.DOTALL).group(1)
-        names = {"n": 36}
-        exec(lines.replace("dendrite.h5", runs.seedling()), names)
-        with load(runs.seedling()) as result:
-            for step, frame in zip(names["universe"].trajectory, result):
-                np.testing.assert_array_equal(step.positions, np.float32(frame["position"]))
+    def test_mdanalysis_reads_every_kind_of_result_by_the_readme(self):
+        boxes = {runs.seedling(): None, runs.packing(): None, runs.gas(): [6, 6, 6], runs.periodic(): [0.02, 0.016, 0.01]}
+        for path, box in boxes.items():
+            trajectory = by_the_readme(path).trajectory
+            with load(path) as result:
+                self.assertEqual(len(trajectory), len(result))
+                for step, frame in zip(trajectory, result):
+                    # MDAnalysis has single precision.
+                    np.testing.assert_array_equal(step.positions, np.float32(frame["position"]))
+                    self.assertEqual(step.time, frame.time)
+                    if box is None:
+                        self.assertIsNone(step.dimensions)
+                    else:
+                        np.testing.assert_array_equal(step.dimensions, np.float32([*box, 90, 90, 90]))
+                    if step.has_velocities:
+                        np.testing.assert_array_equal(step.velocities, np.float32(frame["velocity"]))
+
+    @needs("MDAnalysis")
+    def test_mdanalysis_finds_contacts_across_sides_by_the_box(self):
+        from MDAnalysis.lib.distances import calc_bonds
+
+        trajectory = by_the_readme(runs.gas()).trajectory
+        across = 0
+        with load(runs.gas()) as result:
+            radius = np.asarray(result["radius"])
+            for step, frame in zip(trajectory, result):
+                first, other = frame.contacts.T
+                # Grains in contact overlap; positions are rounded to 24 bits.
+                reach = (radius[first] + radius[other]) * (1 + 1e-5)
+                ends = step.positions[first], step.positions[other]
+                self.assertTrue((calc_bonds(*ends, box=step.dimensions) <= reach).all())
+                across += (calc_bonds(*ends) > reach).sum()
+        self.assertGreater(across, 0)
+
+    def test_box_edges_are_those_of_the_domain_in_every_frame(self):
+        for path in (runs.gas(), runs.periodic()):
+            with load(path) as result:
+                edges = result.file["particles/conductors/box/edges"]
+                np.testing.assert_array_equal(edges["value"], [np.diag(result.size)] * len(result))
+                self.assertEqual(edges["value"].attrs["unit"], result.size.unit)
+                for clock in ("step", "time"):  # the same datasets, as H5MD asks for
+                    self.assertEqual(edges[clock], result.file["particles/conductors/position"][clock])
 
 
 class PackingTest(unittest.TestCase):

@@ -68,6 +68,48 @@ def gas():
 
 
 @cache
+def periodic():
+    """Two spheres between two plates in a box with two periodic axes: three frames."""
+    return made(
+        "periodic",
+        """
+title = "Two spheres between plates"
+[domain]
+size = [0.02, 0.016, 0.01]
+left = "periodic"
+right = "periodic"
+bottom = "periodic"
+top = "periodic"
+front = { potential = 0 }
+back = { potential = 100 }
+[medium]
+relative_permittivity = 4.7
+viscosity = 0.7
+[[conductor]]
+position = [0.0001, 0.005, 0.005]
+radius = 0.5e-3
+charge = 1e-11
+[[conductor]]
+position = [0.018, 0.005, 0.005]
+radius = 0.5e-3
+charge = -1e-11
+[effects.floating_conductors]
+[effects.stokes_drag]
+[effects.hertz_contact]
+[effects.wall_contact]
+[field]
+accuracy = 1e-2
+[output]
+every = 1.0
+picture = false
+[stop]
+time = 2.0
+stationary = false
+""",
+    )
+
+
+@cache
 def electrodes_in_space():
     """Four spheres between two sides that are electrodes and a ball that is one, which two touch: three frames."""
     return made(

@@ -3,6 +3,7 @@ import argparse
 import os
 import sys
 
+from . import messages
 from . import view as page
 from .export import export, formats
 from .result import Failure, InputError, damage, default_output, load
@@ -26,16 +27,17 @@ def view(request):
     with load(request.file) as result:
         out = request.out or default_output(request.file, ".html")
         page.write_page(result, out, request.frames, request.overwrite)
-    print(f"{out}: {os.path.getsize(out) / 1e6:.3g} MB, open it in a browser")
+    messages.say(f"{out}: {os.path.getsize(out) / 1e6:.3g} MB, open it in a browser")
 
 
 def act(request):
     if request.command == "view":
         return view(request)
-    return print(export(request.file, request.to, request.out, request.frames, request.overwrite))
+    return messages.say(export(request.file, request.to, request.out, request.frames, request.overwrite))
 
 
 def main():
+    messages.open_closed_descriptors()
     request = parser().parse_args()
     try:
         act(request)
@@ -44,7 +46,7 @@ def main():
         sentence, status = str(error), 2 if isinstance(error, InputError) else 1
     except (OSError, KeyError, ValueError, IndexError) as error:  # whatever a damaged file leads to
         sentence, status = f"{request.file} is damaged or incomplete ({damage(error)})", 2
-    print(f"lichtenberg: {' '.join(sentence.split())}", file=sys.stderr)
+    messages.tell(f"lichtenberg: {' '.join(sentence.split())}")
     return status
 
 

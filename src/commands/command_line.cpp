@@ -7,11 +7,11 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdio>
 #include <cstring>
 #include <functional>
 #include <memory>
 #include <new>
+#include <sstream>
 #include <type_traits>
 #include <variant>
 
@@ -21,6 +21,7 @@
 #include "solvers/parallel/processes.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/self_description.hpp"
+#include "src/commands/streams.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/scene.hpp"
@@ -141,7 +142,9 @@ void dispatch(std::vector<std::string> arguments) {
     std::reverse(arguments.begin(), arguments.end());  // CLI11 reads the arguments from the back
     program.parse(arguments);
   } catch (const CLI::Success& request) {
-    program.exit(request);  // --help, --version
+    std::ostringstream words;
+    program.exit(request, words, words);  // --help, --version
+    fmt::print("{}", words.str());
   } catch (const CLI::ParseError& error) {
     throw InputError(fmt::format("{}; `{}` says what is allowed", error.what(), help));
   }
@@ -152,11 +155,13 @@ void warn_of_unused_options() {
     fmt::print(stderr, "lichtenberg: nothing asked for the option {} after --petsc (misspelt?)\n", option);
 }
 
-/// What was printed may still wait in memory, and a full disk behind stdout shows only when it is written.
+/// Throws Failure if what a command printed is its work and could not be written; else standard error says it.
 void finish_output() {
-  errno = 0;
-  if (std::fflush(stdout) != 0 || std::ferror(stdout))
-    throw Failure(fmt::format("the output could not be written ({})", std::strerror(errno != 0 ? errno : EIO)));
+  const int error = output_error();
+  if (error == 0 || closed_pipe_ends_program()) return;  // run_command_line() does, without a sentence
+  const Failure failure(fmt::format("the output could not be written ({})", std::strerror(error)));
+  if (!is_output_optional()) throw failure;
+  fmt::print(stderr, "lichtenberg: {}, but the files that it tells of stand\n", failure.what());
 }
 
 int report(const std::exception& error, int status) {
@@ -183,6 +188,7 @@ int status_of(const std::function<int()>& work) {
 }  // namespace
 
 int run_command_line(std::vector<std::string> arguments) {
+  prepare_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no larger is an error of writing, with a sentence
   const int status = status_of([&] {
     parallel::set_petsc_options(take_petsc_options(arguments));
@@ -195,6 +201,7 @@ int run_command_line(std::vector<std::string> arguments) {
     return 0;
   });
   parallel::dismiss_processes(status != 0);
+  if (closed_pipe_ends_program()) end_by_closed_pipe();
   return status;
 }
 

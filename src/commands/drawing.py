@@ -19,7 +19,7 @@ from matplotlib.transforms import Affine2D, offset_copy
 here = Path(__file__).resolve().parent
 sys.path[:0] = [str(here / "python"), str(here.parents[1] / "python")]  # as installed; in the source
 
-from lichtenberg import ground
+from lichtenberg import ground, messages
 from lichtenberg.result import TO_GROUND, UNCONNECTED, InputError, check_output, check_result, damage, identity
 
 STEEL, INK, ISOLATED, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
@@ -101,7 +101,7 @@ def report(path, work):
         sentence = str(error)
     except Exception as error:  # whatever a damaged file, or one that another program has changed, leads to
         sentence = f"{path} cannot be drawn: it is damaged or incomplete ({damage(error)})"
-    print(f"lichtenberg: {' '.join(sentence.split())}", file=sys.stderr)
+    messages.tell(f"lichtenberg: {' '.join(sentence.split())}")
     return 2
 
 

@@ -22,6 +22,7 @@
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/interruption.hpp"
+#include "src/commands/streams.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/scene/scene.hpp"
@@ -185,6 +186,7 @@ void report(const Arguments& request, const std::vector<Member>& members, const 
 }
 
 void run_ensemble(Arguments request) {
+  if (!request.json) output_is_optional();
   if (parallel::process_count() > 1)
     throw InputError("ensemble runs processes of its own, one a member: leave mpirun out");
   if (request.folder.empty()) request.folder = fs::path(request.scene).stem().string() + "-ensemble";

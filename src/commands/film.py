@@ -18,7 +18,7 @@ import time
 
 import drawing
 import plot
-from drawing import InputError
+from drawing import InputError, messages
 
 DPI = 170
 CRF = "20"  # ffmpeg's x264: hardly to be told from the frames
@@ -101,7 +101,7 @@ class Progress:
 
     def __init__(self, count, quiet):
         self.count, self.quiet = count, quiet
-        self.terminal = sys.stderr.isatty()
+        self.terminal = os.isatty(2)
         self.began = self.shown = time.monotonic()
 
     def show(self, done):
@@ -112,11 +112,11 @@ class Progress:
         line = f"frame {done} of {self.count} drawn"
         if 10 * done >= self.count:  # before that nobody knows
             line += f", about {(now - self.began) * (self.count - done) / done:.0f} s left"
-        print(*([f"\r{line}\033[K"] if self.terminal else [f"{line}\n"]), end="", file=sys.stderr, flush=True)
+        messages.tell(f"\r{line}\033[K" if self.terminal else f"{line}\n", end="")
 
     def end(self):
         if self.terminal and not self.quiet:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)
+            messages.tell("\r\033[K", end="")
 
 
 def undisturbed_pool(jobs):
@@ -157,7 +157,7 @@ def make(request):
     if not request.quiet:
         seconds = len(frames) / request.rate
         words = f"{len(frames)} frame{'s' * (len(frames) > 1)}{' by ' + colour if colour else ''}"
-        print(f"{request.out} shows {words} in {seconds:.3g} s")
+        messages.say(f"{request.out} shows {words} in {seconds:.3g} s")
 
 
 def main():

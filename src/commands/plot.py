@@ -173,7 +173,7 @@ def plot_frames(request):
     for k, (shown, name) in enumerate(zip(frames, names)):
         drawing.save(pictures.draw(shown, fields and [field[k] for field in fields]), name)
         if not request.quiet:
-            print(f"{name} shows frame {words(shown)}{' by ' + colour if colour else ''}")
+            drawing.messages.say(f"{name} shows frame {words(shown)}{' by ' + colour if colour else ''}")
 
 
 def plot_end(request):

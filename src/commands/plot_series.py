@@ -400,7 +400,7 @@ def draw(request):
     else:
         figure = draw_runs([read(path) for path in request.files], names)
     drawing.save(figure, picture_name(request))
-    print(f"{picture_name(request)} shows {'means' if request.table else 'curves over time'}")
+    drawing.messages.say(f"{picture_name(request)} shows {'means' if request.table else 'curves over time'}")
 
 
 def main():

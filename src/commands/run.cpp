@@ -19,6 +19,7 @@
 #include "src/commands/json_output.hpp"
 #include "src/commands/progress.hpp"
 #include "src/commands/start_from.hpp"
+#include "src/commands/streams.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/granular/device/device.hpp"
@@ -316,6 +317,7 @@ class Run {
 };
 
 void run(const RunArguments& request) {
+  output_is_optional();
   std::optional<Run> run;
   {
     Interruption interruption(Interruption::Work::preparing);

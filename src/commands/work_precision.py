@@ -15,7 +15,7 @@ from pathlib import Path
 
 from matplotlib.ticker import LogFormatterSciNotation
 
-from drawing import INK, InputError, plt, read_json, save, set_style
+from drawing import INK, InputError, messages, plt, read_json, save, set_style
 
 # Distinct also to the colour-blind (Okabe & Ito); a method's line has the style of its family.
 STYLES = {
@@ -156,7 +156,7 @@ def main():
     try:
         save(draw(read_json(request.file)), request.out or Path(request.file).with_suffix(".png"))
     except InputError as error:
-        print(f"lichtenberg: {error}", file=sys.stderr)
+        messages.tell(f"lichtenberg: {error}")
         return 2
     return 0
 

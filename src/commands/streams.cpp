@@ -1,0 +1,91 @@
+#include "src/commands/streams.hpp"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+
+namespace lichtenberg {
+namespace {
+
+int first_error = 0;  // of standard output
+bool output_repeats_files = false, closed_pipes_end_us = false;
+
+/// Descriptors are taken in their order, so that each open() returns the one that is closed.
+void open_closed_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
+    // In the direction that is not wanted: a read or write fails as it did.
+    if (open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
+  }
+}
+
+/// Writes all bytes to the descriptor; returns the errno of a failure, else 0.
+int write_all(int descriptor, const char* bytes, std::size_t count) {
+  while (count > 0) {
+    const ssize_t written = write(descriptor, bytes, count);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    bytes += written;
+    count -= static_cast<std::size_t>(written);
+  }
+  return 0;
+}
+
+ssize_t write_message(void*, const char* bytes, std::size_t count) {
+  write_all(STDERR_FILENO, bytes, count);
+  return static_cast<ssize_t>(count);
+}
+
+ssize_t write_output(void*, const char* bytes, std::size_t count) {
+  if (first_error == 0) first_error = write_all(STDOUT_FILENO, bytes, count);  // after an error no gap in what follows
+  return static_cast<ssize_t>(count);
+}
+
+std::FILE* stream(cookie_write_function_t* write, int buffering) {
+  std::FILE* file = fopencookie(nullptr, "w", {.read = nullptr, .write = write, .seek = nullptr, .close = nullptr});
+  if (file != nullptr) std::setvbuf(file, nullptr, buffering, BUFSIZ);
+  return file;
+}
+
+/// A handler, not SIG_IGN, which programs that this one starts would inherit.
+void survive_closed_pipes() {
+  struct sigaction action {
+  }, before{};
+  action.sa_handler = [](int) {};
+  action.sa_flags = SA_RESTART;
+  closed_pipes_end_us = sigaction(SIGPIPE, nullptr, &before) == 0 && before.sa_handler == SIG_DFL;
+  if (closed_pipes_end_us) sigaction(SIGPIPE, &action, nullptr);
+}
+
+}  // namespace
+
+void prepare_streams() {
+  static bool done = false;
+  if (done) return;
+  done = true;
+  open_closed_descriptors();
+  survive_closed_pipes();
+  std::fflush(nullptr);
+  if (std::FILE* messages = stream(write_message, _IONBF)) stderr = messages;
+  if (std::FILE* output = stream(write_output, isatty(STDOUT_FILENO) ? _IOLBF : _IOFBF)) stdout = output;
+}
+
+void output_is_optional() { output_repeats_files = true; }
+bool is_output_optional() { return output_repeats_files; }
+
+int output_error() {
+  std::fflush(stdout);
+  return first_error;
+}
+
+bool closed_pipe_ends_program() { return closed_pipes_end_us && !output_repeats_files && output_error() == EPIPE; }
+
+void end_by_closed_pipe() {
+  signal(SIGPIPE, SIG_DFL);
+  raise(SIGPIPE);
+}
+
+}  // namespace lichtenberg

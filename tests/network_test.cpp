@@ -297,6 +297,36 @@ TEST_CASE("potentials of several right-hand sides are those of the dense system"
   CHECK((both(rest, Eigen::all) - solve_dense(see, fed_rest - sek * given)).cwiseAbs().maxCoeff() < bound);
 }
 
+TEST_CASE("one node to all: resistances are those of each pair") {
+  std::mt19937_64 random(13);
+  std::uniform_real_distribution<double> decades(-8, 8), place(0, 1);
+  for (const bool positions : {false, true}) {
+    CAPTURE(positions);
+    Network net{.nodes = 200};
+    std::uniform_int_distribution<int> node(0, net.nodes - 1);
+    for (int k = 1; k < net.nodes; ++k) net.links.push_back({k - 1, k, std::pow(10, decades(random))});
+    for (int k = 0; k < 300; ++k) net.links.push_back({node(random), node(random), std::pow(10, decades(random))});
+    net.nodes += 2;  // which nothing joins
+    if (positions)
+      for (int n = 0; n < net.nodes; ++n) net.position.push_back({place(random), place(random), 0});
+    const std::vector<double> found = resistances_from(net, 77);
+    REQUIRE(found.size() == 202);
+    for (int n = 0; n < 200; ++n)
+      if (n != 77) CHECK(found[n] == exactly(1 / conductance_between(net, 77, n)));
+    CHECK(found[77] == 0);
+    for (const int n : {200, 201}) CHECK(std::isinf(found[n]));
+  }
+}
+
+TEST_CASE("one node to all: on a ring of n it is k (n - k) / n") {
+  const int n = 1001;
+  Network ring{.nodes = n};
+  for (int k = 0; k < n; ++k) ring.links.push_back({k, (k + 1) % n, 1});
+  const std::vector<double> found = resistances_from(ring, 0);
+  // Two ways in parallel. Sums of up to a thousand terms.
+  for (int k = 1; k < n; ++k) CHECK(found[k] == Approx(k * double(n - k) / n).epsilon(1e-12));
+}
+
 TEST_CASE("positions change the order of elimination and not the result") {
   const int side = 40;
   Network net{.nodes = side * side};

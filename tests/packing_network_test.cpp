@@ -6,6 +6,7 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "solvers/error.hpp"
 #include "src/commands/command_line.hpp"
@@ -14,6 +15,7 @@
 #include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/recorder.hpp"
+#include "tests/commands.hpp"
 #include "tests/folder.hpp"
 #include "tests/frames.hpp"
 
@@ -64,6 +66,23 @@ class TwoFrames {
   Folder folder_;
   Scene scene_;
 };
+
+/// A result of three disks that touch each other and no wall.
+void triangle(const std::string& path) {
+  const Scene scene = parse_scene(
+      "domain = { size = [6.0, 6.0] }\nfield = { cells = 400 }\n"
+      "[[conductor]]\nposition = [2.0, 2.0]\nradius = 1.0\n"
+      "[[conductor]]\nposition = [4.0, 2.0]\nradius = 1.0\n"
+      "[[conductor]]\nposition = [3.0, 3.8]\nradius = 1.0\n",
+      "triangle.toml");
+  ConductorFrame frame;
+  frame.position = {{2, 2}, {3.9, 2}, {2.95, 3.6}};
+  frame.velocity = frame.force = std::vector<Vec3>(3);
+  frame.group = {0, 1, 2};
+  Recorder recorder = Recorder::start(path, scene, std::vector<double>(3, 1.0), false);
+  recorder.add(columns_of(frame, {}));
+  recorder.save({});
+}
 
 std::string message_of(const std::function<void()>& work) {
   try {
@@ -124,6 +143,94 @@ TEST_CASE("particles as electrodes") {
     CHECK(open.backbone.empty());
     CHECK(open.dead_ends == std::vector<int>{0, 1, 2, 3, 4});
   }
+}
+
+TEST_CASE("electrodes that touch: the particle-centred value, then why no other") {
+  const Folder folder;
+  triangle(folder / "triangle.h5");
+  // Two contacts of 1 Ohm in series beside a third.
+  const Ended words = run(folder, "network triangle.h5 --between 0,1 --no-picture");
+  CHECK_EQ(words.status, 0);
+  CHECK(contains(words.out, "effective resistance  0.666666666667 Ohm"));
+  CHECK(contains(words.out, "contact-centred network: none, since the electrodes, particles 0 and 1, touch"));
+  const Ended json = run(folder, "network triangle.h5 --between 0,1 --no-save --json");
+  const auto found = nlohmann::json::parse(json.out);
+  REQUIRE_EQ(found["networks"].size(), 1);
+  CHECK(found["networks"][0]["resistance"].get<double>() == Approx(2.0 / 3).epsilon(1e-14));
+  CHECK(contains(found["no_contact_network"].get<std::string>(), "touch"));
+  check_refused(run(folder, "network triangle.h5 --between 0,1 --model contact"), "particles 0 and 1, touch");
+}
+
+TEST_CASE("electrodes that touch: the file keeps no network of others") {
+  const TwoFrames file;
+  const auto has = [&](const char* model) {
+    return hdf5::exists(hdf5::load(file.path()), std::string("network/") + model);
+  };
+  CHECK(run_command_line({"network", file.path(), "--no-picture"}) == 0);
+  CHECK(has("contact"));
+  CHECK(run_command_line({"network", file.path(), "--no-picture", "--between", "0,1"}) == 0);
+  CHECK(has("particle"));
+  CHECK_FALSE(has("contact"));
+  // A particle and the wall that it touches.
+  CHECK(run_command_line({"network", file.path(), "--no-picture", "--between", "bottom,0"}) == 0);
+  CHECK(run_command_line({"network", file.path(), "--no-picture", "--between", "bottom,0", "--model", "contact"}) == 2);
+}
+
+TEST_CASE("one to all: resistances are those of pair after pair") {
+  const TwoFrames file;
+  const PackingFrame frame = read_packing(file.path(), {});
+  for (const NetworkModel model : {NetworkModel::particle, NetworkModel::contact})
+    for (const std::string from : {"0", "bottom", "4"}) {
+      CAPTURE(from);
+      const std::vector<double> found = resistances_to_all(frame, model, {.between = from}).resistance;
+      REQUIRE(found.size() == 5);
+      for (int i = 0; i < 5; ++i) {
+        const std::string pair = from + "," + std::to_string(i);
+        if (std::to_string(i) == from)
+          CHECK(found[i] == 0);
+        else if (model == NetworkModel::contact && !why_no_contact_network(frame, {.between = pair}).empty())
+          CHECK(std::isnan(found[i]));
+        else
+          CHECK(1 / found[i] ==
+                Approx(solve_network(frame, model, {.between = pair}, 1).conduction.conductance).epsilon(1e-14));
+      }
+    }
+}
+
+TEST_CASE("one to all: a triangle of 1 Ohm contacts gives 2/3 Ohm in one call") {
+  const Folder folder;
+  triangle(folder / "triangle.h5");
+  const std::string before = text_of(folder / "triangle.h5");
+  for (const std::string between : {"0,all", "\"0, all\""}) {
+    const auto found = nlohmann::json::parse(run(folder, "network triangle.h5 --json --between " + between).out);
+    const auto resistance = found["networks"][0]["resistance"].get<std::vector<double>>();
+    CHECK(resistance[0] == 0);
+    for (const int i : {1, 2}) CHECK(resistance[i] == Approx(2.0 / 3).epsilon(1e-14));
+    CHECK_EQ(found["networks"][1]["touching"], nlohmann::json({1, 2}));
+  }
+  CHECK(contains(run(folder, "network triangle.h5 --between 0,all").out, "Ohm from particle 0 to each particle"));
+  CHECK(text_of(folder / "triangle.h5") == before);
+  for (const std::string option : {"--voltage 2", "--out a.png", "--overwrite"})
+    check_refused(run(folder, "network triangle.h5 --between 0,all " + option), "is not allowed with --between");
+  check_refused(run(folder, "network triangle.h5 --between 3,all"), "there is no particle 3; allowed are 0 to 2");
+  check_refused(run(folder, "network triangle.h5 --between lid,all"), "there is no wall \"lid\"");
+}
+
+TEST_CASE("output: it says which resistor was assumed and when to use which") {
+  const Folder folder;
+  triangle(folder / "triangle.h5");
+  const std::string command = "network triangle.h5 --between bottom,top --no-save ";
+  const std::string assumed = "resistance = 1 Ohm: assumed, since neither --resistor nor [network] names a model";
+  CHECK(contains(run(folder, command).out, assumed));
+  for (const std::string option : {"--resistance 1", "--resistor constant --resistance 1"}) {
+    const Ended given = run(folder, command + option);
+    CHECK(contains(given.out, "resistance = 1 Ohm\n"));
+    CHECK(contains(given.out, "right where           contacts resist, and particles hardly do\n"));
+    CHECK(contains(given.out, "right where           particles resist, and contacts do not"));
+  }
+  const auto json = nlohmann::json::parse(run(folder, command + "--json").out);
+  CHECK_EQ(json["networks"][0]["assumed"], true);
+  CHECK_EQ(nlohmann::json::parse(run(folder, command + "--json --resistance 1").out)["networks"][0]["assumed"], false);
 }
 
 TEST_CASE("the scene chooses the physics of the resistors") {

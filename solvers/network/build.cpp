@@ -81,6 +81,23 @@ PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& 
   return result;
 }
 
+std::string why_no_contact_network(const ParticlePacking& packing, const Contacts& contacts,
+                                   const std::vector<PackingElectrode>& electrodes) {
+  const ElectrodeOf electrode_of(packing, electrodes);
+  const auto touch = [](const std::string& which) {
+    return fmt::format(
+        "the electrodes, {}, touch: in a contact-centred network their contact would have to be at both potentials",
+        which);
+  };
+  for (const auto [i, j] : contacts.pairs)
+    if (electrode_of.particle[i] >= 0 && electrode_of.particle[j] >= 0)
+      return touch(fmt::format("particles {} and {}", i, j));
+  for (const ParticleWallContact& c : contacts.walls)
+    if (electrode_of.particle[c.particle] >= 0 && electrode_of.wall[c.wall] >= 0)
+      return touch(fmt::format("particle {} and wall {}", c.particle, packing.walls[c.wall].name));
+  return "";
+}
+
 namespace {
 
 /// The nodes of a contact-centred network, and what touches each particle.
@@ -93,6 +110,8 @@ class ContactNodes {
         electrodes_(electrodes),
         electrode_of_(packing, electrodes),
         touching(packing.size()) {
+    if (const std::string why = why_no_contact_network(packing, contacts, electrodes); !why.empty())
+      throw InputError(why);
     number();
     // Counted, then filled, by the same visit.
     each([&](int particle, int, const Point&) { ++touching.start[particle + 1]; });
@@ -112,11 +131,6 @@ class ContactNodes {
     for (std::size_t k = 0; k < contacts_.pairs.size(); ++k) {
       const auto [i, j] = contacts_.pairs[k];
       const int a = electrode_of_.particle[i], b = electrode_of_.particle[j];
-      if (a >= 0 && b >= 0)
-        throw InputError(
-            fmt::format("the electrodes, particles {} and {}, touch: in a contact-centred network their "
-                        "contact would have to be at both potentials",
-                        i, j));
       if (a >= 0 || b >= 0) continue;
       node_[k] = static_cast<int>(position.size());
       position.push_back(contact_point(packing_, contacts_.pairs[k]));
@@ -139,14 +153,8 @@ class ContactNodes {
         if (electrode_of_.particle[particle] < 0)
           visit(particle, node_[k], contact_point(packing_, contacts_.pairs[k]));
     for (const ParticleWallContact& c : contacts_.walls) {
-      const int wall = electrode_of_.wall[c.wall], particle = electrode_of_.particle[c.particle];
-      if (wall < 0) continue;
-      if (particle >= 0)
-        throw InputError(
-            fmt::format("the electrodes, particle {} and wall {}, touch: in a contact-centred network "
-                        "their contact would have to be at both potentials",
-                        c.particle, packing_.walls[c.wall].name));
-      visit(c.particle, electrode_node[wall], contact_point(packing_, c));
+      const int wall = electrode_of_.wall[c.wall];
+      if (wall >= 0) visit(c.particle, electrode_node[wall], contact_point(packing_, c));
     }
   }
 

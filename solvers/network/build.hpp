@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "solvers/network/electrode.hpp"
@@ -25,10 +26,14 @@ struct PackingNetwork {
 PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
                                 const Parameters& parameters, const std::vector<PackingElectrode>& electrodes);
 
+/// Why the electrodes can have no contact-centred network: they touch each other, and their contact would have to be at
+/// two potentials. Empty if they can.
+std::string why_no_contact_network(const ParticlePacking& packing, const Contacts& contacts,
+                                   const std::vector<PackingElectrode>& electrodes);
+
 /// A node a contact, links between all contacts of a particle. Nodes are the contacts between particles that are no
 /// electrodes, in their order, then the electrodes: contacts with one of those belong to it.
-/// Throws InputError if two electrodes touch each other: their contact would have to be at two potentials; and as
-/// check_particles does.
+/// Throws InputError with what why_no_contact_network says, and as check_particles does.
 PackingNetwork contact_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes);
 

@@ -172,6 +172,17 @@ Conduction conduct(const Network& network, int low, int high, const ConductionOp
   return result;
 }
 
+std::vector<double> resistances_from(const Network& network, int node) {
+  check(network);
+  check_nodes(network, {node});
+  const std::vector<int> piece = components(network).of;
+  const Part part = part_of(network, {node}, [&](std::size_t k) { return piece[network.links[k].a] == piece[node]; });
+  const Eigen::VectorXd found = Elimination(part.network, {0}).resistances();
+  std::vector<double> resistance(network.nodes, std::numeric_limits<double>::infinity());
+  for (int n = 0; n < part.network.nodes; ++n) resistance[part.node[n]] = found(n);
+  return resistance;
+}
+
 double conductance_between(const Network& network, int low, int high) {
   check_nodes(network, {low, high});
   return condense(network, {low, high})(1, 0);

@@ -46,6 +46,10 @@ struct Conduction {
 /// same node or not in the network, or a link's conductance is not positive; Failure if powers do not balance.
 Conduction conduct(const Network& network, int low, int high, const ConductionOptions& options = {});
 
+/// Effective resistances (Ohm) from a node to each, [nodes], by one elimination: 0 to itself, infinite without a path.
+/// Throws InputError if there is no such node or a link's conductance is not positive.
+std::vector<double> resistances_from(const Network& network, int node);
+
 /// Conductance between two nodes (S) and nothing else, by elimination: 0 without a path.
 double conductance_between(const Network& network, int low, int high);
 

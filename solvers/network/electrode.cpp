@@ -24,7 +24,10 @@ std::optional<int> number(const std::string& text) {
   return value;
 }
 
-PackingElectrode read_electrode(const std::string& name, const std::vector<std::string>& walls, int particles) {
+}  // namespace
+
+PackingElectrode read_electrode(const std::string& text, const std::vector<std::string>& walls, int particles) {
+  const std::string name = without_blanks(text);
   if (const auto wall = std::ranges::find(walls, name); wall != walls.end())
     return {.wall = true, .index = static_cast<int>(wall - walls.begin())};
   const std::optional<int> particle = number(name);
@@ -36,16 +39,13 @@ PackingElectrode read_electrode(const std::string& name, const std::vector<std::
   return {.wall = false, .index = *particle};
 }
 
-}  // namespace
-
 std::vector<PackingElectrode> read_electrodes(const std::string& between, const std::vector<std::string>& walls,
                                               int particles) {
   const std::size_t comma = between.find(',');
   if (comma == std::string::npos || between.find(',', comma + 1) != std::string::npos)
     throw InputError(fmt::format("\"{}\" is not allowed: two electrodes are needed, as in bottom,top", between));
-  const std::vector<PackingElectrode> electrodes = {
-      read_electrode(without_blanks(between.substr(0, comma)), walls, particles),
-      read_electrode(without_blanks(between.substr(comma + 1)), walls, particles)};
+  const std::vector<PackingElectrode> electrodes = {read_electrode(between.substr(0, comma), walls, particles),
+                                                    read_electrode(between.substr(comma + 1), walls, particles)};
   if (electrodes[0] == electrodes[1])
     throw InputError(fmt::format("\"{}\" names the same electrode twice: two different ones are needed", between));
   return electrodes;
@@ -53,7 +53,7 @@ std::vector<PackingElectrode> read_electrodes(const std::string& between, const 
 
 bool is_electrode_name(const std::string& name) {
   const bool digits = std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; });
-  return !digits && !number(name) && name.find(',') == std::string::npos && without_blanks(name) == name;
+  return !digits && !number(name) && name != all_particles && name.find(',') == std::string::npos && without_blanks(name) == name;
 }
 
 }  // namespace lichtenberg::network

@@ -225,4 +225,57 @@ Eigen::MatrixXd Elimination::potentials(const Eigen::MatrixXd& given, const Eige
   return potential;
 }
 
+/// The front that takes in what each one leaves, or -1.
+std::vector<int> Elimination::parents() const {
+  std::vector<int> parent(dissection_.fronts.size(), -1), waiting;
+  for (std::size_t f = 0; f < parent.size(); ++f) {
+    for (int c = 0; c < dissection_.fronts[f].children; ++c) {
+      parent[waiting.back()] = static_cast<int>(f);
+      waiting.pop_back();
+    }
+    waiting.push_back(static_cast<int>(f));
+  }
+  return parent;
+}
+
+/// Fills in the rows and columns of a front's own nodes, from the last to the first: the potential of a star's middle
+/// is the mean of its ends' by weights w, so Z_ki = sum_j w_j Z_ji, and Z_kk = 1 / s_k + sum_i w_i Z_ki.
+void Elimination::invert_stars(int front, Eigen::MatrixXd& inverse) const {
+  const Eigen::Index m = inverse.rows();
+  for (Eigen::Index k = size(front) - 1; k >= 0; --k) {
+    const Eigen::Map<const Eigen::VectorXd> star(factor_.data() + factor_start_[front] + k * m, m);
+    const Eigen::Index later = m - k - 1;
+    const Eigen::VectorXd weight = star.tail(later) / star(k);
+    inverse.col(k).tail(later) = inverse.bottomRightCorner(later, later) * weight;
+    inverse.row(k).tail(later) = inverse.col(k).tail(later).transpose();
+    inverse(k, k) = 1 / star(k) + weight.dot(inverse.col(k).tail(later));
+  }
+}
+
+Eigen::VectorXd Elimination::resistances() const {
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(nodes_);
+  const std::vector<int> parent = parents();
+  std::vector<std::vector<int>> children(parent.size());
+  for (std::size_t f = 0; f < parent.size(); ++f)
+    if (parent[f] >= 0) children[parent[f]].push_back(static_cast<int>(f));
+  std::vector<Eigen::MatrixXd> of_border(parent.size());  // what the parent knows of each front's border
+  std::vector<int> place(nodes_, -1), rows;
+  for (int f = static_cast<int>(parent.size()) - 1; f >= 0; --f) {
+    const int s = size(f), m = s + border(f);
+    Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(m, m);
+    if (of_border[f].size() > 0) inverse.bottomRightCorner(m - s, m - s) = of_border[f];
+    of_border[f].resize(0, 0);
+    invert_stars(f, inverse);
+    const int first = dissection_.fronts[f].first;
+    for (int k = 0; k < s; ++k) result(node(first + k)) = inverse(k, k), place[first + k] = k;
+    for (int b = 0; b < m - s; ++b) place[border_[border_start_[f] + b]] = s + b;
+    for (const int child : children[f]) {
+      rows.clear();
+      for (int b = border_start_[child]; b < border_start_[child + 1]; ++b) rows.push_back(place[border_[b]]);
+      of_border[child] = inverse(rows, rows);
+    }
+  }
+  return result;
+}
+
 }  // namespace lichtenberg::network

@@ -42,6 +42,12 @@ class Elimination {
   /// `fed`: [nodes, m] currents fed into the other nodes (A), or empty for none.
   Eigen::MatrixXd potentials(const Eigen::MatrixXd& given, const Eigen::MatrixXd& fed = {}) const;
 
+  /// Effective resistances (Ohm) between each node, [nodes], and the kept ones, which are joined to one; zero for
+  /// those. The diagonal of the inverse of the grounded conductance matrix, by the entries of the inverse that lie in
+  /// the fronts alone (Erisman & Tinney 1975), at twice the operations of the elimination. Only sums of positive
+  /// numbers.
+  Eigen::VectorXd resistances() const;
+
   std::int64_t stored_entries() const { return static_cast<std::int64_t>(factor_.size()); }
   double operations() const { return operations_; }  ///< multiplications, twice, of the elimination
 
@@ -52,6 +58,9 @@ class Elimination {
 
   int size(int front) const { return dissection_.fronts[front].last - dissection_.fronts[front].first; }
   int border(int front) const { return border_start_[front + 1] - border_start_[front]; }
+  void invert_stars(int front, Eigen::MatrixXd& inverse) const;
+  std::vector<int> parents() const;
+
   /// A node by its number in the order of elimination; kept ones in the order of `kept`.
   int node(int number) const { return dissection_.order[number]; }
 

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "solvers/error.hpp"
+#include "solvers/network/electrode.hpp"
 #include "solvers/network/resistor.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/draw.hpp"
@@ -24,7 +25,7 @@ struct NetworkArguments {
   NetworkOptions options;  ///< those that were given, but for the model
   std::optional<std::string> model;
   std::optional<std::string> between;
-  double voltage = 1;
+  std::optional<double> voltage;
   bool json = false, no_picture = false, no_save = false, overwrite = false;
 };
 
@@ -59,6 +60,20 @@ std::string resistor_in_words(const NetworkOptions& options) {
   return words;
 }
 
+std::string assumed_in_words(bool assumed) {
+  return assumed ? ": assumed, since neither --resistor nor [network] names a model" : "";
+}
+
+/// When a model of nodes is the right one.
+std::string meaning_of(NetworkModel model, const NetworkOptions& options) {
+  const std::string resistor = options.resistor.value_or("constant");
+  if (resistor == "constriction") return "contacts resist and particles do not: either network has the same resistance";
+  if (model == NetworkModel::particle) return "contacts resist, and particles hardly do";
+  if (resistor == "disk" || resistor == "sphere") return "particles resist, and contacts are small";
+  return "particles resist, and contacts do not; a resistor for each pair of a particle's contacts, so that many "
+         "contacts conduct better than in a solid (disk, sphere)";
+}
+
 /// The first few of them.
 std::string some(const std::vector<int>& numbers) {
   constexpr std::size_t most = 12;
@@ -70,7 +85,8 @@ std::string some(const std::vector<int>& numbers) {
 void print_table(const SolvedNetwork& solved) {
   const network::Conduction& c = solved.conduction;
   fmt::print("{}-centred network of particles whose surfaces touch or overlap\n", name_of(solved.model));
-  fmt::print("  resistor              {}\n", resistor_in_words(solved.options));
+  fmt::print("  right where           {}\n", meaning_of(solved.model, solved.options));
+  fmt::print("  resistor              {}{}\n", resistor_in_words(solved.options), assumed_in_words(solved.assumed));
   fmt::print("  nodes, resistors      {}, {}\n", solved.network.network.nodes, solved.network.network.links.size());
   if (!c.connected) {
     fmt::print("  effective resistance  infinite: no path of contacts leads from one electrode to the other\n");
@@ -82,6 +98,11 @@ void print_table(const SolvedNetwork& solved) {
   fmt::print("  backbone particles    {}\n", some(solved.backbone));
   fmt::print("  dead ends             {}\n", some(solved.dead_ends));
   fmt::print("  isolated particles    {}\n", some(solved.isolated));
+}
+
+void print_tables(const std::vector<SolvedNetwork>& networks, const std::string& why_no_contact) {
+  for (const SolvedNetwork& solved : networks) print_table(solved);
+  if (!why_no_contact.empty()) fmt::print("contact-centred network: none, since {}\n", why_no_contact);
 }
 
 /// JSON has no infinity and no NaN: null.
@@ -101,6 +122,8 @@ nlohmann::ordered_json network_json(const SolvedNetwork& solved) {
   nlohmann::ordered_json json = {{"model", name_of(solved.model)},
                                  {"resistor", solved.options.resistor.value_or("constant")},
                                  {"parameters", parameters_json(solved.options)},
+                                 {"assumed", solved.assumed},
+                                 {"right_where", meaning_of(solved.model, solved.options)},
                                  {"between", solved.options.between},
                                  {"connected", c.connected},
                                  {"resistance", number(c.resistance)},
@@ -125,16 +148,100 @@ nlohmann::ordered_json network_json(const SolvedNetwork& solved) {
   return json;
 }
 
-void print_json(const NetworkArguments& request, const PackingFrame& frame,
-                const std::vector<SolvedNetwork>& networks) {
+void print_json(const NetworkArguments& request, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks,
+                const std::string& why_no_contact) {
   nlohmann::ordered_json json = {{"file", request.file},
                                  {"frame", frame.frame},
                                  {"particles", frame.packing.size()},
-                                 {"voltage", request.voltage},
+                                 {"voltage", request.voltage.value_or(1)},
                                  {"networks", nlohmann::ordered_json::array()}};
   for (const SolvedNetwork& solved : networks) json["networks"].push_back(network_json(solved));
+  if (!why_no_contact.empty()) json["no_contact_network"] = why_no_contact;
   fmt::print("{}\n", json.dump(2));
 }
+
+// One electrode to all particles
+
+/// The electrode of `--between ELECTRODE,all`, or none.
+std::optional<std::string> one_to_all(const NetworkArguments& request) {
+  const std::string between = request.between.value_or("");
+  const std::size_t comma = between.rfind(',');
+  if (comma == std::string::npos) return {};
+  std::string second = between.substr(comma + 1);
+  std::erase(second, ' ');
+  return second == network::all_particles ? std::optional(between.substr(0, comma)) : std::nullopt;
+}
+
+std::string resistance_in_words(double resistance) {
+  if (std::isnan(resistance)) return "touches";
+  return std::isinf(resistance) ? "infinite" : fmt::format("{:.12g}", resistance);
+}
+
+void print_table(const std::vector<ResistancesToAll>& found) {
+  for (const ResistancesToAll& each : found) {
+    fmt::print("# {}-centred: right where {}\n", name_of(each.model), meaning_of(each.model, each.options));
+    fmt::print("# resistor {}{}\n", resistor_in_words(each.options), assumed_in_words(each.assumed));
+    if (std::ranges::any_of(each.resistance, [](double r) { return std::isnan(r); }))
+      fmt::print("# touches: the contact with the electrode would have to be at both potentials\n");
+  }
+  const std::string& electrode = found.front().options.between;
+  fmt::print("# resistance in Ohm from {} {} to each particle\nparticle",
+             network::is_electrode_name(electrode) ? "wall" : "particle", electrode);
+  for (const ResistancesToAll& each : found) fmt::print("  {:>20}", name_of(each.model) + "-centred");
+  for (std::size_t i = 0; i < found.front().resistance.size(); ++i) {
+    fmt::print("\n{:8}", i);
+    for (const ResistancesToAll& each : found) fmt::print("  {:>20}", resistance_in_words(each.resistance[i]));
+  }
+  fmt::print("\n");
+}
+
+void print_json(const NetworkArguments& request, const PackingFrame& frame,
+                const std::vector<ResistancesToAll>& found) {
+  nlohmann::ordered_json json = {{"file", request.file},
+                                 {"frame", frame.frame},
+                                 {"particles", frame.packing.size()},
+                                 {"networks", nlohmann::ordered_json::array()}};
+  for (const ResistancesToAll& each : found) {
+    nlohmann::ordered_json one = {{"model", name_of(each.model)},
+                                  {"resistor", each.options.resistor.value_or("constant")},
+                                  {"parameters", parameters_json(each.options)},
+                                  {"assumed", each.assumed},
+                                  {"right_where", meaning_of(each.model, each.options)},
+                                  {"from", each.options.between},
+                                  {"resistance", nlohmann::ordered_json::array()},
+                                  {"touching", nlohmann::ordered_json::array()}};
+    for (std::size_t i = 0; i < each.resistance.size(); ++i) {
+      one["resistance"].push_back(number(each.resistance[i]));
+      if (std::isnan(each.resistance[i])) one["touching"].push_back(i);
+    }
+    json["networks"].push_back(one);
+  }
+  fmt::print("{}\n", json.dump(2));
+}
+
+void check_one_to_all(const NetworkArguments& request) {
+  const auto refuse = [](const std::string& option) {
+    throw InputError(
+        fmt::format("{} is not allowed with --between ELECTRODE,all, which prints resistances and neither "
+                    "draws nor keeps anything",
+                    option));
+  };
+  if (request.voltage) refuse("--voltage");
+  if (!request.picture.empty()) refuse("--out");
+  if (request.overwrite) refuse("--overwrite");
+}
+
+void measure_to_all(const NetworkArguments& request, const std::string& electrode) {
+  check_one_to_all(request);
+  const PackingFrame frame = read_packing(request.file, request.frame);
+  NetworkOptions options = options_for(request, frame.scene);
+  options.between = electrode;
+  std::vector<ResistancesToAll> found;
+  for (const NetworkModel model : models_of(options)) found.push_back(resistances_to_all(frame, model, options));
+  request.json ? print_json(request, frame, found) : print_table(found);
+}
+
+// Two electrodes
 
 bool draws(const NetworkArguments& request) { return !request.no_picture && !request.no_save; }
 
@@ -158,22 +265,27 @@ void draw_networks(const NetworkArguments& request, const std::vector<SolvedNetw
 }
 
 void measure(const NetworkArguments& request) {
+  if (const std::optional<std::string> electrode = one_to_all(request)) return measure_to_all(request, *electrode);
   constexpr double least = 1e-100, most = 1e100;  // or its square is no number any more
-  if (!(request.voltage >= least && request.voltage <= most))
+  const double voltage = request.voltage.value_or(1);
+  if (!(voltage >= least && voltage <= most))
     throw InputError(
-        fmt::format("--voltage {:g} is not allowed: it must be from {:g} to {:g} V", request.voltage, least, most));
+        fmt::format("--voltage {:g} is not allowed: it must be from {:g} to {:g} V", voltage, least, most));
   const PackingFrame frame = read_packing(request.file, request.frame);
   if (!request.no_save) check_writable(request.file);
   if (draws(request)) check_output("--out", picture_of(request), request.overwrite);
   const NetworkOptions options = options_for(request, frame.scene);
+  std::vector<NetworkModel> models = models_of(options);
+  std::string why_no_contact;
+  if (models.size() > 1) why_no_contact = why_no_contact_network(frame, options);
+  if (!why_no_contact.empty()) models = {NetworkModel::particle};
   std::vector<SolvedNetwork> networks;
-  for (const NetworkModel model : models_of(options))
-    networks.push_back(solve_network(frame, model, options, request.voltage));
-  if (!request.no_save) save_networks(request.file, frame, networks);
+  for (const NetworkModel model : models) networks.push_back(solve_network(frame, model, options, voltage));
+  if (!request.no_save) save_networks(request.file, frame, networks, !why_no_contact.empty());
   if (request.json)
-    print_json(request, frame, networks);
+    print_json(request, frame, networks, why_no_contact);
   else
-    for (const SolvedNetwork& solved : networks) print_table(solved);
+    print_tables(networks, why_no_contact);
   if (draws(request)) draw_networks(request, networks);
 }
 
@@ -188,10 +300,12 @@ Command network_command() {
       {"FILE", &request->file, "result file of a run (.h5); the networks are kept in it", {.required = true}},
       {"--model",
        &request->model,
-       "what a node is (default: network.model of the scene, or both)",
+       "what a node is: `particle` where contacts resist, `contact` where the particles themselves do (default: "
+       "network.model of the scene, or both)",
        {.allowed = names_of<NetworkModel>()}},
       {"--between", &request->between,
-       "electrodes, the first at 0 V: names of walls or numbers of particles (default: bottom,top)"},
+       "electrodes, the first at 0 V: names of walls or numbers of particles (default: bottom,top); 0,all prints the "
+       "resistances from particle 0 to each particle"},
       {"--resistor",
        &request->options.resistor,
        "model of a resistor (default: constant, of 1 Ohm)",

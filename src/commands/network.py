@@ -119,7 +119,7 @@ def read_network(file, model):
         lines = [(name, None if w else int(name)) for w, name in zip(found, names)]
     return DrawnNetwork(
         model=model,
-        resistor=group.attrs["resistor"],
+        resistor=group.attrs["resistor"] + (" 1 Ω (assumed)" if group.attrs.get("assumed", 0) else ""),
         size=size,
         position=position[:, shown],
         radius=radius,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "solvers/error.hpp"
 #include "solvers/network/components.hpp"
@@ -55,14 +56,58 @@ network::ParticlePacking read_frame(const ResultFile& result, int frame) {
   return packing;
 }
 
-std::vector<network::PackingElectrode> electrodes_of(const PackingFrame& frame, const std::string& between) {
+/// What `read` (network::read_electrodes or read_electrode) makes of a text.
+template <class Read>
+auto electrodes_by(const Read& read, const PackingFrame& frame, const std::string& between) {
   std::vector<std::string> walls;
   for (const network::PackingWall& wall : frame.packing.walls) walls.push_back(wall.name);
   try {
-    return network::read_electrodes(between, walls, frame.packing.size());
+    return read(between, walls, frame.packing.size());
   } catch (const InputError& error) {
     throw InputError(fmt::format("--between: {}", error.what()));
   }
+}
+
+std::vector<network::PackingElectrode> electrodes_of(const PackingFrame& frame, const std::string& between) {
+  return electrodes_by(network::read_electrodes, frame, between);
+}
+
+/// Nobody named a resistor or a resistance: 1 Ohm each.
+bool assume(NetworkOptions& options) {
+  if (options.resistor || options.parameters.resistance) return false;
+  options.parameters.resistance = 1;
+  return true;
+}
+
+/// The model that the options name, with parameters that it can use. Throws InputError as network::check.
+const network::ResistorModel& checked_resistor(const NetworkOptions& options) {
+  const network::ResistorModel& resistor = network::resistor_model(options.resistor.value_or("constant"));
+  network::check(resistor, options.parameters);
+  return resistor;
+}
+
+network::PackingNetwork build(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options,
+                              const std::vector<network::PackingElectrode>& electrodes) {
+  const auto builder = model == NetworkModel::particle ? network::particle_network : network::contact_network;
+  return builder(frame.packing, frame.contacts, checked_resistor(options), options.parameters, electrodes);
+}
+
+/// Contact-centred: each particle is an electrode of a network of its own.
+std::vector<double> resistances_between_contacts(const PackingFrame& frame, const NetworkOptions& options,
+                                                 const network::PackingElectrode& from) {
+  std::vector<double> resistance;
+  for (int i = 0; i < frame.packing.size(); ++i) {
+    const std::vector<network::PackingElectrode> ends{from, {.wall = false, .index = i}};
+    if (ends[0] == ends[1]) {
+      resistance.push_back(0);
+    } else if (!network::why_no_contact_network(frame.packing, frame.contacts, ends).empty()) {
+      resistance.push_back(std::numeric_limits<double>::quiet_NaN());
+    } else {
+      const network::PackingNetwork built = build(frame, NetworkModel::contact, options, ends);
+      resistance.push_back(1 / network::conductance_between(built.network, built.electrode[0], built.electrode[1]));
+    }
+  }
+  return resistance;
 }
 
 /// Which particles a path of contacts joins to one of the electrodes.
@@ -109,6 +154,7 @@ void put_network(const hdf5::Handle& file, const PackingFrame& frame, const Solv
   const std::size_t links = network.links.size(), nodes = network.nodes;
   hdf5::put_attribute(group, "resistor", solved.options.resistor.value_or("constant"));
   hdf5::put_attribute(group, "between", solved.options.between);
+  hdf5::put_attribute(group, "assumed", solved.assumed ? 1 : 0);
   hdf5::put_attribute(group, "frame", frame.frame);
   for (const network::ParameterEntry& entry : network::parameter_entries())
     if (const auto& value = solved.options.parameters.*entry.value) hdf5::put(group, entry.name, *value, entry.unit);
@@ -159,22 +205,41 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
 SolvedNetwork solve_network(const PackingFrame& frame, NetworkModel model, const NetworkOptions& asked,
                             double voltage) {
   SolvedNetwork solved{.model = model, .options = asked};
-  if (!asked.resistor && !asked.parameters.resistance) solved.options.parameters.resistance = 1;
-  const network::ResistorModel& resistor = network::resistor_model(asked.resistor.value_or("constant"));
-  const network::Parameters& parameters = solved.options.parameters;
-  network::check(resistor, parameters);
+  solved.assumed = assume(solved.options);
+  checked_resistor(solved.options);
   const auto electrodes = electrodes_of(frame, asked.between);
-  const auto build = model == NetworkModel::particle ? network::particle_network : network::contact_network;
-  solved.network = build(frame.packing, frame.contacts, resistor, parameters, electrodes);
+  solved.network = build(frame, model, solved.options, electrodes);
   solved.conduction = network::conduct(solved.network.network, solved.network.electrode[0], solved.network.electrode[1],
                                        {.voltage = voltage});
   sort_particles(frame, electrodes, solved);
   return solved;
 }
 
-void save_networks(const std::string& path, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks) {
+std::string why_no_contact_network(const PackingFrame& frame, const NetworkOptions& options) {
+  return network::why_no_contact_network(frame.packing, frame.contacts, electrodes_of(frame, options.between));
+}
+
+ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel model, const NetworkOptions& asked) {
+  ResistancesToAll result{.model = model, .options = asked};
+  result.assumed = assume(result.options);
+  checked_resistor(result.options);
+  const network::PackingElectrode from = electrodes_by(network::read_electrode, frame, asked.between);
+  if (model == NetworkModel::contact) {
+    result.resistance = resistances_between_contacts(frame, result.options, from);
+    return result;
+  }
+  const network::PackingNetwork built = build(frame, model, result.options, {from});
+  result.resistance = network::resistances_from(built.network, built.electrode[0]);
+  result.resistance.resize(static_cast<std::size_t>(frame.packing.size()));  // without the wall, if it is one
+  return result;
+}
+
+void save_networks(const std::string& path, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks,
+                   bool no_contact_network) {
   try {
     store(*frame.file, [&](const hdf5::Handle& file) {
+      const std::string contact = "network/" + name_of(NetworkModel::contact);
+      if (no_contact_network && hdf5::exists(file, contact)) hdf5::check(H5Ldelete(file, contact.c_str(), H5P_DEFAULT));
       for (const SolvedNetwork& solved : networks) put_network(file, frame, solved);
     });
   } catch (const hdf5::Error& error) {

@@ -29,6 +29,7 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame);
 struct SolvedNetwork {
   NetworkModel model = NetworkModel::particle;
   NetworkOptions options;
+  bool assumed = false;  ///< nobody named a resistor: it is the constant one of 1 Ohm
   network::PackingNetwork network;
   network::Conduction conduction;
   std::vector<int> backbone;   ///< particles that can carry a current
@@ -40,9 +41,28 @@ struct SolvedNetwork {
 SolvedNetwork solve_network(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options,
                             double voltage);
 
-/// Puts the networks into the result file, one group /network/MODEL each, over those of an earlier call; the file is
-/// replaced as a whole. Throws Failure, and leaves the file alone, if it cannot be written or is no longer the one that
-/// the frame was read from (its run goes on).
-void save_networks(const std::string& path, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks);
+/// Why options.between has no contact-centred network, or an empty text. Throws InputError as solve_network does.
+std::string why_no_contact_network(const PackingFrame& frame, const NetworkOptions& options);
+
+/// Effective resistances from one electrode to each particle.
+struct ResistancesToAll {
+  NetworkModel model = NetworkModel::particle;
+  NetworkOptions options;  ///< `between`: the electrode
+  bool assumed = false;    ///< as in SolvedNetwork
+  /// [particles] Ohm; 0 to itself, infinite without a path, NaN to a particle that has none because it touches the
+  /// electrode of a contact-centred network.
+  std::vector<double> resistance;
+};
+
+/// By one elimination, of a contact-centred network by one for each particle. options.between: the electrode's name.
+/// Throws InputError as solve_network does.
+ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options);
+
+/// Puts the networks into the result file, one group /network/MODEL each, over those of an earlier call, and removes
+/// the contact-centred one of an earlier call if `no_contact_network`; the file is replaced as a whole. Throws Failure,
+/// and leaves the file alone, if it cannot be written or is no longer the one that the frame was read from (its run
+/// goes on).
+void save_networks(const std::string& path, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks,
+                   bool no_contact_network = false);
 
 }  // namespace lichtenberg

@@ -51,8 +51,8 @@ Wall build_wall(const Draft& draft, const WallDraft& given, std::size_t number) 
     refuse(draft.scene.path, given.line, "wall.normal = 0 is not allowed: it must point to the particles' side");
   if (given.name && !network::is_electrode_name(*given.name))
     refuse(draft.scene.path, given.line,
-           fmt::format("wall.name = \"{}\" is not allowed: it must not be a number, which names a particle, have a "
-                       "comma in it or a blank at its ends",
+           fmt::format("wall.name = \"{}\" is not allowed: it must not be a number, which names a particle, nor "
+                       "`all`, which names all of them, nor have a comma in it or a blank at its ends",
                        *given.name));
   return {given.name.value_or(fmt::format("wall {}", number)), given.point.value, n / length};
 }

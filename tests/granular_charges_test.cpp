@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "src/effects/gas_drag.hpp"
+#include "src/effects/multipole_truncation.hpp"
 #include "src/granular/granular_motion.hpp"
 #include "src/granular/pace.hpp"
 #include "src/model/frame.hpp"
@@ -135,12 +136,61 @@ TEST_CASE("multipoles above dipoles: grains in contact attract each other as die
   CHECK(far.dipole == doctest::Approx(dipoles.dipole).epsilon(1e-3));
 }
 
-TEST_CASE("explain says of dielectric grains that multipoles take the place of the sum of charges") {
+TEST_CASE("explain: a degree above 1 gives multipoles in place of the sum, and their error") {
   Scene scene = two_dielectric_grains(1.6, 6);
   scene.effects.add(effects::CoulombOptions{});  // a mesh
   const auto remarks = effects::CoulombOptions::kind().explain(scene);
-  REQUIRE(remarks.size() == 1);
+  REQUIRE(remarks.size() == 2);
   CHECK(remarks[0].text.find("relative permittivity 5.5, multipoles to degree 6, to 1e-06") != std::string::npos);
+  CHECK(remarks[1].text.find("effects.induced_dipoles.degree = 6 leaves forces at the start off by ") == 0);
+}
+
+TEST_CASE("truncation: the error said of a degree is that beside the bispherical force") {
+  for (const int degree : {1, 2, 4, 8}) {
+    CAPTURE(degree);
+    Scene scene = two_dielectric_grains(1.5, degree);
+    const auto truncation = effects::multipole_truncation(scene);
+    REQUIRE(truncation);
+    const auto off = [&](double gap) {  // radii; images: (dipole / 60^3) of 1
+      const double exact = dielectric_pair(5.5, gap).attraction * 4 * std::numbers::pi / 0.25;
+      return std::abs(felt(two_dielectric_grains(1 + gap / 2, degree)).force / exact - 1);
+    };
+    // A gap of 1e-4 R changes the force of touching grains by less than 1e-3.
+    CHECK(truncation->in_contact == doctest::Approx(off(1e-4)).epsilon(0.02).scale(0.05));
+    CHECK(truncation->at_start.has_value() == (degree > 1));
+    if (degree > 1) CHECK(*truncation->at_start == doctest::Approx(off(1)).epsilon(0.02).scale(0.01));
+  }
+}
+
+TEST_CASE("multipoles of a gas: forces are the slope of the energy at degrees 1 to 6") {
+  Scene scene = cube(4);
+  scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-12});
+  for (int i = 0; i < 8; ++i)
+    add(scene, {1 + 2 * (i % 2) + 0.3 * std::sin(i), 1 + 2 * (i / 2 % 2) + 0.3 * std::sin(2 * i), 1.0 + 1.6 * (i / 4)},
+        {}, i % 3 == 0 ? -1 : 0.6);
+  for (int degree = 1; degree <= 6; ++degree) {
+    CAPTURE(degree);
+    scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.09, .tolerance = 1e-12, .degree = degree});
+    const effects::Coulomb coulomb(scene);
+    Bodies bodies = make_bodies(scene);
+    bodies.charge = initial_charges(scene);
+    const State state{.bodies = bodies, .neighbours = {}};
+    std::vector<double> force(bodies.position.size());
+    coulomb.add_forces(state, force);
+    const double largest = std::abs(std::ranges::max(force, {}, [](double f) { return std::abs(f); }));
+    // The second difference of the force, h^2 / 6 over the square of the gap of .3, is 2e-6 of it at h = 1e-3, and is
+    // taken off by twice the step.
+    for (const int k : {0, 4, 23}) {
+      const double place = bodies.position[k], h = 1e-3;
+      const auto energy = [&](double way) {
+        bodies.position[k] = place + way;
+        return coulomb.stored_energy(state);
+      };
+      const double slope = (8 * (energy(h) - energy(-h)) - (energy(2 * h) - energy(-2 * h))) / (12 * h);
+      bodies.position[k] = place;
+      CHECK(std::abs(force[k] + slope) < 1e-7 * largest);
+    }
+  }
 }
 
 TEST_CASE(

@@ -31,9 +31,20 @@ inline double free_energy(const SphereProblem& problem, const SphereSolution& so
   return energy;
 }
 
-/// Force and slope of the energy, which is its negative.
-inline double slope_error(const SphereProblem& problem, int sphere, int axis, double step, double accuracy) {
-  SphereSolver solver({.accuracy = accuracy});
+/// Dielectric and conducting spheres with narrow gaps in a box that is periodic in all directions.
+inline SphereProblem periodic_mixture() {
+  SphereProblem problem{.permittivity = 1};
+  problem.box.lengths = {1.0, 0.9, 1.1};
+  problem.box.sides.fill(Boundary::periodic);
+  problem.spheres = {{{0.1, 0.3, 0.4}, 0.15, 0, 4.0}, {{0.41, 0.43, 0.56}, 0.2, 1}, {{0.9, 0.2, 0.55}, 0.12, 2, 30.0}};
+  problem.groups = {{.charge = 1}, {.charge = -0.3}, {.charge = -0.7}};
+  return problem;
+}
+
+/// Force plus slope of the energy, which vanishes. `degree`: SphereOptions::degree.
+inline double slope_error(const SphereProblem& problem, int sphere, int axis, double step, double accuracy,
+                          int degree = 0) {
+  SphereSolver solver({.accuracy = accuracy, .degree = degree});
   const double force = solver.solve(problem).sphere_force[sphere][axis];
   const auto at_distance = [&](double distance) {
     SphereProblem moved = problem;

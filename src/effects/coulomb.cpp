@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/spheres/spheres.hpp"
 #include "solvers/periodic/accuracy.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/short_range.hpp"
 #include "src/effects/induced_dipoles.hpp"
+#include "src/effects/multipole_truncation.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/frame.hpp"
 #include "src/model/motion.hpp"
@@ -84,11 +84,11 @@ std::string doubt_about(const Scene& scene, const periodic::MeshChoice& choice) 
 
 /// With the table's name before what is wrong.
 template <class Work>
-auto naming_the_table(const Scene& scene, const Work& work) {
+auto naming_the_table(const Scene& scene, const std::string& table, const Work& work) {
   try {
     return work();
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: effects.coulomb: {}", scene.path, error.what()));
+    throw InputError(fmt::format("{}: {}: {}", scene.path, table, error.what()));
   }
 }
 
@@ -96,7 +96,7 @@ std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& doubt) 
   const auto& options = *scene.effects.find<CoulombOptions>();
   switch (options.sum) {
     case CoulombSum::mesh:
-      return naming_the_table(scene, [&] {
+      return naming_the_table(scene, "effects.coulomb", [&] {
         const periodic::MeshChoice choice = mesh_for(scene);
         doubt = doubt_about(scene, choice);
         return periodic::make_mesh_sum(choice, static_cast<int>(scene.conductors.size()));
@@ -124,16 +124,26 @@ std::string precision_in_words(const periodic::MeshChoice& choice, const periodi
   return "double precision" + (reason.empty() ? "" : ", as " + reason);
 }
 
-std::vector<Remark> explain(const Scene& scene) {
+/// What the degree of the multipoles leaves out.
+std::vector<Remark> explain_degree(const Scene& scene) {
+  const auto truncation =
+      naming_the_table(scene, "effects.induced_dipoles", [&] { return multipole_truncation(scene); });
+  if (!truncation) return {};
+  return {{"multipoles",
+           fmt::format("effects.induced_dipoles.degree = {} leaves {}the attraction of two opposite charges in contact "
+                       "off by {:.1e} of itself",
+                       scene.effects.find<InducedDipolesOptions>()->degree,
+                       truncation->at_start ? fmt::format("forces at the start off by {:.1e} of the largest, and ",
+                                                          *truncation->at_start)
+                                            : "",
+                       truncation->in_contact)}};
+}
+
+/// Mesh and cut-off that the accuracy takes; empty for other sums.
+std::vector<Remark> explain_mesh(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
-  if (const auto* dipoles = scene.effects.find<InducedDipolesOptions>(); dipoles && dipoles->degree > 1)
-    return {{"charges",
-             fmt::format("forces of dielectric spheres of relative permittivity {:.3g}, multipoles to degree "
-                         "{}, to {:g}, in place of effects.coulomb.sum; a run takes longer than is said "
-                         "below, which counts pairs and a mesh",
-                         dipoles->relative_permittivity(smallest_radius(scene)), dipoles->degree, dipoles->tolerance)}};
   if (options.sum != CoulombSum::mesh) return {};
-  const periodic::MeshChoice choice = naming_the_table(scene, [&] { return mesh_for(scene); });
+  const periodic::MeshChoice choice = naming_the_table(scene, "effects.coulomb", [&] { return mesh_for(scene); });
   const bool by_hand = mesh_request(scene).by_hand.complete();
   std::vector<Remark> remarks = {
       {"charges",
@@ -145,6 +155,23 @@ std::vector<Remark> explain(const Scene& scene) {
                    precision_in_words(choice, mesh_request(scene)), choice.error,
                    by_hand ? "at random places" : "where the grains are")}};
   if (const std::string doubt = doubt_about(scene, choice); !doubt.empty()) remarks.push_back({"warning", doubt});
+  return remarks;
+}
+
+std::vector<Remark> explain(const Scene& scene) {
+  const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
+  if (!dipoles) return explain_mesh(scene);
+  std::vector<Remark> remarks;
+  if (dipoles->degree > 1)
+    remarks.push_back(
+        {"charges",
+         fmt::format("forces of dielectric spheres of relative permittivity {:.3g}, multipoles to degree "
+                     "{}, to {:g}, in place of effects.coulomb.sum; a run takes longer than is said "
+                     "below, which counts pairs and a mesh",
+                     dipoles->relative_permittivity(smallest_radius(scene)), dipoles->degree, dipoles->tolerance)});
+  else
+    remarks = explain_mesh(scene);
+  std::ranges::move(explain_degree(scene), std::back_inserter(remarks));
   return remarks;
 }
 
@@ -310,13 +337,7 @@ struct Coulomb::Implementation {
   /// The grains as dielectric spheres, in units with 4 pi eps = 1. What others make at a grain's centre: its own charge
   /// leaves q / R there, and its dipole is the polarizability times their field. Returns iterations.
   int polarize_spheres(const Bodies& bodies) {
-    laplace::SphereProblem problem{.box = bodies.box, .permittivity = 1 / (4 * std::numbers::pi)};
-    for (int i = 0; i < bodies.size(); ++i) {
-      problem.spheres.push_back(
-          {position_in_space(bodies, i), bodies.radius[i], i, polarization.relative_permittivity(bodies.radius[i])});
-      problem.groups.push_back({.charge = bodies.charge[i]});
-    }
-    const laplace::SphereSolution solution = spheres->solve(problem);
+    const laplace::SphereSolution solution = spheres->solve(dielectric_spheres(polarization, bodies));
     response = {.energy = solution.energy};
     dipole.clear();
     for (int i = 0; i < bodies.size(); ++i) {

@@ -83,8 +83,10 @@ const EffectKind& InducedDipolesOptions::kind() {
                {.name = "degree",
                 .place = place<&InducedDipolesOptions::degree>,
                 .range = {.low = 1, .high = InducedDipolesOptions::most},
-                .help = "of the multipoles. Above 1 grains are dielectric spheres, to contact, charges evenly on them; "
-                        "takes sum's and coulomb.sum's place, and charges must add up to 0"}},
+                .help =
+                    "of the multipoles. Above 1 grains are dielectric spheres, to contact, charges evenly on them; "
+                    "takes sum's and coulomb.sum's place, and charges must add up to 0; explain says what the degree "
+                    "leaves out"}},
       .needs = {{"coulomb", "whose field polarizes"}},
       .dimensions = {3},
       .periodic = true,

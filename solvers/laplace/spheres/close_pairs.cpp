@@ -410,7 +410,7 @@ Vec3 tail_force(const Tail& tail, double amplitude, int degree, const double* mu
   double sum = 0;
   for (std::size_t l = next + 1; l < tail.multipoles.size(); ++l)
     sum += l * tail.multipoles[l - 1] * tail.multipoles[l];
-  return force(last.data(), first.data(), next) + tail.axis * (scale * scale * sum);
+  return force(last.data(), next, first.data(), next) + tail.axis * (scale * scale * sum);
 }
 
 Vec3 force_between(const Tail& one, const Tail& other, int degree) {

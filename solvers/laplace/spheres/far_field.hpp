@@ -5,20 +5,36 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Fields of all images beyond a range, source by source and target by target.
+/// Which images a far field is of, and how it is summed.
+struct FarImages {
+  double beyond = 0;  ///< length: nearer images are left out; 0: none
+  int degree = 0;     ///< of the derivatives: a source's l plus a target's t
+  EwaldSplit split;
+};
+
+/// Of images beyond a range, several times the largest radius of targets and of sources (both lengths).
+FarImages images_beyond(double range, double target_radius, double source_radius, double accuracy);
+/// All images of sources up to `degree`, for targets of one degree more.
+FarImages all_images(const Mirrors& mirrors, double largest_radius, int degree, double accuracy);
+
+/// Fields of images, source by source and target by target.
 class FarField {
  public:
-  FarField(const Mirrors& mirrors, const std::vector<Site>& targets, const std::vector<Site>& sources, double range,
-           double accuracy);
-  void add(const double* multipoles, double* local, parallel::Team& team) const;
+  /// `past` may have tables that serve again.
+  FarField(const Mirrors& mirrors, const std::vector<Site>& targets, const std::vector<Site>& sources,
+           const FarImages& images, const FarField* past = nullptr);
+  /// Adds to the targets' local coefficients, which reach `beyond` degrees above the targets' own.
+  void add(const double* multipoles, double* local, parallel::Team& team, int beyond = 0) const;
 
  private:
-  void add_background(const double* multipoles, double* local) const;
+  void find_derivatives(int mask, bool same_sites);
+  void add_background(const double* multipoles, const std::vector<int>& target_start, double* local) const;
 
-  const Mirrors* mirrors_;
+  Mirrors mirrors_;
   std::vector<Site> targets_, sources_;
-  std::vector<int> target_start_, source_start_, masks_;
+  std::vector<int> source_start_, masks_;
   std::shared_ptr<const Coupling> coupling_;
+  std::shared_ptr<const LatticeSum> lattice_;
   std::vector<Eigen::MatrixXd> derivatives_;  ///< [mask]: columns [target][source]
 };
 

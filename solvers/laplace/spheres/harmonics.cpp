@@ -1,21 +1,46 @@
 #include "solvers/laplace/spheres/harmonics.hpp"
 
+#include <array>
 #include <cmath>
 
 namespace lichtenberg::laplace::spheres {
 
+namespace {
+
+/// The factors of the recursion of regular_harmonics.
+struct Recursion {
+  static constexpr int most = 48;  ///< degree; higher ones compute them anew
+  std::array<double, most + 1> up{};
+  std::array<double, harmonics(most)> below{}, over{};  ///< [at(l, m)], m >= 0
+
+  static double up_of(int l) { return std::sqrt((2 * l - 1) / (2.0 * l)) * (l == 1 ? std::sqrt(2.0) : 1); }
+  static double below_of(int l, int m) { return std::sqrt(static_cast<double>(l - 1 - m) * (l - 1 + m)); }
+  static double over_of(int l, int m) { return 1 / std::sqrt(double(l - m) * (l + m)); }
+
+  Recursion() {
+    for (int l = 1; l <= most; ++l) {
+      up[l] = up_of(l);
+      for (int m = 0; m < l; ++m) below[at(l, m)] = below_of(l, m), over[at(l, m)] = over_of(l, m);
+    }
+  }
+};
+
+}  // namespace
+
 void regular_harmonics(Vec3 r, int degree, double* value) {
+  static const Recursion factors;
   const double r2 = norm2(r);
   value[0] = 1;
   for (int l = 1; l <= degree; ++l) {
+    const bool known = l <= Recursion::most;
     // Sectoral ones from the degree below, times (x + i y).
-    const double up = std::sqrt((2 * l - 1) / (2.0 * l)) * (l == 1 ? std::sqrt(2.0) : 1);
+    const double up = known ? factors.up[l] : Recursion::up_of(l);
     const double cosine = value[at(l - 1, l - 1)], sine = l == 1 ? 0 : value[at(l - 1, 1 - l)];
     value[at(l, l)] = up * (r.x * cosine - r.y * sine);
     value[at(l, -l)] = up * (r.x * sine + r.y * cosine);
     for (int m = 0; m < l; ++m) {
-      const double below = std::sqrt(static_cast<double>(l - 1 - m) * (l - 1 + m)),
-                   over = 1 / std::sqrt(double(l - m) * (l + m));
+      const double below = known ? factors.below[at(l, m)] : Recursion::below_of(l, m),
+                   over = known ? factors.over[at(l, m)] : Recursion::over_of(l, m);
       for (const int k : {m, -m}) {
         const double before = l - 2 >= m ? value[at(l - 2, k)] : 0;
         value[at(l, k)] = over * ((2 * l - 1) * r.z * value[at(l - 1, k)] - below * r2 * before);

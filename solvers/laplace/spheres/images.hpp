@@ -16,6 +16,8 @@ struct MirrorImage {
   int mask = 0;
   Vec3 shift;
   double sign = 1;
+
+  friend bool operator==(const MirrorImage&, const MirrorImage&) = default;
 };
 
 /// The sides as mirrors: an insulating one reflects a charge to one of the same sign, an electrode at 0 V to the
@@ -29,6 +31,7 @@ struct Mirrors {
   std::vector<MirrorImage> images;   ///< in one period, the charge itself first
   std::array<bool, 3> alternates{};  ///< axes along which half a period changes the sign
 
+  friend bool operator==(const Mirrors&, const Mirrors&) = default;
   double volume() const { return period.x * period.y * period.z; }
   /// Images of one charge a volume.
   double density() const { return static_cast<double>(images.size()) / volume(); }

@@ -88,23 +88,28 @@ EwaldSplit ewald_split(double range, double accuracy) {
   return {.alpha = alpha, .cutoff = 1.3 * range, .largest_wave = 2 * alpha * (decay + 1)};
 }
 
-LatticeSum::LatticeSum(const Mirrors& mirrors, double range, int degree, double accuracy)
-    : mirrors_(&mirrors), range_(range), split_(ewald_split(range, accuracy)), degree_(degree) {
+EwaldSplit ewald_split_of_all(double cutoff, double accuracy) {
+  const double decay = std::sqrt(-std::log(accuracy)) + 0.5, alpha = decay / cutoff;
+  return {.alpha = alpha, .cutoff = cutoff, .largest_wave = 2 * alpha * decay};
+}
+
+LatticeSum::LatticeSum(const Mirrors& mirrors, double range, int degree, const EwaldSplit& split)
+    : mirrors_(mirrors), range_(range), split_(split), degree_(degree) {
   make_waves();
 }
 
 void LatticeSum::make_waves() {
   const double most = split_.largest_wave;
-  const Vec3 period = mirrors_->period;
+  const Vec3 period = mirrors_.period;
   std::array<int, 3> high;
   std::array<double, 3> unit;
   double copies = 1;
   for (int k = 0; k < 3; ++k) {
     unit[k] = 2 * std::numbers::pi / period[k];
     high[k] = static_cast<int>(most / unit[k]);
-    if (mirrors_->alternates[k]) copies *= 2;
+    if (mirrors_.alternates[k]) copies *= 2;
   }
-  const auto meant = [&](int k, int n) { return !mirrors_->alternates[k] || (n & 1) != 0; };
+  const auto meant = [&](int k, int n) { return !mirrors_.alternates[k] || (n & 1) != 0; };
   for (int x = 0; x <= high[0]; ++x)
     for (int y = x == 0 ? 0 : -high[1]; y <= high[1]; ++y)
       for (int z = x == 0 && y == 0 ? 1 : -high[2]; z <= high[2]; ++z) {
@@ -121,7 +126,7 @@ void LatticeSum::make_waves() {
     regular_harmonics(wave_[w], degree_, value.data());
     // Twice, for the wave that goes the other way; i^l of the derivatives and (-1)^l of their definition together.
     double factor =
-        2 * copies * 4 * std::numbers::pi / mirrors_->volume() / k2 * std::exp(-k2 / (4 * split_.alpha * split_.alpha));
+        2 * copies * 4 * std::numbers::pi / mirrors_.volume() / k2 * std::exp(-k2 / (4 * split_.alpha * split_.alpha));
     int even = 0, odd = 0;
     for (int l = 0; l <= degree_; ++l) {
       if (l > 0) factor /= 2 * l - 1;
@@ -155,9 +160,9 @@ void add_screened(Vec3 r, double alpha, bool without, double sign, int degree, d
 
 void LatticeSum::add_near(int mask, Vec3 from, Vec3 place, double* value) const {
   std::vector<double> term(harmonics(degree_));
-  for (const MirrorImage& image : mirrors_->images) {
+  for (const MirrorImage& image : mirrors_.images) {
     if (image.mask != mask) continue;
-    mirrors_->for_each_copy(place, from + image.shift, split_.cutoff, [&](Vec3 r) {
+    mirrors_.for_each_copy(place, from + image.shift, split_.cutoff, [&](Vec3 r) {
       add_screened(r, split_.alpha, norm2(r) < range_ * range_, image.sign, degree_, term.data(), value);
     });
   }
@@ -167,7 +172,7 @@ Eigen::MatrixXd LatticeSum::far_derivatives(int mask, const std::vector<Vec3>& f
                                             const std::vector<Vec3>& places) const {
   const auto count = static_cast<Eigen::Index>(places.size()), waves = static_cast<Eigen::Index>(wave_.size());
   double net = 0, base = 0;
-  for (const MirrorImage& image : mirrors_->images)
+  for (const MirrorImage& image : mirrors_.images)
     if (image.mask == mask) {
       net += image.sign;
       if (base == 0) base = image.sign;
@@ -183,7 +188,7 @@ Eigen::MatrixXd LatticeSum::far_derivatives(int mask, const std::vector<Vec3>& f
   Eigen::MatrixXd result(harmonics(degree_), count);
   for (std::size_t k = 0; k < even_at_.size(); ++k) result.row(even_at_[k]) = even.row(k);
   for (std::size_t k = 0; k < odd_at_.size(); ++k) result.row(odd_at_[k]) = odd.row(k);
-  result.row(0).array() -= net * std::numbers::pi / (split_.alpha * split_.alpha * mirrors_->volume());
+  result.row(0).array() -= net * std::numbers::pi / (split_.alpha * split_.alpha * mirrors_.volume());
   for (Eigen::Index p = 0; p < count; ++p) add_near(mask, from[p], places[p], result.col(p).data());
   return result;
 }

@@ -50,8 +50,16 @@ struct EwaldSplit {
   double alpha = 0;         ///< 1/length, of the clouds
   double cutoff = 0;        ///< length: farther images are left out
   double largest_wave = 0;  ///< 1/length
+
+  friend bool operator==(const EwaldSplit&, const EwaldSplit&) = default;
 };
 EwaldSplit ewald_split(double range, double accuracy);
+
+/// The same where no image is left out and charges are within an eighth of the cut-off from their centres: erfc of
+/// images at the cut-off and exp(-(k / 2 alpha)^2) of the last wave are the accuracy. The factors that derivatives of
+/// degree n add to it, (x^2 / 4)^n / Gamma(n + 1/2) and (x / 2)^n / (2n - 1)!! with x = alpha cutoff, stay below what
+/// half a unit more of x takes off.
+EwaldSplit ewald_split_of_all(double cutoff, double accuracy);
 
 /// What all images of a unit charge beyond a range make, as derivatives for Coupling: Ewald's sum, in which every term
 /// has been differentiated in closed form. With a_n = n + 1/2 and Gamma's regularized incomplete functions P and Q,
@@ -60,7 +68,11 @@ EwaldSplit ewald_split(double range, double accuracy);
 /// charges of one period do not cancel there is a uniform background.
 class LatticeSum {
  public:
-  LatticeSum(const Mirrors& mirrors, double range, int degree, double accuracy);
+  LatticeSum(const Mirrors& mirrors, double range, int degree, const EwaldSplit& split);
+  /// Whether it is the sum for these arguments.
+  bool fits(const Mirrors& mirrors, double range, int degree, const EwaldSplit& split) const {
+    return mirrors_ == mirrors && range_ == range && degree_ == degree && split_ == split;
+  }
   int degree() const { return degree_; }
 
   /// Of images with `mask` of a charge whose mirror image (without shift) is at `from`, at the places given: a column
@@ -71,7 +83,7 @@ class LatticeSum {
   void make_waves();
   void add_near(int mask, Vec3 from, Vec3 place, double* value) const;
 
-  const Mirrors* mirrors_;
+  Mirrors mirrors_;
   double range_;
   EwaldSplit split_;
   int degree_;

@@ -7,9 +7,9 @@
 
 namespace lichtenberg::laplace::spheres {
 
-std::vector<int> starts(const std::vector<Site>& sites) {
+std::vector<int> starts(const std::vector<Site>& sites, int beyond) {
   std::vector<int> start = {0};
-  for (const Site& site : sites) start.push_back(start.back() + harmonics(site.degree));
+  for (const Site& site : sites) start.push_back(start.back() + harmonics(site.degree + beyond));
   return start;
 }
 

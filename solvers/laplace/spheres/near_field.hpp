@@ -20,8 +20,8 @@ struct Site {
   int degree = 0;
 };
 
-/// Where the coefficients of each site stand in one array.
-std::vector<int> starts(const std::vector<Site>& sites);
+/// Where the coefficients of each site, to its degree and `beyond` degrees more, stand in one array.
+std::vector<int> starts(const std::vector<Site>& sites, int beyond = 0);
 
 /// A source, or an image of one, that acts on a target one by one.
 struct NearPair {

@@ -6,11 +6,11 @@
 
 namespace lichtenberg::laplace::spheres {
 
-Vec3 force(const double* multipoles, const double* answer, int degree) {
-  const auto a = to_complex(multipoles, degree), e = to_complex(answer, degree);
+Vec3 force(const double* multipoles, int degree, const double* answer, int answer_degree) {
+  const auto a = to_complex(multipoles, degree), e = to_complex(answer, answer_degree);
   std::complex<double> across = 0;
   double along = 0;
-  for (int l = 1; l <= degree; ++l)
+  for (int l = 1; l <= answer_degree; ++l)
     for (int m = -l; m <= l; ++m) {
       if (std::abs(m) < l)
         along += std::sqrt(static_cast<double>(l - m) * (l + m)) * multipoles[at(l - 1, m)] * answer[at(l, m)];
@@ -59,16 +59,17 @@ void add_side_charges(const SphereProblem& problem, const WallPotential& wall, S
 }  // namespace
 
 void add_charges_and_forces(const SphereProblem& problem, const std::vector<Site>& sites,
-                            const std::vector<double>& multipoles, const std::vector<double>& answer,
-                            const WallPotential& wall, SphereSolution& solution) {
+                            const std::vector<double>& multipoles, const Answer& answer, const WallPotential& wall,
+                            SphereSolution& solution) {
   const double scale = 4 * std::numbers::pi * problem.permittivity;
-  const std::vector<int> start = starts(sites);
+  const std::vector<int> start = starts(sites), answer_start = starts(sites, answer.beyond);
   for (std::size_t i = 0; i < sites.size(); ++i) {
     const double* a = multipoles.data() + start[i];
     const double radius = sites[i].radius, moment = scale * radius * radius;
     solution.sphere_charge.push_back(scale * radius * a[0]);
     solution.sphere_dipole.push_back({moment * a[at(1, 1)], moment * a[at(1, -1)], moment * a[at(1, 0)]});
-    solution.sphere_force.push_back(scale * force(a, answer.data() + start[i], sites[i].degree));
+    solution.sphere_force.push_back(
+        scale * force(a, sites[i].degree, answer.values.data() + answer_start[i], sites[i].degree + answer.beyond));
     solution.energy += 0.5 * solution.sphere_charge[i] * solution.group_potential[problem.spheres[i].group];
   }
   add_side_charges(problem, wall, solution);

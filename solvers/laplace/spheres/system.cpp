@@ -72,6 +72,13 @@ constexpr std::size_t many_spheres = 48;
 
 constexpr int least_degree = 2;
 
+/// Up to this fixed degree one sum over all images of a pair costs less than near images one by one.
+constexpr int low_degree = 8;
+
+double largest_radius(const std::vector<Site>& sites) {
+  return sites.empty() ? 0 : std::ranges::max(sites, {}, &Site::radius).radius;
+}
+
 /// Two images of one sphere that face each other the same way: one stands for both.
 bool are_twins(const NearPair& a, const NearPair& b) {
   return a.target == a.source && b.target == a.target && b.source == a.source && b.mask == a.mask && a.mask == 0 &&
@@ -154,7 +161,7 @@ Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const Spher
   for (const Sphere& sphere : problem.spheres) sites_.push_back({sphere.centre, sphere.radius, 0});
   if (sites_.size() > many_spheres)
     cells_ = std::make_unique<Cells>(problem, sites_);
-  else if (mirrors.bounded)
+  else if (mirrors.bounded && !(has_fixed_degree() && fixed_degree_ <= low_degree))
     range_ = choose_range(mirrors, sites_);
   const std::vector<NearPair> pairs = near_pairs(sites_);
   choose_degrees(problem, pairs, team);
@@ -165,12 +172,23 @@ Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const Spher
                        : std::make_shared<const CellConvolution>(mirrors, *cells_, accuracy);
     cell_field_ = std::make_unique<CellField>(convolution_, *cells_, sites_, sites_);
   } else if (mirrors.bounded) {
-    far_ = std::make_unique<FarField>(mirrors, sites_, sites_, range_, narrowness_ * accuracy);
+    far_ =
+        std::make_unique<FarField>(mirrors, sites_, sites_, far_images(largest_radius(sites_), narrowness_ * accuracy),
+                                   past ? past->far_.get() : nullptr);
   }
+}
+
+FarImages Fields::far_images(double target_radius, double accuracy) const {
+  const double radius = largest_radius(sites_);
+  if (range_ == 0) return all_images(*mirrors_, radius, fixed_degree_, accuracy);
+  FarImages images = images_beyond(range_, target_radius, radius, accuracy);
+  if (has_fixed_degree()) images.degree = std::min(images.degree, 2 * fixed_degree_ + 1);
+  return images;
 }
 
 std::vector<NearPair> Fields::near_pairs(const std::vector<Site>& targets) const {
   if (cells_ && mirrors_->bounded) return cells_->near_pairs(targets, sites_);
+  if (mirrors_->bounded && range_ == 0) return {};
   if (cells_ && &targets == &sites_) return cells_->near_pairs(targets, sites_);
   std::vector<NearPair> pairs;
   for (std::size_t t = 0; t < targets.size(); ++t)
@@ -187,6 +205,16 @@ void Fields::add(const double* multipoles, double* local, parallel::Team& team) 
   if (cell_field_) cell_field_->add(multipoles, local, team);
 }
 
+std::vector<double> Fields::one_degree_beyond(const double* multipoles, parallel::Team& team) const {
+  std::vector<Site> targets = sites_;
+  for (Site& target : targets) ++target.degree;
+  std::vector<double> local(starts(targets).back());
+  NearField(targets, sites_, near_pairs(sites_), narrowness_ * accuracy_, team).add(multipoles, local.data(), team);
+  if (far_) far_->add(multipoles, local.data(), team, 1);
+  if (cell_field_) CellField(convolution_, *cells_, targets, sites_).add(multipoles, local.data(), team);
+  return local;
+}
+
 void Fields::add_at(std::span<const Vec3> points, double unit, const double* multipoles, double* local,
                     parallel::Team& team) const {
   std::vector<Site> targets;
@@ -196,7 +224,7 @@ void Fields::add_at(std::span<const Vec3> points, double unit, const double* mul
   if (cells_)
     CellField(convolution_, *cells_, targets, sites_).add(multipoles, local, team);
   else
-    FarField(*mirrors_, targets, sites_, range_, 0.1 * accuracy_).add(multipoles, local, team);
+    FarField(*mirrors_, targets, sites_, far_images(unit, 0.1 * accuracy_)).add(multipoles, local, team);
 }
 
 std::shared_ptr<const ChargesAndDipoles> Fields::charges_and_dipoles(std::shared_ptr<const ChargesAndDipoles> past,
@@ -349,6 +377,25 @@ void System::add_tail_forces(const double* x, const double* multipoles, SphereSo
     }
 }
 
+/// -b, that of the sides included. Degrees that follow from the accuracy are enough for forces; a given degree takes
+/// the field one degree beyond.
+Answer System::answer(const std::vector<double>& x, const std::vector<double>& multipoles,
+                      const std::vector<double>& missed) const {
+  Answer answer;
+  if (fields_.has_fixed_degree()) {
+    answer = {1, fields_.one_degree_beyond(multipoles.data(), *team_)};
+    for (double& value : answer.values) value = -value;
+  } else {
+    answer.values.resize(harmonics_size());
+  }
+  const std::vector<int> start = starts(sites_, answer.beyond);
+  for (std::size_t i = 0; i < sites_.size(); ++i)
+    for (int l = 0, k = 0; l <= sites_[i].degree; ++l)
+      for (const double factor = sites_[i].radius * scale(i, l); k < harmonics(l); ++k)
+        answer.values[start[i] + k] = (x[start_[i] + k] - missed[start_[i] + k]) / factor;
+  return answer;
+}
+
 SphereSolution System::results(const std::vector<double>& x) const {
   SphereSolution solution;
   std::vector<double> y(size()), missed = right_hand_side();
@@ -362,12 +409,7 @@ SphereSolution System::results(const std::vector<double>& x) const {
     for (double& value : solution.group_potential) value -= mean;
   }
   const std::vector<double> a = multipoles(x.data());
-  std::vector<double> answer(harmonics_size());  // -b, that of the sides included
-  for (std::size_t i = 0; i < sites_.size(); ++i)
-    for (int l = 0, k = start_[i]; l <= sites_[i].degree; ++l)
-      for (const double factor = sites_[i].radius * scale(i, l); k < start_[i] + harmonics(l); ++k)
-        answer[k] = (x[k] - missed[k]) / factor;
-  add_charges_and_forces(problem_, sites_, a, answer, wall_, solution);
+  add_charges_and_forces(problem_, sites_, a, answer(x, a, missed), wall_, solution);
   add_tail_forces(x.data(), a.data(), solution);
   return solution;
 }

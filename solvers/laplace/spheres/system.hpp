@@ -22,6 +22,8 @@ struct WallPotential {
   double at(Vec3 p) const { return constant + dot(slope, p); }
 };
 
+struct Answer;
+
 /// What the multipoles of spheres make at the spheres and at points: near images one by one; of all others, where
 /// spheres are few, pair by pair, and else cell by cell.
 class Fields {
@@ -35,6 +37,10 @@ class Fields {
   const std::vector<ClosePair>& close_pairs() const { return close_pairs_; }
   double narrowness() const { return narrowness_; }  ///< close_pairs.hpp
   void add(const double* multipoles, double* local, parallel::Team& team) const;
+  /// The same with local coefficients one degree above the sites' own, [site][harmonic].
+  std::vector<double> one_degree_beyond(const double* multipoles, parallel::Team& team) const;
+  /// Whether SphereOptions::degree is given.
+  bool has_fixed_degree() const { return fixed_degree_ > 0; }
   /// The same at points: 4 local coefficients a point, in powers of `unit`.
   void add_at(std::span<const Vec3> points, double unit, const double* multipoles, double* local,
               parallel::Team& team) const;
@@ -44,6 +50,7 @@ class Fields {
 
  private:
   std::vector<NearPair> near_pairs(const std::vector<Site>& targets) const;
+  FarImages far_images(double target_radius, double accuracy) const;
   void choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs, parallel::Team& team);
   std::vector<NearPair> narrow_gaps(const SphereProblem& problem, const std::vector<NearPair>& pairs,
                                     std::vector<double>& degree);
@@ -56,7 +63,7 @@ class Fields {
   std::vector<Site> sites_;
   std::vector<ClosePair> close_pairs_;
   double narrowness_ = 1;
-  double range_ = 0;  ///< of images that act one by one, if there are no cells
+  double range_ = 0;  ///< of images that act one by one, if there are no cells; 0: none does
   std::unique_ptr<Cells> cells_;
   std::unique_ptr<NearField> near_;
   std::unique_ptr<FarField> far_;
@@ -112,6 +119,8 @@ class System {
   int first_coupling() const { return harmonics_size() + static_cast<int>(fields_.close_pairs().size()); }
   void add_close_pairs(const double* x, const double* multipoles, double* y) const;
   void add_tail_forces(const double* x, const double* multipoles, SphereSolution& solution) const;
+  Answer answer(const std::vector<double>& x, const std::vector<double>& multipoles,
+                const std::vector<double>& missed) const;
   std::vector<double> wall_at_sites() const;
   Wanted wanted(const std::vector<Given>& given) const;
 

@@ -1,0 +1,107 @@
+"""The script `lichtenberg` of the checkout, with a program of three files in place of ours."""
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+LAUNCHER = Path(__file__).resolve().parents[2] / "lichtenberg"
+
+PROJECT = """cmake_minimum_required(VERSION 3.25)
+project(small C)
+add_executable(lichtenberg main.c one.c two.c)
+"""
+PRESETS = """{
+  "version": 6,
+  "configurePresets": [{"name": "release", "generator": "Ninja", "binaryDir": "${sourceDir}/build"}]
+}
+"""
+
+
+def write_word(folder, word):
+    (folder / "main.c").write_text(f'#include <stdio.h>\nint main(void) {{ return puts("{word}") < 0; }}\n')
+
+
+def make_checkout(folder, word):
+    """The launcher and a program that prints the word."""
+    (folder / "cmake").mkdir(parents=True)
+    shutil.copy(LAUNCHER, folder / "lichtenberg")
+    (folder / "cmake/debian-packages.txt").write_text("bash\n")
+    (folder / "CMakeLists.txt").write_text(PROJECT)
+    (folder / "CMakePresets.json").write_text(PRESETS)
+    write_word(folder, word)
+    for name in ("one", "two"):
+        (folder / f"{name}.c").write_text(f"int {name}(void) {{ return 0; }}\n")
+
+
+def states(folder):
+    """When each file of a build was changed last."""
+    return {path: path.stat().st_mtime_ns for path in sorted((folder / "build").rglob("*")) if path.is_file()}
+
+
+class LauncherTest(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory(prefix="lichtenberg-launcher-")
+        self.addCleanup(scratch.cleanup)
+        self.place = Path(os.path.realpath(scratch.name))
+        self.first = self.place / "first"
+        make_checkout(self.first, "first")
+
+    def start(self, folder):
+        """Output and complaints of the launcher in a folder."""
+        ended = subprocess.run([folder / "lichtenberg"], capture_output=True, text=True, cwd=self.place, check=False)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        return ended.stdout, ended.stderr
+
+    def test_a_build_is_announced_and_a_start_without_one_is_not(self):
+        output, said = self.start(self.first)
+        self.assertEqual(output, "first\n")
+        self.assertEqual(said, f"lichtenberg: building (minutes the first time; log in {self.first}/build/build.log)\n")
+        self.assertEqual(self.start(self.first), ("first\n", ""))
+
+    def test_a_changed_source_is_built_and_announced(self):
+        self.start(self.first)
+        write_word(self.first, "changed")
+        said = f"lichtenberg: building (log in {self.first}/build/build.log)\n"
+        self.assertEqual(self.start(self.first), ("changed\n", said))
+
+    def test_a_copied_folder_builds_its_own_sources(self):
+        self.start(self.first)
+        copy = self.place / "copy"
+        shutil.copytree(self.first, copy, symlinks=True)
+        write_word(copy, "copy")
+        before = states(self.first)
+        output, said = self.start(copy)
+        self.assertEqual(output, "copy\n")
+        self.assertIn(f"lichtenberg: {copy}/build was made for {self.first}: building anew", said)
+        self.assertEqual(states(self.first), before)
+        self.assertEqual(self.start(copy), ("copy\n", ""))
+        self.assertNotIn(str(self.first), (copy / "build/build.ninja").read_text())
+
+    def test_a_folder_copied_without_a_change_does_not_use_the_old_place(self):
+        self.start(self.first)
+        copy = self.place / "copy"
+        shutil.copytree(self.first, copy, symlinks=True)
+        write_word(self.first, "changed")
+        self.assertEqual(self.start(copy)[0], "first\n")
+
+    def test_a_moved_folder_builds_anew(self):
+        self.start(self.first)
+        moved = self.first.rename(self.place / "moved")
+        output, said = self.start(moved)
+        self.assertEqual(output, "first\n")
+        self.assertIn(f"lichtenberg: {moved}/build was made for {self.first}: building anew", said)
+
+    def test_a_configuration_that_failed_is_tried_again(self):
+        (self.first / "CMakeLists.txt").write_text("no cmake\n")
+        for _ in range(2):
+            ended = subprocess.run([self.first / "lichtenberg"], capture_output=True, text=True, check=False)
+            self.assertEqual(ended.returncode, 1)
+            self.assertIn("lichtenberg: the build failed", ended.stderr)
+        (self.first / "CMakeLists.txt").write_text(PROJECT)
+        self.assertEqual(self.start(self.first)[0], "first\n")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -14,29 +14,31 @@ namespace {
 
 /// S of one of the source's kernels over these times, NaN from where mass leaves on.
 struct Growth {
+  theory::CoagulationCourse course;
   std::vector<double> size, slope;
-  double lost = 0;
   analysis::ShiftedPower fit;
   double fitted_from = 0, fitted_to = 0;
 };
 
 Growth growth_of(double beta, const std::vector<double>& times) {
-  constexpr int one_by_one = 60;
-  constexpr double ratio = 1.03, largest = 1e6, first_fitted = 10;  // S below that remembers its start
-  const std::vector<double> sizes = theory::size_classes(one_by_one, ratio, largest);
-  const auto found = theory::coagulate(theory::flight_kernel(beta), sizes, times);
-  Growth growth;
-  for (const auto& distribution : found) growth.size.push_back(distribution.mean_size(sizes));
-  growth.lost = found.back().lost;
-  growth.slope = analysis::local_slopes(std::span(times).first(found.size()), growth.size);
+  constexpr double first_fitted = 10;  // S below that remembers its start
+  Growth growth{.course = theory::coagulation_course(theory::flight_kernel(beta), times)};
+  growth.size = growth.course.size;
+  const std::size_t found = growth.size.size();
+  growth.slope = analysis::local_slopes(std::span(times).first(found), growth.size);
   const auto from = static_cast<std::size_t>(std::ranges::lower_bound(growth.size, first_fitted) - growth.size.begin());
   const auto fit =
-      analysis::fit_growth(std::span(times).subspan(from, found.size() - from), std::span(growth.size).subspan(from));
+      analysis::fit_growth(std::span(times).subspan(from, found - from), std::span(growth.size).subspan(from));
   if (!fit) throw Failure("the growth of aggregates has no power law to fit");
   growth.fit = *fit;
   growth.fitted_from = growth.size[from], growth.fitted_to = growth.size.back();
   growth.size.resize(times.size(), NAN), growth.slope.resize(times.size(), NAN);
   return growth;
+}
+
+TheoryFigure error_figure(const std::string& name, double error, double ratio) {
+  return {name, "1", error,
+          fmt::format("relative, of S: what size classes cost, by an estimate (ratio {:g}, extrapolated)", ratio)};
 }
 
 /// Coagulation by the time of a gas, and its bound clusters.
@@ -50,6 +52,7 @@ void add_paced(TheoryAnswer& answer, const GasParameters& gas, const GasCourse* 
   for (const double beta : {2.0, 3.0}) {
     const PacedGrowth growth = paced_growth(beta, gas, course);
     const std::string kind = beta == 2 ? "neutral" : "charged", label = fmt::format(R"($\beta$ = {:g})", beta);
+    answer.figures.push_back(error_figure("paced_error_" + kind, growth.error, growth.ratio));
     table.columns.push_back({"paced_size_" + kind, "1", label, growth.size});
     table.columns.push_back({"paced_number_" + kind, "1", label, growth.number});
     table.panels[0].columns.push_back("paced_size_" + kind);
@@ -129,12 +132,8 @@ PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vecto
     const double now = theory::flight_time(beta, gas.density / state.density);
     times.push_back(std::max(now, times.empty() ? 0.0 : times.back()));  // rounding, before anything merges
   }
-  const std::vector<double> sizes = theory::size_classes(60, 1.03, 1e6);
-  PacedGrowth growth;
-  for (const auto& found : theory::coagulate(theory::flight_kernel(beta), sizes, times)) {
-    growth.number.push_back(found.moment(sizes, 0));
-    growth.size.push_back(found.mean_size(sizes));
-  }
+  const theory::CoagulationCourse found = theory::coagulation_course(theory::flight_kernel(beta), times);
+  PacedGrowth growth{found.number, found.size, found.error, found.ratio};
   growth.number.resize(times.size(), NAN), growth.size.resize(times.size(), NAN);
   return growth;
 }
@@ -157,7 +156,9 @@ TheoryAnswer smoluchowski_theory(const GasParameters* gas, const GasCourse* run)
     answer.figures.push_back({"fitted_exponent_" + kind, "1", growth.fit.exponent,
                               fmt::format("of S = a (t + t_0)^z from S = {:.3g} to {:.3g}, t_0 = {:.4g}",
                                           growth.fitted_from, growth.fitted_to, growth.fit.shift)});
-    answer.figures.push_back({"lost_" + kind, "1", growth.lost, "share of the mass that grew beyond a million grains"});
+    answer.figures.push_back(
+        {"lost_" + kind, "1", growth.course.lost, "share of the mass that grew beyond a million grains"});
+    answer.figures.push_back(error_figure("error_" + kind, growth.course.error, growth.course.ratio));
   }
   answer.tables = {table};
   if (gas && gas->exchange && gas->coupling > 0) add_paced(answer, *gas, run);

@@ -119,6 +119,7 @@ std::vector<theory::KineticState> merging_course(const GasParameters& gas, const
 /// Coagulation in flight while a gas merges as kinetic theory has it: number of aggregates by initial grain, and S.
 struct PacedGrowth {
   std::vector<double> number, size;
+  double error = 0, ratio = 0;  ///< of theory::CoagulationCourse
 };
 /// `course`: of `merging_course`.
 PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& course);

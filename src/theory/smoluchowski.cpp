@@ -64,6 +64,36 @@ Ode coagulation_ode(std::span<const Merger> mergers, std::span<const double> siz
   return ode;
 }
 
+CoagulationCourse course_in_classes(const Kernel& kernel, std::span<const double> times, double ratio) {
+  constexpr int one_by_one = 60;
+  constexpr double largest = 1e6;
+  const std::vector<double> sizes = size_classes(one_by_one, ratio, largest);
+  CoagulationCourse course{.ratio = ratio};
+  for (const SizeDistribution& found : coagulate(kernel, sizes, times)) {
+    course.size.push_back(found.mean_size(sizes));
+    course.number.push_back(found.moment(sizes, 0));
+    course.lost = found.lost;
+  }
+  return course;
+}
+
+/// `fine` has classes of half the width of `coarse`.
+CoagulationCourse extrapolated(const CoagulationCourse& coarse, CoagulationCourse fine) {
+  const std::size_t common = std::min(coarse.size.size(), fine.size.size());
+  fine.size.resize(common), fine.number.resize(common);
+  for (std::size_t k = 0; k < common; ++k) {
+    fine.size[k] += (fine.size[k] - coarse.size[k]) / 3;
+    fine.number[k] += (fine.number[k] - coarse.number[k]) / 3;
+  }
+  return fine;
+}
+
+double largest_relative_difference(std::span<const double> a, std::span<const double> b) {
+  double most = 0;
+  for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k) most = std::max(most, std::abs(a[k] / b[k] - 1));
+  return most;
+}
+
 }  // namespace
 
 Kernel flight_kernel(double beta) {
@@ -104,6 +134,20 @@ std::vector<SizeDistribution> coagulate(const Kernel& kernel, std::span<const do
   for (const auto& y : integrate(coagulation_ode(mergers, sizes, most_lost), 0, start, times))
     found.push_back({times[found.size()], {y.begin(), y.end() - 1}, y.back()});
   return found;
+}
+
+CoagulationCourse coagulation_course(const Kernel& kernel, std::span<const double> times, double tolerance) {
+  constexpr double widest = 0.24, narrowest = 0.0075;
+  CoagulationCourse plain = course_in_classes(kernel, times, 1 + widest), best;
+  for (double width = widest / 2; width >= narrowest; width /= 2) {
+    CoagulationCourse finer = course_in_classes(kernel, times, 1 + width);
+    CoagulationCourse next = extrapolated(plain, finer);
+    // What is left goes with the square of the width at least: a third of the last change.
+    next.error = best.size.empty() ? INFINITY : largest_relative_difference(best.size, next.size) / 3;
+    plain = std::move(finer), best = std::move(next);
+    if (best.error <= tolerance) break;
+  }
+  return best;
 }
 
 }  // namespace lichtenberg::theory

@@ -43,4 +43,18 @@ struct SizeDistribution {
 std::vector<SizeDistribution> coagulate(const Kernel& kernel, std::span<const double> sizes,
                                         std::span<const double> times, double most_lost = 1e-9);
 
+/// Moments over time, without the classes that they were computed with.
+struct CoagulationCourse {
+  std::vector<double> size;    ///< S (G 4.8) at each time, up to where mass is lost
+  std::vector<double> number;  ///< of aggregates, by initial grain
+  double lost = 0;             ///< share of the mass that has grown beyond the largest size
+  double error = 0;            ///< of S, relative, by an estimate: what the widths of classes cost
+  double ratio = 0;            ///< of neighbouring sizes, in the finest classes that were used
+};
+
+/// S and the number of aggregates at these times (rising, >= 0), up to a million grains. The error of geometric classes
+/// goes with the square of their width: values of two widths are extrapolated to none (Richardson), and widths are
+/// halved until two extrapolations differ by less than three times `tolerance`, or the ratio is 1.0075.
+CoagulationCourse coagulation_course(const Kernel& kernel, std::span<const double> times, double tolerance = 1e-4);
+
 }  // namespace lichtenberg::theory

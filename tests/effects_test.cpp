@@ -164,6 +164,29 @@ TEST_CASE("walls push along their normals, with the radius that both surfaces ma
   CHECK(inward.y == 0);
 }
 
+TEST_CASE("wall contact: unlike materials give the modulus of both") {
+  // 1/E* = .96 / 4 MPa + .96 / 6 MPa = 1 / 2.5 MPa; F = 4/3 E* sqrt(R_eff) overlap^(3/2)
+  Scene scene = scene_of({{0.05, 0.05}});
+  scene.effects.add(effects::WallContactOptions{.young = 6e6, .poisson = 0.2});
+  const double overlap = 1e-5;
+  const auto push_at = [&](Vec2 p) {
+    Bodies bodies = make_bodies(scene);
+    bodies.position = {p.x, p.y};
+    return forces_of(effects::WallContact(scene), bodies)[0];
+  };
+  const auto force = [&](double modulus, double effective) {
+    return 4.0 / 3 * modulus * std::sqrt(effective) * std::pow(overlap, 1.5);
+  };
+  CHECK(push_at({radius - overlap, 0.05}) == near(force(6e6 / 1.92, radius), 1e-9));  // of one material
+  scene.effects.add(effects::HertzContactOptions{.young = 4e6, .poisson = 0.2});
+  CHECK(push_at({radius - overlap, 0.05}) == near(force(2.5e6, radius), 1e-9));
+  scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};
+  CHECK(push_at({0.05 - 2 * radius + overlap, 0.05}) == near(-force(2.5e6, radius / 2), 1e-9));
+  scene.effects.add(effects::HertzContactOptions{.young = 6e6, .poisson = 0.2});
+  scene.electrodes.clear();
+  CHECK(push_at({radius - overlap, 0.05}) == near(force(6e6 / 1.92, radius), 1e-9));
+}
+
 TEST_CASE("walls: forces on bodies that wander are those of walls that see them for the first time") {
   // One goes across the box time and again, past a ball, and back at once; one goes up from the bottom and comes back.
   Scene scene = scene_of({{0.05, 0.05}, {0.08, 0.05}});

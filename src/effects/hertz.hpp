@@ -6,8 +6,18 @@
 
 namespace lichtenberg::effects {
 
-/// E* of two bodies of like material (Pa; Hertz 1882): 1/E* = 2 (1 - poisson^2) / young.
-inline double contact_modulus(double young, double poisson) { return young / (2 * (1 - poisson * poisson)); }
+/// Elastic constants of a body's material.
+struct Elasticity {
+  double young = 0;  ///< Pa
+  double poisson = 0;
+
+  double plane_modulus() const { return young / (1 - poisson * poisson); }  ///< Pa
+};
+
+/// E* of two bodies (Pa; Hertz 1882): 1/E* = (1 - poisson_a^2) / young_a + (1 - poisson_b^2) / young_b.
+inline double contact_modulus(const Elasticity& a, const Elasticity& b) {
+  return a.plane_modulus() / (1 + a.plane_modulus() / b.plane_modulus());
+}
 
 struct HertzForce {
   double force = 0;      ///< N, repulsive

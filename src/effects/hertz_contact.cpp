@@ -23,22 +23,24 @@ namespace {
 }  // namespace
 
 const EffectKind& HertzContactOptions::kind() {
-  static const EffectKind kind = {
-      .name = "hertz_contact",
-      .description = "elastic contact between spheres",
-      .help = "Elastic spheres push each other apart, F = 4/3 E* sqrt(R_eff) overlap^(3/2) (D 5.9).",
-      .options = HertzContactOptions{},
-      .keys = elastic_constants<HertzContactOptions>(),
-      .dimensions = {2, 3},
-      .periodic = true,
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
-        return std::make_unique<HertzContact>(*scene.effects.find<HertzContactOptions>());
-      }};
+  static const EffectKind kind = {.name = "hertz_contact",
+                                  .description = "elastic contact between spheres",
+                                  .help =
+                                      "Elastic spheres push each other apart, F = 4/3 E* sqrt(R_eff) overlap^(3/2) (D "
+                                      "5.9). Their Young's modulus and "
+                                      "Poisson's ratio also hold in contacts with walls (wall_contact).",
+                                  .options = HertzContactOptions{},
+                                  .keys = elastic_constants<HertzContactOptions>(),
+                                  .dimensions = {2, 3},
+                                  .periodic = true,
+                                  .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
+                                    return std::make_unique<HertzContact>(*scene.effects.find<HertzContactOptions>());
+                                  }};
   return kind;
 }
 
 HertzContact::HertzContact(const HertzContactOptions& options)
-    : modulus_(contact_modulus(options.young, options.poisson)) {}
+    : modulus_(contact_modulus({options.young, options.poisson}, {options.young, options.poisson})) {}
 
 void HertzContact::add_forces(const State& state, std::span<double> force) const {
   const PairSum sum = visit_spheres(state.bodies, [&](const auto& spheres) {

@@ -8,7 +8,7 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/elastic_constants.hpp"
-#include "src/effects/hertz.hpp"
+#include "src/effects/hertz_contact.hpp"
 
 namespace lichtenberg::effects {
 
@@ -16,7 +16,10 @@ const EffectKind& WallContactOptions::kind() {
   static const EffectKind kind = {
       .name = "wall_contact",
       .description = "elastic contact of spheres with the sides of the domain and the electrodes",
-      .help = "The same against the sides of the domain and the electrodes.",
+      .help =
+          "The same against the sides of the domain and the electrodes, which have this Young's modulus and Poisson's "
+          "ratio: 1/E* = (1 - nu_s^2) / E_s + (1 - nu_w^2) / E_w. The spheres have those of hertz_contact, or without "
+          "it those of the walls.",
       .options = WallContactOptions{},
       .keys = elastic_constants<WallContactOptions>(),
       .dimensions = {2, 3},
@@ -25,9 +28,11 @@ const EffectKind& WallContactOptions::kind() {
   return kind;
 }
 
-WallContact::WallContact(const Scene& scene)
-    : modulus_(contact_modulus(scene.effects.find<WallContactOptions>()->young,
-                               scene.effects.find<WallContactOptions>()->poisson)) {
+WallContact::WallContact(const Scene& scene) {
+  const auto& options = *scene.effects.find<WallContactOptions>();
+  const Elasticity wall{options.young, options.poisson};
+  const auto* spheres = scene.effects.find<HertzContactOptions>();
+  modulus_ = contact_modulus(spheres ? Elasticity{spheres->young, spheres->poisson} : wall, wall);
   const std::vector<Surface> sides = sides_of(scene.domain);
   for (std::size_t s = 0; s < sides.size(); ++s)
     if (!scene.domain.open && !scene.domain.sides[s].periodic) walls_.push_back(sides[s]);

@@ -9,7 +9,7 @@
 namespace lichtenberg::effects {
 
 struct WallContactOptions {
-  double young = 200e9;  ///< Pa
+  double young = 200e9;  ///< Pa, of the walls
   double poisson = 0.3;
   static const EffectKind& kind();
 };
@@ -33,7 +33,7 @@ class WallContact : public Effect {
   template <class Visit>
   void for_each_contact(const State& state, Visit visit) const;
 
-  double modulus_;  ///< Pa, E*
+  double modulus_ = 0;  ///< Pa, E* of a sphere and a wall
   std::vector<Surface> walls_;
   // What makes looks faster, and changes no answer: by body, the gap (m) to the nearest wall at its last look, and
   // where that was. No wall is nearer than that by more than the body has moved since.

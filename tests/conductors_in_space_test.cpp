@@ -270,6 +270,40 @@ TEST_CASE("what weight stores is the way up times weight less buoyancy") {
   CHECK(stored(high) - stored(low) == near(weight * 0.015, 1e-12));
 }
 
+TEST_CASE("gravity: weight pulls along its direction, of any length") {
+  Scene scene = cube_of({{0.03, 0.03, 0.03}}, 1e-3);
+  const double weight = 8050 * 9.81 * 4.0 / 3 * std::numbers::pi * std::pow(radius, 3);
+  const auto check = [&](effects::GravityOptions options, Vec3 down) {
+    scene.effects.add(options);
+    const effects::Gravity gravity(scene);
+    Bodies bodies = make_bodies(scene);
+    std::vector<double> force(3);
+    gravity.add_forces({0, bodies, {}}, force);
+    for (int k = 0; k < 3; ++k) CHECK(std::abs(force[k] - weight * down[k]) < 1e-12 * weight);
+    const double before = gravity.stored_energy({0, bodies, {}});
+    for (int k = 0; k < 3; ++k) bodies.position[k] += 0.01 * (k + 1);
+    const double work = 0.01 * (force[0] + 2 * force[1] + 3 * force[2]);
+    CHECK(gravity.stored_energy({0, bodies, {}}) - before == near(-work, 1e-9));
+  };
+  check({.acceleration = 9.81}, {0, 0, -1});
+  check({.acceleration = 9.81, .direction = Coordinates{{0, -3, 0}, 3}}, {0, -1, 0});
+  check({.acceleration = 9.81, .direction = Coordinates{{2, 0, -1.5}, 3}}, {0.8, 0, -0.6});
+}
+
+TEST_CASE("gravity: a fall through a periodic side keeps the energy") {
+  Scene scene = cube_of({{0.03, 0.03, 0.002}}, 1e-3);
+  scene.domain.sides[4].periodic = scene.domain.sides[5].periodic = true;
+  scene.effects.add<effects::GravityOptions>();
+  Model model = effects::make_model_without_field(scene);
+  const double before = model.stored_energy(0);
+  model.bodies.position[2] -= 0.005;  // below the front
+  const double weight = 8050 * 9.80665 * 4.0 / 3 * std::numbers::pi * std::pow(radius, 3);
+  CHECK(model.stored_energy(0) - before == near(-0.005 * weight, 1e-9));
+  wrap(model.bodies);
+  CHECK(model.bodies.position[2] > 0);
+  CHECK(model.stored_energy(0) - before == near(-0.005 * weight, 1e-9));
+}
+
 TEST_CASE("a sphere on the bottom of a dish lies there: weight and elastic contact balance") {
   Scene scene = cube_of({{0.03, 0.03, radius}}, 1e-3);
   scene.conductors[0].charge = 0;

@@ -213,6 +213,11 @@ class Result:
         """[3] True along axes that are."""
         return [text_of(kind) == "periodic" for kind in self.file["particles/conductors/box"].attrs["boundary"]]
 
+    @property
+    def down(self):
+        """[3] Unit vector along which gravity pulls; None without gravity, and in files of earlier versions."""
+        return self.file["scene"].attrs.get("down")
+
     def read_contacts(self, index):
         if index not in self.frames_with_contacts:
             raise InputError(f"{self.path} has no contacts of frame {index}")

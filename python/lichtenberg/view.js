@@ -111,10 +111,22 @@ function apply(matrix, [x, y, z]) {
   return [0, 1, 2, 3].map((i) => matrix[i] * x + matrix[4 + i] * y + matrix[8 + i] * z + matrix[12 + i]);
 }
 
-/** The eye looks at a point `centre`: from above in the plane, else turned about the axis y, which points up. */
+/** The axes of the box, with their signs, that point to the right, up and towards the eye. `down`: the direction of the
+ * fall, of which the axis that is nearest to it counts; null: y points up. */
+function frameOf(down) {
+  if (!down) return [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+  const axis = down.reduce((most, part, k) => Math.abs(part) > Math.abs(down[most]) ? k : most, 0);
+  const [right, up] = [[0, 0, 0], [0, 0, 0]];
+  up[axis] = -Math.sign(down[axis]);
+  right[axis === 0 ? 1 : 0] = 1;
+  return [right, up, [0, 1, 2].map((k) => right[(k + 1) % 3] * up[(k + 2) % 3] - right[(k + 2) % 3] * up[(k + 1) % 3])];
+}
+
+/** The eye looks at a point `centre`: from above in the plane, else turned about the axis that points up (frameOf). */
 class Camera {
-  constructor(size, dimension) {
+  constructor(size, dimension, down) {
     this.spatial = dimension === 3;
+    this.frame = frameOf(this.spatial ? down : null);
     this.size = size;
     this.reset();
   }
@@ -141,7 +153,8 @@ class Camera {
     const [near, far, f] = [distance / 50, 6 * distance + 3 * Math.hypot(...this.size), 2];
     const depth = [(far + near) / (near - far), 2 * far * near / (near - far)];
     const squeeze = Math.min(1, aspect);
-    return [times(turned, away), [f * squeeze / aspect, 0, 0, 0, 0, f * squeeze, 0, 0, 0, 0, depth[0], -1, 0, 0, depth[1], 0]];
+    const upright = [...[0, 1, 2].flatMap((k) => [...this.frame.map((axis) => axis[k]), 0]), 0, 0, 0, 1];
+    return [times(turned, times(upright, away)), [f * squeeze / aspect, 0, 0, 0, 0, f * squeeze, 0, 0, 0, 0, depth[0], -1, 0, 0, depth[1], 0]];
   }
 
   distance() { return this.span; }  // for f = 2 what is seen there is as high as it is far
@@ -155,7 +168,8 @@ class Camera {
     }
     const unit = this.span / height;
     const [c, s] = this.spatial ? [Math.cos(this.turn), Math.sin(this.turn)] : [1, 0];
-    this.centre = [this.centre[0] - dx * unit * c, this.centre[1] + dy * unit, this.centre[2] + dx * unit * s];
+    const moved = [-dx * unit * c, dy * unit, dx * unit * s];  // to the right, up, towards the eye
+    this.centre = this.centre.map((place, k) => this.frame.reduce((sum, axis, n) => sum + moved[n] * axis[k], place));
   }
 
   zoom(factor) { this.span *= factor; }
@@ -498,7 +512,7 @@ class Page {
     this.canvas = this.element("scene");
     this.gl = this.canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
     if (!this.gl) throw new Error("this browser has no WebGL2");
-    this.camera = new Camera(run.size, run.about.dimension);
+    this.camera = new Camera(run.size, run.about.dimension, run.about.down);
     this.particles = new Copies(this.gl, PARTICLES);
     this.held = new Copies(this.gl, PARTICLES);  // electrodes that are spheres
     this.lines = Object.fromEntries(["outlines", "electrodes", "contacts", "tree"].map((name) => [name, new Lines(this.gl)]));

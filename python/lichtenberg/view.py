@@ -59,6 +59,7 @@ class Page:
             "lengthUnit": result.size.unit,
             "size": numbers(result.size),
             "periodic": result.periodic,
+            "down": None if result.down is None else numbers(result.down),
             "scene": result.scene,
             "provenance": result.provenance,
             "summary": {name: value if np.isfinite(value) else None for name, value in result.summary.items()},

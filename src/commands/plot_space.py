@@ -1,6 +1,6 @@
 """Spheres in a box seen in perspective: painted from far to near into an image, shaded by a light, darker in hollows and
 paler far away. x points to the right, y up as in plane pictures, z towards the eye, which stands a little to the right and
-above. All with numpy: a hundred thousand spheres are a matter of two or three seconds, and no display is needed."""
+above. Of a scene with gravity the axis along which bodies fall points down. All with numpy: a hundred thousand spheres are a matter of two or three seconds, and no display is needed."""
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 
@@ -15,12 +15,30 @@ PIXELS = 1000  # of the longer side of an image
 MOST_RUNS = 100_000  # rows of pixels that are spread at a time
 
 
-class Eye:
-    """Central projection of a box on the plane through its middle."""
+def frame_of(down=None):
+    """[3, 3] The axes of the box that point to the right, up and towards the eye, with their signs. `down`: the direction
+    of the fall, of which the axis that is nearest to it counts; None: y points up."""
+    if down is None:
+        return np.eye(3)
+    axis = np.argmax(np.abs(down))
+    up, right = np.zeros(3), np.zeros(3)
+    up[axis] = -np.sign(down[axis])
+    right[1 if axis == 0 else 0] = 1
+    return np.array([right, up, np.cross(right, up)])
 
-    def __init__(self, box):
-        forward = -np.array([np.sin(TURN) * np.cos(RISE), np.sin(RISE), np.cos(TURN) * np.cos(RISE)])
-        right = np.cross(forward, [0, 1.0, 0])
+
+def down_of(file):
+    """The direction of the fall in a result, [3]; None without gravity."""
+    return file["scene"].attrs.get("down")
+
+
+class Eye:
+    """Central projection of a box on the plane through its middle. `down`: as in frame_of."""
+
+    def __init__(self, box, down=None):
+        self.frame = frame_of(down)
+        forward = -np.array([np.sin(TURN) * np.cos(RISE), np.sin(RISE), np.cos(TURN) * np.cos(RISE)]) @ self.frame
+        right = np.cross(forward, self.frame[1])
         right /= np.linalg.norm(right)
         self.axes = np.array([right, np.cross(right, forward), forward])
         self.box, self.middle = box, box / 2
@@ -60,9 +78,13 @@ def box_edges(box):
     return np.array([[ends[i], ends[i | 1 << k]] for i in range(8) for k in range(3) if not i >> k & 1])
 
 
-def kept(position, cut):
+def kept(position, cut, eye=None):
     """[N] what a cut leaves: everything behind it, seen from the eye. `cut`: (axis, place), or None for all."""
-    return np.ones(len(position), bool) if cut is None else position[:, cut[0]] <= cut[1]
+    if cut is None:
+        return np.ones(len(position), bool)
+    axis, place = cut
+    away = eye is None or eye.frame[:, axis].sum() > 0  # the eye stands on the far side of all three axes of its frame
+    return position[:, axis] <= place if away else position[:, axis] >= place
 
 
 def read_cut(text, box, unit):
@@ -184,8 +206,10 @@ def draw_box(axes, eye, unit):
     for chosen, order in [(behind, 1), (~behind, 3)]:
         axes.add_collection(LineCollection(eye.project(edges[chosen]), colors=EDGE, linewidths=0.6, zorder=order))
     middle = eye.project(eye.middle[None])[0]
-    for k, (start, shift) in enumerate([((0, 0, 1), (0, -1)), ((0, 0, 1), (-1, 0)), ((1, 0, 0), (1, -1))]):
-        place = np.array(start) * eye.box
+    for along, (start, shift) in enumerate([((0, 0, 1), (0, -1)), ((0, 0, 1), (-1, 0)), ((1, 0, 0), (1, -1))]):
+        k = np.argmax(np.abs(eye.frame[along]))
+        signs = np.array(start) @ eye.frame + (np.ones(3) - start) @ -eye.frame  # 1: the far end of an axis, -1: 0
+        place = np.where(signs > 0, eye.box, 0)
         place[k] = eye.box[k] / 2
         x, y = eye.project(place[None])[0]
         length = in_metres(eye.box[k]) if unit == "m" else f"{eye.box[k]:.4g} ${unit[0]}_0$"
@@ -213,13 +237,13 @@ def set_window(axes, eye):
     axes.axis("off")
 
 
-def draw(axes, position, radius, faces, window, unit, cut=None, sides=()):
+def draw(axes, position, radius, faces, window, unit, cut=None, sides=(), down=None):
     """Spheres, [N, 3] and [N] in a unit of length, with colours [N, 4]; `window`: lower corner and size of what is shown;
-    `sides`: those of the box that are electrodes, by their corners [2, 3]."""
+    `sides`: those of the box that are electrodes, by their corners [2, 3]; `down`: as in frame_of."""
     corner, size = window
-    eye = Eye(size)
+    eye = Eye(size, down)
     set_window(axes, eye)
-    left = kept(position, cut)
+    left = kept(position, cut, eye)
     image = rendered(eye, position[left] - corner, radius[left], faces[left])
     extent = (eye.low[0], eye.high[0], eye.low[1], eye.high[1])
     axes.imshow(image, origin="lower", extent=extent, interpolation="bilinear", aspect="auto", zorder=2)

@@ -1,29 +1,65 @@
 #include "src/effects/gravity.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::effects {
 namespace {
 
-/// The place of a body's last component, along which it falls.
-int height_of(const Bodies& bodies, int i) { return (i + 1) * bodies.dimension - 1; }
+void check(const Draft& draft) {
+  const auto& direction = draft.scene.effects.find<GravityOptions>()->direction;
+  if (!direction) return;
+  const auto refuse_it = [&](const std::string& sentence) {
+    refuse(draft.scene.path, draft.line("effects.gravity.direction"), "effects.gravity.direction " + sentence);
+  };
+  if (direction->count != draft.domain_size.count)
+    refuse_it(fmt::format("has {} numbers, but the domain has {}: as many are allowed", direction->count,
+                          draft.domain_size.count));
+  const double length = norm(direction->value);
+  if (!(length > 0) || !std::isfinite(length)) refuse_it("must have a length greater than 0 that is a finite number");
+}
+
+/// Calls visit(k, component) for each axis along which bodies fall.
+template <class Visit>
+void for_each_axis(Vec3 down, int dimension, const Visit& visit) {
+  for (int k = 0; k < dimension; ++k)
+    if (down[k] != 0) visit(k, down[k]);
+}
 
 }  // namespace
+
+Vec3 down(const GravityOptions& options, const Domain& domain) {
+  if (options.direction) return options.direction->value / norm(options.direction->value);
+  Vec3 last{};
+  last[domain.dimension() - 1] = -1;
+  return last;
+}
 
 const EffectKind& GravityOptions::kind() {
   static const EffectKind kind = {
       .name = "gravity",
       .description = "weight less buoyancy",
-      .help = "Spheres are heavy: along z to the front of three dimensions, along y to the bottom of two.",
+      .help =
+          "Spheres are heavy. They fall along direction: without it to the front, z = 0, of three dimensions, whose "
+          "bottom "
+          "and top are sides of y, and to the bottom, y = 0, of two. Along a periodic axis they fall on and on, and "
+          "energies count the turns around the box.",
       .options = GravityOptions{},
       .keys = {{.name = "acceleration",
                 .place = place<&GravityOptions::acceleration>,
                 .unit = "m/s^2",
                 .range = ranges::not_negative,
                 .help = "of free fall"},
+               {.name = "direction",
+                .place = place<&GravityOptions::direction>,
+                .range = {.low = -1e100, .high = 1e100},  // squares are taken
+                .computed_default = "[0, 0, -1] in three dimensions, to the front; [0, -1] in two, to the bottom",
+                .help = "of the fall, a vector of any length but 0; pictures in perspective put its opposite up"},
                {.name = "fluid_density",
                 .place = place<&GravityOptions::fluid_density>,
                 .unit = "kg/m^3",
@@ -31,6 +67,7 @@ const EffectKind& GravityOptions::kind() {
                 .help = "of the fluid, whose weight in their place buoys them up"}},
       .dimensions = {2, 3},
       .periodic = true,
+      .check = check,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<Gravity>(scene); }};
   return kind;
 }
@@ -38,17 +75,27 @@ const EffectKind& GravityOptions::kind() {
 Gravity::Gravity(const Scene& scene) {
   const GravityOptions& options = *scene.effects.find<GravityOptions>();
   pull_ = (scene.material.density - options.fluid_density) * options.acceleration;
+  down_ = down(options, scene.domain);
 }
 
 void Gravity::add_forces(const State& state, std::span<double> force) const {
   const Bodies& bodies = state.bodies;
-  for_each_asked(state, [&](int i) { force[height_of(bodies, i)] -= pull(bodies.radius[i]); });
+  const int d = bodies.dimension;
+  for_each_asked(state, [&](int i) {
+    for_each_axis(down_, d, [&](int k, double part) { force[i * d + k] += pull(bodies.radius[i]) * part; });
+  });
 }
 
 double Gravity::stored_energy(const State& state) const {
   const Bodies& bodies = state.bodies;
+  const int d = bodies.dimension;
   double energy = 0;
-  for (int i = 0; i < bodies.size(); ++i) energy += pull(bodies.radius[i]) * bodies.position[height_of(bodies, i)];
+  for (int i = 0; i < bodies.size(); ++i)
+    for_each_axis(down_, d, [&](int k, double part) {
+      double place = bodies.position[i * d + k];
+      if (!bodies.image.empty()) place += bodies.image[i * d + k] * bodies.box.lengths[k];
+      energy -= pull(bodies.radius[i]) * part * place;
+    });
   return energy;
 }
 

@@ -5,6 +5,7 @@
 #include <set>
 #include <variant>
 
+#include "src/effects/gravity.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/version.hpp"
 
@@ -163,6 +164,10 @@ void put_scene(const hdf5::Handle& file, const Scene& scene) {
   if (!scene.started_from.empty()) hdf5::put_attribute(group, "started_from", scene.started_from);
   hdf5::put(group, "seed", scene.seed, "1");
   put_domain(group, scene);
+  if (const auto* gravity = scene.effects.find<effects::GravityOptions>()) {
+    const Vec3 down = effects::down(*gravity, scene.domain);
+    hdf5::put_attribute<double>(group, "down", std::array{down.x, down.y, down.z}, {3});
+  }
   if (scene.reference) return put_reference(file, *scene.reference);
   hdf5::put(group, "permittivity", scene.medium.permittivity, "F m-1");
   hdf5::put(group, "viscosity", scene.medium.viscosity, "Pa s");

@@ -12,8 +12,26 @@ namespace {
 
 volatile sig_atomic_t noted = 0, running = 0;
 
+/// s, within which who was told to stop must ask again, or is ended: what it does may have no end.
+constexpr unsigned patience = 20;
+
+void set_handler(void (*handler)(int));
+
+void end_at_once(int) {
+  constexpr std::string_view message =
+      "\nstopping at once: the step has not ended; a result holds the run up to its last checkpoint\n";
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
+  const int signal = noted;
+  set_handler(SIG_DFL);
+  raise(signal);
+}
+
+/// Of the time until who was told to stop asks again.
+void wait_for_a_step() { alarm(patience); }
+
 void note(int signal) {
   noted = signal;
+  wait_for_a_step();
   constexpr std::string_view before = "\nstopping; the same once more stops at once\n";
   constexpr std::string_view patient = "\nstopping at the next checkpoint; the same once more stops at once\n";
   constexpr std::string_view urgent = "\nstopping after this step; the same once more stops at once\n";
@@ -36,12 +54,24 @@ void set_handler(void (*handler)(int)) {
 
 Interruption::Interruption(Work work) {
   running = work == Work::run;
+  struct sigaction action {};
+  action.sa_handler = end_at_once;
+  sigaction(SIGALRM, &action, nullptr);
   set_handler(note);
 }
-Interruption::~Interruption() { set_handler(SIG_DFL); }
+Interruption::~Interruption() {
+  alarm(0);
+  signal(SIGALRM, SIG_DFL);
+  set_handler(SIG_DFL);
+}
 void Interruption::begin() { running = 1; }
-bool Interruption::requested() { return noted != 0; }
-bool Interruption::urgent() { return noted != 0 && noted != SIGINT; }
+bool Interruption::requested() {
+  if (noted == 0) return false;
+  wait_for_a_step();
+  return true;
+}
+bool Interruption::urgent() { return requested() && noted != SIGINT; }
+void Interruption::take_time() { alarm(0); }
 
 void Interruption::obey() {
   const int signal = noted;

@@ -2,8 +2,9 @@
 
 namespace lichtenberg {
 
-/// While one of these lives, SIGINT, SIGTERM and SIGHUP are noted instead of ending the program; a second one does end
-/// it. A SIGHUP that whoever started the program (nohup) has it ignore stays ignored.
+/// While one of these lives, SIGINT, SIGTERM and SIGHUP are noted instead of ending the program. A second one does end
+/// it, and so does the first where nobody asks for it within 20 s: a step that has no end is not waited for. A SIGHUP
+/// that whoever started the program (nohup) has it ignore stays ignored.
 class Interruption {
  public:
   /// Of what a signal comes to: `run`, which ends after a step or at a checkpoint, or what is done before it.
@@ -18,6 +19,8 @@ class Interruption {
   static bool requested();
   /// By SIGTERM or SIGHUP: who sends these (a scheduler, a terminal that goes) does not wait long.
   static bool urgent();
+  /// Nobody will ask until what is being written is whole, however long that takes.
+  static void take_time();
   /// Ends the program by the signal that was noted, so that whoever started it sees that.
   [[noreturn]] static void obey();
 };

@@ -1,6 +1,10 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "solvers/error.hpp"
 #include "solvers/ode/ode.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/granular/pair_state.hpp"
@@ -17,7 +21,8 @@ class Cvode final : public GasIntegrator {
   void step(Gas& gas, double end) override {
     const double begin = gas.time(), half = 0.5 * (end - begin);
     gas.drive(begin, half);
-    while (gas.time() < end) {
+    for (Progress progress{begin}; gas.time() < end;) {
+      progress.check(gas, end - begin);
       visit_spheres(gas.bodies(), [&]<int d>(const Spheres<d>&) { Segment<d>(gas).advance(end); });
       gas.settle_contacts();
     }
@@ -25,12 +30,33 @@ class Cvode final : public GasIntegrator {
   }
 
  private:
+  /// Of a step whose contacts may begin and end, time and again, within next to no time.
+  struct Progress {
+    double since;  ///< the time so many segments ago, or the step's beginning
+    int segments = 0;
+
+    /// Throws Failure if it has come hardly any further.
+    void check(const Gas& gas, double step) {
+      constexpr int many = 10000;
+      constexpr double hardly = 1e-3;  // of a step
+      if (++segments % many != 0) return;
+      if (!(gas.time() - since > hardly * step))
+        throw Failure(
+            fmt::format("{}: time does not go on from t = {:.9g} t0: contacts have begun or ended {} times "
+                        "there; mechanics.integrator = \"multirate\" has no such events",
+                        gas.scene().path, gas.time(), many));
+      since = gas.time();
+    }
+  };
+
   /// The motion without an event in between. Its variables are what the grains have moved by, their momenta, and the
   /// energy that contacts have dissipated.
   template <int d>
   class Segment {
    public:
     explicit Segment(Gas& gas) : gas_(gas), start_(gas.bodies()), begin_(gas.time()), origin_(begin_) {
+      const Vec3 lengths = start_.box.lengths;
+      parted_ = 8 * std::numeric_limits<double>::epsilon() * std::max({lengths.x, lengths.y, d == 3 ? lengths.z : 0});
       for (const GrainContact& contact : gas.contacts()) touching_.push_back(contact.pair);
       if (!gas.contacts().empty()) origin_ = std::ranges::max(gas.contacts(), {}, &GrainContact::since).since;
       for (int i = 0; i < start_.size(); ++i)
@@ -89,12 +115,16 @@ class Cvode final : public GasIntegrator {
       for (const Pair pair : apart_)
         falls.push_back([this, pair](double, auto y) { return -overlap(pair, at(pair, y)); });
       for (const Pair pair : touching_)
-        falls.push_back([this, pair](double, auto y) { return overlap(pair, at(pair, y)); });
+        falls.push_back([this, pair](double, auto y) { return overlap(pair, at(pair, y)) + parted_; });
       constexpr double rounding = 1e-9;
       const Spheres<d> grains = spheres<d>(start_);
       for (const Pair pair : touching_)
-        if (const auto [elastic, force] = push(pair, seen(start_, grains, pair)); force >= rounding * elastic)
-          falls.push_back([this, pair](double, auto y) { return push(pair, at(pair, y)).unclamped; });
+        if (const auto [elastic, slope, force] = push(pair, seen(start_, grains, pair));
+            force >= rounding * elastic + 4 * parted_ * slope)
+          falls.push_back([this, pair](double, auto y) {
+            // Just after touch places round to either side of it, where this is exactly 0.
+            return push(pair, at(pair, y)).unclamped + std::numeric_limits<double>::min();
+          });
       return falls;
     }
 
@@ -106,14 +136,14 @@ class Cvode final : public GasIntegrator {
     }
     double overlap(Pair pair, const PairState<d>& state) const { return reach(start_, pair) - norm(state.apart); }
     struct Push {
-      double elastic = 0, unclamped = 0;
+      double elastic = 0, slope = 0, unclamped = 0;
     };
     Push push(Pair pair, const PairState<d>& state) const {
       return std::visit(
           [&](const auto& law) -> Push {
             const ContactParts parts =
                 law.parts(overlap(pair, state), law.scale(start_.radius[pair.i], start_.radius[pair.j]));
-            return {parts.elastic, parts.elastic + parts.damping * closing(state)};
+            return {parts.elastic, parts.elastic_slope, parts.elastic + parts.damping * closing(state)};
           },
           gas_.law());
     }
@@ -125,7 +155,7 @@ class Cvode final : public GasIntegrator {
       std::vector<Touch> found;
       for (std::size_t k = 0; k < touching_.size(); ++k) {
         const PairState<d> state = seen(gas_.bodies(), grains, touching_[k]);
-        const bool released = event == static_cast<int>(apart_.size() + k) || overlap(touching_[k], state) < 0;
+        const bool released = event == static_cast<int>(apart_.size() + k) || overlap(touching_[k], state) < -parted_;
         found.push_back({gas_.contacts()[k], false, !released});
       }
       for (std::size_t k = 0; k < apart_.size(); ++k) {
@@ -140,6 +170,8 @@ class Cvode final : public GasIntegrator {
     Gas& gas_;
     Bodies start_;
     double begin_, origin_;
+    double parted_ = 0;  ///< d0, the gap at which a contact ends: more than places round, or slow grains touch and part
+                         ///< by rounding alone, for ever
     std::vector<Pair> touching_, apart_;
   };
 };

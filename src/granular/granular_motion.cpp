@@ -143,8 +143,13 @@ struct GranularMotion::Implementation {
 
   /// One step towards `time`, and no farther than to the end of the stage.
   void step(double time) {
-    const double end = std::min(time, stage_end);
+    const double end = std::min(time, stage_end), before = this->time();
     device ? step_there(end) : step_here(end);
+    if (!(this->time() > before) && before < end)
+      throw Failure(
+          fmt::format("{}: time does not go on from t = {:.9g} t0: a step there is shorter than rounding of "
+                      "the time; softer contacts or lower speeds are needed",
+                      here.scene().path, before));
     if (this->time() >= stage_end) leave_stage();
   }
   void step_here(double end) {

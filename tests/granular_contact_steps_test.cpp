@@ -1,10 +1,14 @@
 // How many steps a contact has: as few as leave the accuracy that is asked, of a contact alone and of a whole gas.
 #include <doctest/doctest.h>
 
+#include "src/effects/linear_contact.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/granular/pace.hpp"
+#include "src/granular/restitution_check.hpp"
 #include "src/scene/contact_steps.hpp"
 #include "tests/gas_text.hpp"
 #include "tests/grains.hpp"
+#include "tests/message.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::grains;
@@ -28,6 +32,28 @@ double elastic_error(int contact_steps) {
   constexpr int phases = 12;
   for (int k = 0; k < phases; ++k)
     worst = std::max(worst, std::abs(std::pow(restitution(scene, speed, 1 + (k + 0.5) / phases), 2) - 1));
+  return worst;
+}
+
+/// What is wrong of a head-on collision at the speed, over the phases of a step at touch.
+struct Wrong {
+  double restitution = 0, book = 0;  ///< from that of the law; of energy, over the kinetic energy before
+};
+
+Wrong wrong_of(Scene scene, double speed) {
+  Wrong worst;
+  constexpr int phases = 8;
+  for (int k = 0; k < phases; ++k) {
+    Scene two = scene;
+    add_pair(two, speed, 0.1 * (1 + static_cast<double>(k) / phases));
+    Run run(two);
+    const double start = run.gas.kinetic_energy();
+    while (run.gas.collisions == 0 || !run.gas.contacts().empty()) run.step(run.gas.time() + 1);
+    const double expected = granular::expected_collision(run.gas.law(), 0.5, 1, speed).restitution;
+    const double found = std::sqrt(run.gas.kinetic_energy() / start);
+    worst.restitution = std::max(worst.restitution, std::abs(found - expected));
+    worst.book = std::max(worst.book, std::abs(run.gas.energy().total() / start - 1));
+  }
   return worst;
 }
 
@@ -99,6 +125,75 @@ TEST_CASE("a crowd that cools has momenta and a book as accurate as is asked, an
     CHECK(found.left_over < accuracy);
     CHECK(rms_difference(coarse.momentum, reference.momentum) > 2 * rms_difference(found.momentum, reference.momentum));
     CHECK(coarse.left_over > 2 * found.left_over);
+  }
+}
+
+TEST_CASE("contact steps: any damping is booked to 1e-3 by the default") {
+  for (const double restitution : {0.9, 0.5, 0.2, 0.1, 0.02, 1e-3}) {
+    CAPTURE(restitution);
+    Scene scene = cube(20);
+    scene.effects.add(effects::LinearContactOptions{.stiffness = 1000, .restitution = restitution});
+    scene.mechanics.contact_steps = contact_steps_for(usual_contact_accuracy);
+    const Wrong found = wrong_of(scene, 2);
+    CHECK(found.book < usual_contact_accuracy);
+    CHECK(found.restitution < usual_contact_accuracy);
+  }
+  for (const double dissipative : {27.7, 100.0, 1000.0})
+    for (const double speed : {0.1, 2.0}) {
+      CAPTURE(dissipative);
+      CAPTURE(speed);
+      const Wrong found = wrong_of(of_contacts(20, dissipative, contact_steps_for(usual_contact_accuracy)), speed);
+      CHECK(found.book < usual_contact_accuracy);
+      CHECK(found.restitution < usual_contact_accuracy);
+    }
+}
+
+TEST_CASE("contact steps: small grains, whose contacts are shorter, have as many") {
+  for (const bool linear : {true, false}) {
+    CAPTURE(linear);
+    Scene scene = of_contacts(20, 27.7, contact_steps_for(usual_contact_accuracy));
+    if (linear) {
+      scene = cube(20);
+      scene.effects.add(effects::LinearContactOptions{.stiffness = 1000, .restitution = 0.9});
+      scene.mechanics.contact_steps = contact_steps_for(usual_contact_accuracy);
+    }
+    scene.conductors = {{.position = {9.8, 10, 10}, .velocity = {1, 0, 0}, .radius = 0.1},
+                        {.position = {10.2, 10, 10}, .velocity = {-1, 0, 0}, .radius = 0.1}};
+    Run run(scene);
+    const double start = run.gas.kinetic_energy();
+    run.to(2);
+    REQUIRE(run.gas.collisions == 1);
+    CHECK(std::abs(run.gas.energy().total() / start - 1) < usual_contact_accuracy);
+    CHECK(run.gas.restitution.all().worst < usual_contact_accuracy);
+  }
+}
+
+TEST_CASE("contact steps: the damping of usual gases changes none") {
+  for (const std::size_t grains : {200u, 8516u, 50016u}) {
+    const granular::GrainsSeen seen{.typical = granular::typical_impact(grains)};
+    const double fastest = 2 * granular::fastest_of(grains);
+    for (const double temperature : {10.0, 1.0, 1e-3}) {
+      const ViscoelasticLaw law{278.6, 27.7};
+      const double impact = fastest * std::sqrt(temperature);
+      CHECK(granular::time_to_resolve(law, impact, seen) == law.shortest_contact(impact));
+    }
+  }
+}
+
+TEST_CASE("contact steps: a step that does not resolve the dashpot is refused") {
+  for (const Integrator integrator : {Integrator::verlet, Integrator::gear}) {
+    CAPTURE(name_of(integrator));
+    Scene scene = cube(20, integrator);
+    scene.mechanics.step = integrator == Integrator::verlet ? 0.005 : 0.0015;
+    scene.effects.add(effects::LinearContactOptions{.stiffness = 1000, .restitution = 0.02});
+    add_pair(scene, 2, 0.5);
+    Run run(scene);
+    const std::string message = message_of([&] { run.integrator->longest_step(run.gas); });
+    CHECK_MESSAGE(message.find("dashpot") != std::string::npos, message);
+    const std::size_t would = message.rfind("; ");
+    scene.mechanics.step = std::stod(message.substr(would + 2));
+    scene.conductors.clear();
+    CHECK(wrong_of(scene, 2).restitution < 0.02);
   }
 }
 

@@ -55,6 +55,10 @@ double smallest_mass(const Scene& scene) {
   return 4.0 / 3 * std::numbers::pi * scene.material.density * std::pow(smallest_radius(scene), 3);
 }
 
+granular::GrainsSeen grains_seen(const Scene& scene) {
+  return {smallest_mass(scene), smallest_radius(scene), granular::typical_impact(scene.conductors.size())};
+}
+
 /// Of grains as light as the lightest, at a temperature.
 double fastest_speed(const Scene& scene, double temperature) {
   return granular::fastest_of(scene.conductors.size()) * std::sqrt(temperature / smallest_mass(scene));
@@ -77,9 +81,13 @@ std::string reason_of_steps(const Scene& scene) {
 }
 
 void explain_contacts(const Scene& scene, const GrainContactLaw& law, double temperature) {
-  const double speed = 2 * fastest_speed(scene, temperature);
-  fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps{}\n",
-             shortest_contact(law, speed), scene.mechanics.contact_steps,
+  const double speed = 2 * fastest_speed(scene, temperature),
+               shortest = granular::time_to_resolve(elastic(law, 1), speed, grains_seen(scene));
+  const double resolved = granular::time_to_resolve(law, speed, grains_seen(scene));
+  const std::string more =
+      resolved < shortest ? fmt::format(" in each {:.3g} t0, for its strong damping", resolved) : "";
+  fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps{}{}\n", shortest,
+             scene.mechanics.contact_steps, more,
              scene.mechanics.integrator == Integrator::multirate ? ", " + reason_of_steps(scene) : "");
   fmt::print("  restitution          {:.4f}, {:.4f}, {:.4f} at the speeds .01, 1 and {:.3g}\n", restitution(law, 0.01),
              restitution(law, 1), restitution(law, 2 * std::sqrt(temperature)), 2 * std::sqrt(temperature));
@@ -179,10 +187,11 @@ double hold_of(const Scene& scene, const GrainContactLaw& law, double charge) {
 Work count_work(const Scene& scene, const GrainContactLaw& law, const Foreseen& foreseen) {
   const double way = std::isinf(scene.mechanics.step) ? way_of(scene) : granular::longest_way;
   const double note = std::min(0.1 * scene.output.every, scene.stop.time);  // a run stops for these
+  const granular::GrainsSeen grains = grains_seen(scene);
   Work work;
   const auto add = [&](double duration, double temperature, double charge, const GrainContactLaw& then, double again) {
     const double speed = fastest_speed(scene, std::max(temperature, 1e-12));
-    const double inner = shortest_contact(then, 2 * speed) / scene.mechanics.contact_steps;
+    const double inner = granular::time_to_resolve(then, 2 * speed, grains) / scene.mechanics.contact_steps;
     const double longest = granular::longest_step_within(
         {.asked = scene.mechanics.step, .hold = hold_of(scene, then, charge), .way = way, .speed = speed},
         [&](double) { return inner; });
@@ -218,7 +227,7 @@ std::string why_so_long(const granular::Gas& gas, double step) {
 void explain_integrator(granular::Gas& gas) {
   const Scene& scene = gas.scene();
   const double asked = scene.mechanics.step;
-  const double contact = shortest_contact(gas.law(), gas.fastest_impact()) / scene.mechanics.contact_steps;
+  const double contact = gas.time_to_resolve(gas.fastest_impact()) / scene.mechanics.contact_steps;
   // Without the forces of the first instant, which nothing else here needs.
   const auto by_accuracy = [&] {
     return granular::longest_step_within(

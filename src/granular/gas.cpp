@@ -10,6 +10,7 @@
 #include "solvers/error.hpp"
 #include "solvers/stopwatch.hpp"
 #include "src/effects/effects.hpp"
+#include "src/granular/pace.hpp"
 #include "src/granular/pair_state.hpp"
 
 namespace lichtenberg::granular {
@@ -40,7 +41,9 @@ Gas::Gas(const Scene& scene)
       team_(std::make_unique<parallel::Team>(threads_for(scene))),
       model_(effects::make_model(scene)),
       law_(contact_law(scene, model_)),
-      list_(0, 0.5) {
+      list_(0, 0.5),
+      grains_seen_{std::ranges::min(model_.bodies.mass), std::ranges::min(model_.bodies.radius),
+                   typical_impact(scene.conductors.size())} {
   std::optional<double> range;
   for (const auto& effect : model_.effects)
     if (const std::optional<double> needed = effect->needs().neighbour_range)
@@ -186,8 +189,10 @@ ContactsFollowed Gas::advance_contacts(std::span<const double> held, double dt, 
   return followed;
 }
 
+double Gas::time_to_resolve(double impact) const { return granular::time_to_resolve(law_, impact, grains_seen_); }
+
 int Gas::contact_steps_within(double dt, double gain) const {
-  const double step = shortest_contact(law_, fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
+  const double step = time_to_resolve(fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
   constexpr double most = 1e8;
   if (!(dt / step < most))
     throw Failure(

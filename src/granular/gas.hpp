@@ -8,6 +8,7 @@
 #include "src/granular/contact_motion.hpp"
 #include "src/granular/contacts.hpp"
 #include "src/granular/gas_energy.hpp"
+#include "src/granular/pace.hpp"
 #include "src/granular/pair_list.hpp"
 #include "src/granular/restitution_check.hpp"
 #include "src/granular/survey.hpp"
@@ -50,6 +51,9 @@ class Gas {
   double kinetic_energy() const { return surveyed().kinetic; }
   /// The largest relative speed that two grains may have, or that a contact may still give to its two.
   double fastest_impact() const;
+  /// What steps of contacts must resolve where two meet at that speed at most (pace.hpp).
+  double time_to_resolve(double impact) const;
+  const GrainsSeen& grains_seen() const { return grains_seen_; }
 
   /// The pairs that may touch within dt, in which smooth forces make a grain faster by at most `gain`.
   std::span<const Pair> near(double dt, double gain = 0);
@@ -135,6 +139,7 @@ class Gas {
   mutable std::optional<Survey> survey_;  ///< of the grains as they are; empty: to be made
   std::optional<double> release_;  ///< to which one contact might bring its two, by and large; empty: to be found
   double kicked_ = INFINITY;       ///< by which velocities may have changed since contacts were followed
+  GrainsSeen grains_seen_;
   double time_ = 0;
   std::size_t stage_ = 0;
 };

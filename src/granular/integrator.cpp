@@ -29,13 +29,17 @@ std::unique_ptr<GasIntegrator> make_integrator(Integrator which) {
 
 double step_that_resolves_contacts(const Gas& gas, double steps_a_contact) {
   const MechanicsOptions& mechanics = gas.scene().mechanics;
-  const double contact = shortest_contact(gas.law(), gas.fastest_impact());
-  if (mechanics.step * steps_a_contact > contact)
+  constexpr double fewer = 1.5;  // than multirate has for a dashpot: restitutions need not be as good as its books
+  const double impact = gas.fastest_impact(), damping = fewer * gas.time_to_resolve(impact);
+  const double contact = granular::time_to_resolve(elastic(gas.law(), 1), impact, gas.grains_seen());
+  const double resolved = std::min(contact, damping);
+  if (mechanics.step * steps_a_contact > resolved)
     throw InputError(fmt::format(
         "{}: mechanics.step = {:g} is too long for mechanics.integrator = \"{}\": the shortest contact that there "
-        "could be at t = {:.4g} lasts {:.3g}, and needs {:g} steps; {:.2g} would do",
-        gas.scene().path, mechanics.step, name_of(mechanics.integrator), gas.time(), contact, steps_a_contact,
-        0.95 * contact / steps_a_contact));
+        "could be at t = {:.4g} lasts {:.3g}{}, and needs {:g} steps; {:.2g} would do",
+        gas.scene().path, mechanics.step, name_of(mechanics.integrator), gas.time(), resolved,
+        damping < contact ? " until its dashpot has slowed the grains down" : "", steps_a_contact,
+        0.95 * resolved / steps_a_contact));
   return mechanics.step;
 }
 

@@ -36,7 +36,8 @@ std::unique_ptr<GasIntegrator> make_cvode();
 
 std::unique_ptr<GasIntegrator> make_integrator(Integrator which);
 
-/// The scene's mechanics.step. Throws InputError unless the shortest contact that there could be now takes so many.
+/// The scene's mechanics.step. Throws InputError unless the shortest contact that there could be now takes so many, and
+/// what its dashpot does as well.
 double step_that_resolves_contacts(const Gas& gas, double steps_a_contact);
 
 /// The longest step for which forces of charges may be held: a quarter of the period in which the two of largest charge

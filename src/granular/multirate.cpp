@@ -27,7 +27,7 @@ class Multirate final : public GasIntegrator {
     StepBounds bounds{.asked = asked, .hold = hold, .speed = gas.fastest()};
     if (std::isinf(asked)) bounds.way = way_by_accuracy(gas), bounds.acceleration = gas.largest_smooth_acceleration();
     return longest_step_within(bounds, [&](double gain) {
-      return shortest_contact(gas.law(), gas.fastest_impact() + gain) / gas.scene().mechanics.contact_steps;
+      return gas.time_to_resolve(gas.fastest_impact() + gain) / gas.scene().mechanics.contact_steps;
     });
   }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "solvers/geometry/host_device.hpp"
+#include "src/model/grain_contact_law.hpp"
 
 namespace lichtenberg::granular {
 
@@ -18,6 +19,40 @@ inline double fastest_of(std::size_t grains) {
   double u = 3;
   for (int k = 0; k < 20; ++k) u = std::sqrt(2 * std::log(tail * std::max(u, 1.0)));
   return u;
+}
+
+/// The speed of a typical impact in a gas of so many Maxwellian grains, over the largest that there could be, of two at
+/// the speed of the fastest: rms normal speeds of impact are 2 sqrt(T/m).
+inline double typical_impact(std::size_t grains) { return std::min(1.0, 1 / fastest_of(grains)); }
+
+/// What is known of the grains of a gas where the steps of contacts are chosen.
+struct GrainsSeen {
+  double lightest = 1, smallest = 0.5;  ///< m0, the mass, and d0, the radius
+  double typical = 1;                   ///< typical_impact
+};
+
+/// The law that moves two grains of mass 1 and diameter 1 as `law` moves the two lightest, whose contacts are the
+/// shortest: forces over mass. Of grains that are no lighter than that the law itself.
+LICHTENBERG_HOST_DEVICE inline ViscoelasticLaw for_lightest(const ViscoelasticLaw& law, const GrainsSeen& grains) {
+  const double by = law.scale(grains.smallest, grains.smallest) / grains.lightest;
+  return by > 1 + 1e-9 ? ViscoelasticLaw{by * law.elastic, by * law.dissipative} : law;
+}
+LICHTENBERG_HOST_DEVICE inline LinearSpringLaw for_lightest(const LinearSpringLaw& law, const GrainsSeen& grains) {
+  const double by = 1 / grains.lightest;
+  return by > 1 + 1e-9 ? LinearSpringLaw{by * law.stiffness, by * law.damping} : law;
+}
+
+/// The time that steps of contacts must resolve (mechanics.contact_steps of them, or as many as another integrator
+/// needs) where two grains meet at the speed `impact` at most: how long the shortest contact lasts, or how fast the
+/// dashpot slows typical impacts down, where damping is strong.
+template <class Law>
+LICHTENBERG_HOST_DEVICE double time_to_resolve(const Law& law, double impact, const GrainsSeen& grains) {
+  const Law lightest = for_lightest(law, grains);
+  const double contact = lightest.shortest_contact(impact), damping = lightest.damping_time(grains.typical * impact);
+  return damping < contact ? damping : contact;
+}
+inline double time_to_resolve(const GrainContactLaw& law, double impact, const GrainsSeen& grains) {
+  return std::visit([&](const auto& one) { return time_to_resolve(one, impact, grains); }, law);
 }
 
 /// The way that the fastest of so many grains may fly while forces of charges are held, such that it costs what an

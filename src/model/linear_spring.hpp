@@ -40,6 +40,13 @@ struct LinearSpringLaw {
     constexpr double effective_mass = 0.5;
     return std::numbers::pi * std::sqrt(effective_mass / stiffness);
   }
+  /// About the time in which the dashpot slows two such grains down, which steps must resolve as an elastic contact of
+  /// that duration: m_eff / B is its scale. Infinite without damping. The factor is fitted: 16 steps in this time book
+  /// what is dissipated to 1e-3.
+  LICHTENBERG_HOST_DEVICE double damping_time(double) const {
+    constexpr double effective_mass = 0.5, factor = 3.7;
+    return damping > 0 ? factor * effective_mass / damping : INFINITY;
+  }
   /// The contact of one pair, for who follows its overlap.
   LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {
     return overlap <= 0 ? ContactForce{} : contact_force(parts(overlap, scale), closing);

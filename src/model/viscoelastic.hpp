@@ -44,6 +44,14 @@ struct ViscoelasticLaw {
     constexpr double effective_mass = 0.5;
     return 3.21806 * std::pow(effective_mass * effective_mass / (elastic * elastic * speed), 0.2);
   }
+  /// About the time in which the dashpot slows two such grains down, which steps must resolve as an elastic contact of
+  /// that duration: s'' = -D sqrt(s) s' / m_eff has the scale (m_eff / D)^(2/3) speed^(-1/3). Infinite without damping.
+  /// The factor is fitted: 16 steps in this time book what is dissipated to 1e-3.
+  LICHTENBERG_HOST_DEVICE double damping_time(double speed) const {
+    constexpr double effective_mass = 0.5, factor = 3.83;
+    if (!(dissipative > 0 && speed > 0)) return INFINITY;
+    return factor * std::cbrt(effective_mass * effective_mass / (dissipative * dissipative * speed));
+  }
   /// The contact of one pair, for who follows its overlap.
   LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {
     return overlap <= 0 ? ContactForce{} : contact_force(parts(overlap, scale), closing);

@@ -177,7 +177,8 @@ Table mechanics() {
                .place = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
                .range = {.low = 4, .high = 1e4},
                .computed_default = "what effects.coulomb.accuracy asks for: 16 of 1e-3, 50 of 1e-4; 16 without",
-               .help = "of multirate: steps of contacts in the shortest contact that there could be; n of them are "
+               .help = "of multirate: steps of contacts in the shortest contact that there could be, or, where damping "
+                       "is so strong that this is shorter, in the time in which it slows grains down; n of them are "
                        "wrong by about 1 / (4 n^2) of a contact's energy"},
               {.name = "threads",
                .place = [](Draft& d) { return &d.scene.mechanics.threads; },

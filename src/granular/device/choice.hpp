@@ -18,6 +18,7 @@ struct StepRule {
   double longest = 0;  ///< mechanics.step
   double way = 0;      ///< if that is infinite: of the fastest grain, as the accuracy of forces asks for
   double contact_steps = 1;
+  GrainsSeen grains;
   double largest_radius = 0, lightest = 1;
   double strength = 0;  ///< of charges
   double skin = 0;      ///< of lists
@@ -25,10 +26,13 @@ struct StepRule {
   LICHTENBERG_HOST_DEVICE double longest_step(double speed, double impact, double acceleration, double held) const {
     if (std::isinf(longest)) {
       const double step = time_for(way, speed, acceleration);
-      return std::fmin(held, std::fmax(step, law.shortest_contact(impact + 2 * acceleration * step) / contact_steps));
+      return std::fmin(held, std::fmax(step, step_of_contacts(impact + 2 * acceleration * step)));
     }
     const double most = held < longest ? held : longest;
     return speed * most > longest_way ? longest_way / speed : most;
+  }
+  LICHTENBERG_HOST_DEVICE double step_of_contacts(double impact) const {
+    return time_to_resolve(law, impact, grains) / contact_steps;
   }
   /// Acceleration that a contact of two that meet at this speed does not exceed: even if nothing is lost, the overlap
   /// is less than half of the way that they would fly meanwhile.
@@ -77,7 +81,7 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const Found& foun
   const double count = now.whole ? 1 : std::ceil(left / rule.longest_step(speed, impact, acceleration, now.hold));
   now.end = count <= 1 ? now.target : now.time + left / count;
   const double dt = now.end - now.time, gain = acceleration * dt;
-  const double resolved = rule.law.shortest_contact(impact + 2 * gain) / rule.contact_steps;
+  const double resolved = rule.step_of_contacts(impact + 2 * gain);
   const double steps = std::fmax(1.0, std::ceil(dt / resolved));
   constexpr double most = 1e8;
   now.unresolved = !(steps < most);

@@ -366,6 +366,7 @@ class GasOn final : public DeviceGas {
             gas_.options.step,
             gas_.options.way,
             static_cast<double>(gas_.options.contact_steps),
+            {gas_.lightest, gas_.smallest_radius, typical_impact(gas_.options.mass.size())},
             gas_.largest_radius,
             gas_.lightest,
             gas_.options.tables ? gas_.options.strength : 0,

@@ -23,6 +23,7 @@ struct GasState {
       : run(&executor), options(o), n(static_cast<int>(o.mass.size())), box{o.lengths} {
     box.sides.fill(Boundary::periodic);
     largest_radius = *std::ranges::max_element(options.radius);
+    smallest_radius = *std::ranges::min_element(options.radius);
     lightest = *std::ranges::min_element(options.mass);
     quanta.energy = energy_quantum(n);
     if (options.exchanges) quanta.charge = effects::charge_quantum(options.exchange.strength);
@@ -166,7 +167,7 @@ struct GasState {
   Box<3> box;
   GrainContactLaw law;
   bool elastic = false;  ///< the gas is being mixed: no charge moves
-  double largest_radius = 0, lightest = 0;
+  double largest_radius = 0, smallest_radius = 0, lightest = 0;
   Quanta quanta;
   double time = 0;
   Counters count;

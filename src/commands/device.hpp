@@ -39,10 +39,11 @@ inline std::vector<Setting> settings_of(const std::vector<std::string>& written)
   return settings;
 }
 
-/// `stop`: as in stopping.hpp.
+/// `stop`, `bodies`: as in stopping.hpp.
 inline Scene read_scene_for(const std::string& path, const std::string& device,
-                            const std::vector<std::string>& settings, const StopRequest& stop = {}) {
-  Scene scene = read_scene(path, effects::all_kinds(), settings_of(settings), stop);
+                            const std::vector<std::string>& settings, const StopRequest& stop = {},
+                            const std::vector<Conductor>& bodies = {}) {
+  Scene scene = read_scene(path, effects::all_kinds(), settings_of(settings), stop, bodies);
   if (!device.empty())
     std::visit([&](auto& field) { field.device = value_of<FieldDevice>(device).value(); }, scene.field_table);
   return scene;

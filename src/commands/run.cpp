@@ -42,7 +42,8 @@ struct RunArguments {
 };
 
 Scene requested_scene(const RunArguments& request) {
-  Scene scene = read_scene_for(request.scene, request.device, request.settings, Interruption::requested);
+  const auto bodies = request.from.empty() ? std::vector<Conductor>{} : bodies_in(request.from, request.frame);
+  Scene scene = read_scene_for(request.scene, request.device, request.settings, Interruption::requested, bodies);
   if (request.frame && request.from.empty()) throw InputError("--frame is one of the result that --from names");
   if (scene.conductors.empty())
     throw InputError(scene.path + " has no conductors, so that nothing moves: `lichtenberg solve` solves its field");
@@ -187,6 +188,7 @@ class Run {
   }
 
   void record(Progress& progress) {
+    Interruption::take_time();
     const std::int64_t index = frames_++;
     {
       const Stopwatch stopwatch(recording_seconds_);
@@ -259,6 +261,7 @@ class Run {
   }
 
   [[noreturn]] void stop_here(Progress& progress) {
+    Interruption::take_time();
     if (!saved_) save(progress);
     stop_where_saved(progress);
   }
@@ -266,6 +269,7 @@ class Run {
   /// The last checkpoint stands: one made at any other instant would make the resumed run another one. Frames after it
   /// can be looked at.
   [[noreturn]] void stop_where_saved(Progress& progress) {
+    Interruption::take_time();
     progress.end_line();
     backlog_.finish();
     recorder_.save_frames_alone();

@@ -7,6 +7,8 @@
 
 #include "solvers/error.hpp"
 #include "src/record/result.hpp"
+#include "src/scene/effect_kind.hpp"
+#include "src/scene/placing.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -19,19 +21,39 @@ int frame_of(const Result& result, std::optional<int> asked) {
 }
 
 void check_bodies(const Result& result, const Scene& scene, const StopRequest& stop) {
-  const std::vector<double> radius = result.radius();
   const auto refuse_it = [&](const std::string& why) {
     throw InputError(fmt::format("--from {}: {}; only the same bodies can start where those are", result.path(), why));
   };
-  if (radius.size() != scene.conductors.size())
-    refuse_it(fmt::format("it has {} bodies, {} has {}", radius.size(), scene.path, scene.conductors.size()));
-  for (std::size_t i = 0; i < radius.size(); ++i)
-    if (radius[i] != scene.conductors[i].radius)
-      refuse_it(fmt::format("body {} has a radius of {:g}, in {} one of {:g}", i, radius[i], scene.path,
-                            scene.conductors[i].radius));
+  if (result.radius().size() != scene.conductors.size())
+    refuse_it(fmt::format("it has {} bodies, {} has {}", result.radius().size(), scene.path, scene.conductors.size()));
   const Scene there = result.scene(effects::all_kinds(), stop);
-  if (there.dimension() != scene.dimension() || there.reference.has_value() != scene.reference.has_value())
+  // A packing has no velocities and no charges, so that its unit of length may be that of grains as well.
+  const bool from_packing = there.effects.has(&EffectKind::packing);
+  if (there.dimension() != scene.dimension() ||
+      (!from_packing && there.reference.has_value() != scene.reference.has_value()))
     refuse_it(fmt::format("it is of another kind of scene than {}", scene.path));
+}
+
+/// Throws InputError for a place that this domain does not have, and for grains that overlap by more than a radius: as
+/// deep as no contact brings them, but a smaller periodic domain does.
+void check_places(const std::string& path, const Scene& scene) {
+  const auto refuse_it = [&](const std::string& why) {
+    throw InputError(fmt::format("--from {}: {}; the domain.size of {} must have room for all", path, why, scene.path));
+  };
+  const Box<3> box = scene.domain.box();
+  for (std::size_t i = 0; i < scene.conductors.size() && !scene.domain.open; ++i)
+    for (int k = 0; k < scene.dimension(); ++k)
+      if (const double x = scene.conductors[i].position[k]; !box.periodic(k) && !(x >= 0 && x <= box.lengths[k]))
+        refuse_it(fmt::format("the centre of body {} lies outside the domain", i));
+  if (!scene.reference) return;
+  SphereGrid grid(2 * std::ranges::max(scene.conductors, {}, &Conductor::radius).radius, scene.conductors.size(),
+                  scene.domain);
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i) {
+    const Sphere sphere = sphere_of(scene.conductors[i]);
+    if (const auto other = grid.conflict(sphere, -sphere.radius))
+      refuse_it(fmt::format("bodies {} and {} overlap by more than a radius in this domain", *other, i));
+    grid.insert(sphere);
+  }
 }
 
 /// Row i of numbers that come `width` a body.
@@ -52,6 +74,11 @@ void set_charges(const std::vector<double>& charge, Scene& scene) {
 
 }  // namespace
 
+std::vector<Conductor> bodies_in(const std::string& path, std::optional<int> asked) {
+  const Result result(path);
+  return result.bodies(frame_of(result, asked));
+}
+
 void start_from(const std::string& path, std::optional<int> asked, Scene& scene, const StopRequest& stop) {
   const Result result(path);
   const int index = frame_of(result, asked);
@@ -62,6 +89,7 @@ void start_from(const std::string& path, std::optional<int> asked, Scene& scene,
     scene.conductors[i].position = vector_at(position, i);
     if (!velocity.empty()) scene.conductors[i].velocity = vector_at(velocity, i);
   }
+  check_places(path, scene);
   if (const std::vector<double> charge = frame.reals("charge"); !charge.empty()) set_charges(charge, scene);
   scene.started_from = fmt::format("{}, frame {}", path, index);
 }

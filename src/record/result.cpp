@@ -46,7 +46,21 @@ Result::Result(const std::string& path) : path_(path) {
 
 Scene Result::scene(const EffectKinds& kinds, const StopRequest& stop) const {
   const std::string text = guarded([&] { return hdf5::get_text(file_->file(), "scene/text"); });
-  return parse_scene(text, fmt::format("{}:/scene/text", path_), kinds, {}, stop);
+  const bool elsewhere =
+      guarded([&] { return !hdf5::text(hdf5::open_group(file_->file(), "scene"), "started_from").empty(); });
+  return parse_scene(text, fmt::format("{}:/scene/text", path_), kinds, {}, stop,
+                     elsewhere ? bodies(0) : std::vector<Conductor>{});
+}
+
+std::vector<Conductor> Result::bodies(int index) const {
+  const std::vector<double> radii = radius(), position = frame(index).reals("position");
+  if (position.size() != 3 * radii.size())
+    throw InputError(fmt::format("{} is damaged and cannot be analysed (it has {} places of {} bodies)", path_,
+                                 position.size() / 3, radii.size()));
+  std::vector<Conductor> bodies;
+  for (std::size_t i = 0; i < radii.size(); ++i)
+    bodies.push_back({.position = {position[3 * i], position[3 * i + 1], position[3 * i + 2]}, .radius = radii[i]});
+  return bodies;
 }
 
 std::vector<double> Result::radius() const {

@@ -25,7 +25,7 @@ class Result {
 
   const std::string& path() const { return file_->path(); }
   /// What the run was made of, whose effects are of these kinds. Its text is parsed anew: throws InputError if this
-  /// version does not read it.
+  /// version does not read it. One that started at places of another result has those of its first frame.
   Scene scene(const EffectKinds& kinds = effects::all_kinds(), const StopRequest& stop = {}) const;
   int frames() const { return static_cast<int>(times_.size()); }
   const std::vector<double>& times() const { return times_; }  ///< s
@@ -33,6 +33,8 @@ class Result {
   std::vector<double> mass() const;                            ///< kg
   /// All its columns but lists, with numbers as doubles and without units.
   Frame frame(int index) const;
+  /// Places and radii (m) in a frame.
+  std::vector<Conductor> bodies(int index) const;
   /// A frame of a run of conductors.
   ConductorFrame conductor_frame(int index) const;
   /// A quantity of /observables, one number or several; empty if the run has not recorded it.

@@ -339,7 +339,7 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
 
 }  // namespace
 
-Scene complete(const Draft& draft, const StopRequest& stop) {
+Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Conductor>& bodies) {
   check_alone(draft);
   check_grains(draft);
   check_packing_keys(draft);
@@ -359,7 +359,9 @@ Scene complete(const Draft& draft, const StopRequest& stop) {
   const bool empty = draft.conductors.empty() && draft.populations.empty();
   if (empty) check_empty(draft, scene);
   check_held(draft, !packing && !scene.reference);
-  if (!empty) scene.conductors = place_conductors(draft, scene.electrodes, scene.walls, stop);
+  if (!empty)
+    scene.conductors =
+        bodies.empty() ? place_conductors(draft, scene.electrodes, scene.walls, stop) : conductors_at(draft, bodies);
   assign_groups(draft, scene);
   if (scene.reference) complete_grains(draft, scene);
   const auto [smallest, largest] =

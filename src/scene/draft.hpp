@@ -143,7 +143,7 @@ std::string place_in(const std::string& path, int line);
 void settle_dimension(Draft& draft);
 
 /// Draft -> Scene: compares keys with each other, fills in the defaults that depend on others and draws populations.
-/// Throws InputError; Stopped where `stop` says so.
-Scene complete(const Draft& draft, const StopRequest& stop);
+/// `bodies`: as in stopping.hpp. Throws InputError; Stopped where `stop` says so.
+Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Conductor>& bodies);
 
 }  // namespace lichtenberg

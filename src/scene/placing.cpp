@@ -291,6 +291,57 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
   }
 }
 
+namespace {
+
+std::string wrong_radius(std::size_t body, double radius, const std::string& key) {
+  return fmt::format(
+      "body {} has a radius of {:g} in the result of --from, which {} does not give it; only the same "
+      "bodies can start where those are",
+      body, radius, key);
+}
+
+/// Whether the next of a population could have this radius.
+bool could_have(const PopulationDraft& population, double radius, Radii& radii, UniformRandom& random) {
+  const auto [smallest, largest] = population.radius.value_or(Interval{});
+  const bool drawn = population.radii.empty() && smallest < largest;
+  return drawn ? radius >= smallest && radius <= largest : radius == radii.next(random);
+}
+
+}  // namespace
+
+std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Conductor>& bodies) {
+  if (bodies.size() != count_of(draft))
+    throw InputError(
+        fmt::format("{} has {} bodies, the result of --from has {}; only the same bodies can start where "
+                    "those are",
+                    draft.scene.path, count_of(draft), bodies.size()));
+  std::vector<Conductor> conductors;
+  for (const ConductorDraft& given : draft.conductors) {
+    const Conductor& body = bodies[conductors.size()];
+    if (body.radius != given.conductor.radius)
+      refuse(draft.scene.path, given.line, wrong_radius(conductors.size(), body.radius, "conductor.radius"));
+    conductors.push_back(given.conductor);
+    conductors.back().position = body.position;
+  }
+  UniformRandom random(static_cast<std::uint64_t>(draft.seed));
+  for (const PopulationDraft& population : draft.populations) {
+    check_population(draft, population);
+    Radii radii(draft, population);
+    for (int k = 0; k < population.count; ++k) {
+      const Conductor& body = bodies[conductors.size()];
+      if (!could_have(population, body.radius, radii, random))
+        refuse(draft.scene.path, population.line,
+               wrong_radius(conductors.size(), body.radius,
+                            population.radii.empty() ? "population.radius" : "population.radii"));
+      conductors.push_back({.position = body.position,
+                            .radius = body.radius,
+                            .charge = population.charge,
+                            .relative_resistivity = population.relative_resistivity});
+    }
+  }
+  return conductors;
+}
+
 std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<Electrode>& electrodes,
                                         const std::vector<Wall>& walls, const StopRequest& stop) {
   std::vector<Conductor> conductors;

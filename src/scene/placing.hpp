@@ -72,6 +72,10 @@ constexpr double finest_diameter = 1e-9;
 /// is beyond a periodic side. Touching is allowed.
 void check_given_conductors(const Draft& draft, const std::vector<Electrode>& electrodes);
 
+/// The conductors given one by one, and after them the populations in the order of the file, with the places and radii
+/// of these bodies. Throws InputError if there are not as many, or one has a radius that the file does not give it.
+std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Conductor>& bodies);
+
 /// The conductors given one by one, and after them the populations in the order of the file, each conductor at the
 /// first of its random places that is free (random sequential addition; where overlaps are allowed, free of electrodes
 /// and walls). Per conductor the generator is asked for the radius, if that is an interval, then for x, y (and z) of

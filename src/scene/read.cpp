@@ -168,7 +168,7 @@ void refuse(const std::string& path, int line, const std::string& sentence) {
 }
 
 Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
-                  const std::vector<Setting>& settings, const StopRequest& stop) {
+                  const std::vector<Setting>& settings, const StopRequest& stop, const std::vector<Conductor>& bodies) {
   const Schema schema(kinds);
   toml::table document = parse_document(text, path);
   apply(settings, schema, document);
@@ -179,7 +179,7 @@ Scene parse_scene(const std::string& text, const std::string& path, const Effect
   draft.scene.effects.sort(kinds);
   settle_dimension(draft);
   if (draft.scene.reference) fill_in_grains(draft);
-  return complete(draft, stop);
+  return complete(draft, stop, bodies);
 }
 
 Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
@@ -192,8 +192,8 @@ Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::v
 }
 
 Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings,
-                 const StopRequest& stop) {
-  return parse_scene(read_text(path), path, kinds, settings, stop);
+                 const StopRequest& stop, const std::vector<Conductor>& bodies) {
+  return parse_scene(read_text(path), path, kinds, settings, stop, bodies);
 }
 
 }  // namespace lichtenberg

@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include "src/effects/coulomb.hpp"
@@ -10,6 +11,8 @@
 #include "src/granular/granular_motion.hpp"
 #include "src/granular/pace.hpp"
 #include "src/granular/pair_state.hpp"
+#include "src/granular/restitution_check.hpp"
+#include "src/theory/haff.hpp"
 #include "src/theory/restitution.hpp"
 #include "tests/grains.hpp"
 #include "tests/message.hpp"
@@ -123,6 +126,19 @@ TEST_CASE("the reference is as good as its tolerance") {
 
 // The force of a linear contact jumps at touch, which a fixed step finds to within itself: an error of the order of
 // dt / t_c = .005 / .13 of what the force does then, B v, to the restitution's 1 - .9.
+TEST_CASE("the reference: slow grains just apart touch once and part") {
+  constexpr double speed = 1e-5;
+  Scene scene = viscoelastic(40, Integrator::cvode);
+  add_pair(scene, speed, 3e-6);
+  Run run(scene);
+  for (int k = 1; k <= 10; ++k) run.to(0.37 * k);
+  CHECK(run.gas.collisions == 1);
+  CHECK(run.gas.contacts().empty());
+  const double expected = granular::expected_collision(run.gas.law(), 0.5, 1, speed).restitution;
+  const double after = norm(velocity<3>(run.gas.bodies(), 1) - velocity<3>(run.gas.bodies(), 0));
+  CHECK(after / speed == doctest::Approx(expected).epsilon(1e-6));  // places round by 4e-15 of an overlap of 5e-6
+}
+
 TEST_CASE("a linear contact has its restitution") {
   for (const Integrator integrator : all_integrators)
     for (const double phase : {1.0, 1.3, 1.7}) {
@@ -334,6 +350,33 @@ TEST_CASE("a gas that blows at random drives grains to its temperature") {
   const GasEnergy book = run.gas.energy();
   CHECK(temperature == doctest::Approx(0.01 * std::tanh(0.5)).epsilon(4 * std::sqrt(2.0 / (30 * n))));
   CHECK(book.total() == doctest::Approx(0).epsilon(1e-12 * book.driven));
+}
+
+// The mean over 60 holds of a temperature that forgets itself within 1 / (2 S) = 1: some 60 of 3 N / 2 degrees of
+// freedom, of which four standard deviations are asked for, and the length of contacts (omega t_c = .03) makes
+// collisions rarer by so much, which changes T by .5 %. Without collisions T would be 15 % higher.
+TEST_CASE("gas drag: collisions lower the temperature as theory says") {
+  constexpr int n = 216;
+  const double edge = std::cbrt(n * std::numbers::pi / 6 / 0.05);
+  const theory::RandomDrag drag{.stokes = 0.5, .speed = 1.8, .hold = 1};
+  const double expected = theory::driven_temperature(n / std::pow(edge, 3), {[](double) { return 1.0; }}, drag);
+  Scene scene = grains::cube(edge);
+  scene.effects.add(effects::LinearContactOptions{.stiffness = 3000, .restitution = 1});
+  scene.effects.add(effects::GasDragOptions{.stokes = drag.stokes, .speed = drag.speed, .hold = drag.hold});
+  scene.mechanics.contact_steps = 16;
+  add_gas(scene, n, edge, expected);
+  Run run(scene);
+  run.to(5);
+  double temperature = 0;
+  constexpr int looks = 600;
+  for (int k = 1; k <= looks; ++k) {
+    run.to(5 + 0.1 * k);
+    temperature += 2 * run.gas.energy().kinetic / (3 * n) / looks;
+  }
+  const double free = theory::driven_temperature(1e-12, {[](double) { return 1.0; }}, drag);
+  CHECK(free == doctest::Approx(1.8 * 1.8 * (1 - (1 - std::exp(-0.5)) / 0.5)).epsilon(1e-6));
+  CHECK(free > 1.12 * expected);
+  CHECK(temperature == doctest::Approx(expected).epsilon(4 * std::sqrt(2.0 / (3 * n * 60)) + 0.005));
 }
 
 // Whole numbers, and masses that are powers of two: nothing is rounded. The fastest is the last, the first or another.

@@ -8,7 +8,11 @@ const EffectKind& GasDragOptions::kind() {
       .description = "drag of a gas that blows at random",
       .help =
           "Drag S (v_gas - v) (G 3.54), v_gas random for each grain and constant for a time that decides, with the "
-          "speed, to which temperature it drives them: speed^2 tanh(S hold / 2).",
+          "speed, to which temperature it drives them. Grains that do not collide have speed^2 tanh(S hold / 2) when "
+          "v_gas is drawn anew, and in between up to S hold / 2 of it less. Collisions turn velocities away from "
+          "v_gas: "
+          "elastic ones at a frequency omega of a grain leave, on average over time, T = speed^2 S / l (1 - (1 - "
+          "exp(-l hold)) / (l hold)), l = S + 2 omega / 3; inelastic ones less.",
       .options = GasDragOptions{},
       .keys = {{.name = "stokes",
                 .place = place<&GasDragOptions::stokes>,

@@ -17,8 +17,9 @@ struct GasDragOptions {
 };
 
 /// Drag S (v_gas - v) of a gas whose velocity at each grain is random: Gaussian, of standard deviation `speed` a
-/// component, the same for `hold`, then drawn anew (G 3.54, 7.2, which state neither). Free grains come to the
-/// temperature speed^2 tanh(S hold / 2). Solved exactly.
+/// component, the same for `hold`, then drawn anew (G 3.54, 7.2, which state neither). Grains that do not
+/// collide come to the temperature speed^2 tanh(S hold / 2) when it is drawn anew; colliding ones to a lower one
+/// (theory::driven_temperature). Solved exactly.
 class GasDrag : public Effect {
  public:
   GasDrag(const GasDragOptions& options, std::uint64_t seed)

@@ -68,6 +68,22 @@ struct CoolingState {
 std::vector<CoolingState> cool(double density, const Impacts& impacts, double initial, std::span<const double> times);
 std::vector<CoolingState> cool(double density, const ImpactTable& table, double initial, std::span<const double> times);
 
+/// Drag `stokes` (v_gas - v) of a gas whose velocity at each grain is Gaussian, of this standard deviation a component,
+/// and drawn anew after each `hold` (effects::GasDrag).
+struct RandomDrag {
+  double stokes = 0, speed = 0, hold = 1;
+};
+
+/// The temperature that it drives grains to, which lose energy in collisions, averaged over time, to 1e-9. Within a
+/// hold C = <v_gas v> a component grows by stokes (speed^2 - C) and decays by collisions at the rate nu at which these
+/// let a grain forget its velocity: <v.(v' - v)> = -(1 + eps) v_n^2 / 4 of each, v_n^2 = 4 T x, over <v^2> = 3 T gives
+/// nu = omega <(1 + eps) x> / 3 (Enskog's decay of velocities). The momentum that the partner gets is lost, for its
+/// v_gas is another. With lambda = stokes + nu the mean over a hold is
+///   C = speed^2 stokes / lambda (1 - (1 - exp(-lambda hold)) / (lambda hold)),
+/// and 2 stokes (C - T) = (omega/3) T <(1 - eps^2) x>. At density 0 this is speed^2 (1 - (1 - exp(-S h)) / (S h)), S h
+/// being stokes hold; where v_gas is drawn anew the temperature then is speed^2 tanh(S h / 2). Maxwellian velocities.
+double driven_temperature(double density, const Impacts& impacts, const RandomDrag& drag);
+
 /// <|q|> of Gaussian charges: sqrt(2 <q^2> / pi).
 double mean_charge(double charge_square);
 

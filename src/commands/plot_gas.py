@@ -27,6 +27,7 @@ class Grains:
         self.periodic = np.resize(particles["box"].attrs.get("boundary", b"none"), len(self.box)) == b"periodic"
         self.quantities = {q.name: q for q in self.all_quantities() if q.column in particles}
         self.cut = None
+        self.down = plot_space.down_of(file)
         self.window = np.zeros(len(self.box)), self.box  # lower corner and size of what is shown
         if self.spatial and len(self.radius) <= FEW:
             self.window = self.window_of_few(particles["position/value"][()])
@@ -51,7 +52,7 @@ class Grains:
     @property
     def size(self):
         """Of the panel, in any unit."""
-        return plot_space.Eye(self.window[1]).size if self.spatial else self.box
+        return plot_space.Eye(self.window[1], self.down).size if self.spatial else self.box
 
     def column(self, file, name, index):
         column = file[f"particles/conductors/{self.quantities[name].column}/value"][index]
@@ -106,7 +107,7 @@ class Grains:
         position = shown[1]
         if self.spatial:
             faces = self.faces(shown, scale)
-            plot_space.draw(axes, position, self.radius, faces, self.window, self.unit, self.cut)
+            plot_space.draw(axes, position, self.radius, faces, self.window, self.unit, self.cut, down=self.down)
         else:
             self.draw_in_the_plane(axes, position, self.faces(shown, scale))
         draw_legend(axes, scale.legend(shown[2]) if scale else [])

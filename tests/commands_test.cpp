@@ -112,6 +112,52 @@ TEST_CASE("explain of a neutral scene says that nothing electric is touched") {
   CHECK_FALSE(contains(result.out, "unknowns"));
 }
 
+namespace {
+
+/// The number before `unit` in the line that begins with `label`.
+double number_before(const std::string& text, const std::string& label, const std::string& unit) {
+  std::istringstream lines(text.substr(text.find(label)));
+  std::string word, before;
+  while (lines >> word && word != unit) before = word;
+  return std::stod(before);
+}
+
+}  // namespace
+
+TEST_CASE("explain: a packing's iterations are its run's to a factor of three") {
+  const Folder folder;
+  for (const double side : {19.78e-3, 20.58e-3}) {  // 400 disks fill .92 and .85
+    folder.write("packing.toml",
+                 fmt::format("[domain]\nsize = [{0}, {0}]\n[[population]]\ncount = 400\nradius = [0.4e-3, 0.66e-3]\n"
+                             "overlapping = true\n[effects.contact_potential]\n[output]\npicture = false\n",
+                             side));
+    const Ended explained = run(folder, "explain packing.toml");
+    REQUIRE(explained.status == 0);
+    const double foreseen = number_before(explained.out, "  a run", "iterations,");
+    const Ended ran = run(folder, "run packing.toml --out packing.h5 --overwrite");
+    REQUIRE(ran.status == 0);
+    const double found = number_before(ran.out, "at rest after", "iterations");
+    CHECK(foreseen < 3 * found);
+    CHECK(found < 3 * foreseen);
+  }
+  folder.write("slow.toml",
+               "[domain]\nsize = [1e-2, 1e-2]\n[[population]]\ncount = 20\nradius = 1e-3\noverlapping = true\n"
+               "[effects.contact_potential]\n[minimize]\nmethod = \"gradient-descent\"\n");
+  CHECK(contains(run(folder, "explain slow.toml").out, "no estimate: gradient descent"));
+}
+
+TEST_CASE("explain: a shuttle's run is tried, and its picture is counted") {
+  const Folder folder;
+  const std::string scene = source_folder() + "/scenes/shuttle.toml";
+  const Ended result = run(folder, "explain " + scene);
+  REQUIRE(result.status == 0);
+  CHECK(contains(result.out, "tried here"));
+  CHECK(contains(result.out, "its picture"));
+  CHECK_FALSE(contains(run(folder, "explain " + scene + " --set output.picture=false").out, "its picture"));
+  // A thousandth of the time is tried to its end.
+  CHECK(contains(run(folder, "explain " + scene + " --set stop.time=1e-3").out, "tried here to its end at 0.001 s"));
+}
+
 TEST_CASE("plot refuses what is no result file") {
   const Folder folder;
   const Ended missing = run(folder, "plot nowhere.h5");

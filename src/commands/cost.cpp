@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <numbers>
 
+#include "solvers/error.hpp"
 #include "solvers/laplace/accuracy/price.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/mechanics/simulation.hpp"
 
 namespace lichtenberg {
 
@@ -64,7 +67,27 @@ FieldSolves solves_in_plane(const Scene& scene, double ways) {
 }
 
 constexpr double bytes_at_start = 40e6;  // PETSc and the other libraries
-constexpr double share_in_motion = 0.8;  // of the iterations: earlier solutions are a good first guess
+/// Of the iterations: earlier solutions are a good first guess.
+double share_in_motion(const FieldOptions& options) { return options.method == FieldMethod::spheres ? 0.5 : 0.8; }
+
+/// Part of the domain that the conductors fill, overlaps counted twice.
+double filling(const Scene& scene) {
+  const bool in_space = scene.dimension() == 3;
+  double content = 0;
+  for (const Conductor& c : scene.conductors)
+    content += in_space ? 4.0 / 3 * std::pow(c.radius, 3) : std::pow(c.radius, 2);
+  const Vec3 size = scene.domain.size;
+  return std::numbers::pi * content / (size.x * size.y * (in_space ? size.z : 1));
+}
+
+/// Of lbfgs-newton, by the distance from the filling at which random packings jam (README.md of this folder).
+double iterations_to_rest(double filling, double particles, bool in_space) {
+  const double above = filling - (in_space ? 0.63 : 0.842), far = 22 * std::sqrt(particles);
+  if (above >= 0) return far * (1 + 0.02 / (above + 0.003));
+  return std::max(500.0, far * (1 + 0.02 / 0.003) * std::exp(above / 0.012));
+}
+
+double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 }  // namespace
 
@@ -72,7 +95,7 @@ FieldCost estimate_field_cost(const FieldOptions& options, double size) {
   const laplace::Price price = price_of(options);
   return {.bytes = bytes_at_start + price.bytes * size,
           .single_seconds = price.seconds(size, options.tolerance),
-          .moving_seconds = price.seconds(size, options.moving_tolerance, share_in_motion)};
+          .moving_seconds = price.seconds(size, options.moving_tolerance, share_in_motion(options))};
 }
 
 FieldCost estimate_sphere_cost(const FieldOptions& options, double single_unknowns, double moving_unknowns) {
@@ -88,7 +111,58 @@ std::optional<FieldSolves> estimate_field_solves(const Scene& scene) {
   if (!is_fed_dragged_and_discharged(scene)) return std::nullopt;
   const double ways = floating_groups(scene) / share_of_area(scene);
   if (scene.dimension() == 2) return solves_in_plane(scene, ways);
-  return scene.mechanics.keep_height ? std::optional(FieldSolves{.whole = 0.6 * std::pow(ways, 1.5)}) : std::nullopt;
+  return scene.mechanics.keep_height ? std::optional(FieldSolves{.whole = 0.93 * std::pow(ways, 1.2)}) : std::nullopt;
+}
+
+std::optional<PackingCost> estimate_packing_cost(const Scene& scene) {
+  struct Method {
+    double iterations, seconds;  // over those of lbfgs-newton
+  };
+  const auto method = [&]() -> std::optional<Method> {
+    switch (scene.minimize.method) {
+      case MinimizeMethod::lbfgs_newton:
+        return Method{1, 1};
+      case MinimizeMethod::lbfgs:
+        return Method{1.2, 1.1};
+      case MinimizeMethod::newton_cg:
+        return Method{1.2, 4};
+      case MinimizeMethod::fire:
+        return Method{8, 5};
+      case MinimizeMethod::gradient_descent:
+        break;
+    }
+    return std::nullopt;
+  }();
+  if (!method) return std::nullopt;
+  const bool in_space = scene.dimension() == 3;
+  const double seconds_a_particle = in_space ? 9e-8 : 6e-8;  // of an iteration
+  const double particles = static_cast<double>(scene.conductors.size());
+  PackingCost cost{.filling = filling(scene)};
+  const double iterations = iterations_to_rest(cost.filling, particles, in_space);
+  cost.iterations = std::min(method->iterations * iterations, static_cast<double>(scene.minimize.max_iterations));
+  cost.seconds = method->seconds / method->iterations * cost.iterations * particles * seconds_a_particle;
+  return cost;
+}
+
+std::optional<TriedRun> try_run(const Scene& scene) {
+  constexpr double most_seconds = 2, least_share = 0.005;
+  const double began = processor_seconds();
+  const auto pause = [&] { return processor_seconds() - began > most_seconds; };
+  try {
+    Simulation motion(scene);
+    const double ready = processor_seconds();
+    try {
+      while (!motion.finished() && !pause()) motion.advance_to(motion.next_frame(), pause);
+    } catch (const Paused&) {
+    }
+    const double spent = processor_seconds() - ready, share = motion.time() / motion.end_time();
+    const bool over = motion.finished();
+    if (over) return TriedRun{motion.time(), over, spent};
+    if (!(share >= least_share)) return std::nullopt;
+    return TriedRun{motion.time(), over, spent / share};
+  } catch (const Failure&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace lichtenberg

@@ -33,4 +33,24 @@ struct FieldSolves {
 /// dish, and empty for others. Throws InputError if contacts at the start are a short circuit.
 std::optional<FieldSolves> estimate_field_solves(const Scene& scene);
 
+/// What a packing takes to come to rest, by the method that its [minimize] asks for.
+struct PackingCost {
+  double filling = 0;  ///< of the domain, overlaps counted twice
+  double iterations = 0;
+  double seconds = 0;  ///< on one core
+};
+
+/// Known to a factor of three (README.md of this folder). Empty for gradient descent, which nobody waits for.
+std::optional<PackingCost> estimate_packing_cost(const Scene& scene);
+
+/// A run that was carried on in memory for two seconds of processor time, or to its end.
+struct TriedRun {
+  double reached = 0;  ///< s of the run
+  bool over = false;   ///< it came to its end
+  double seconds = 0;  ///< of processor time for the whole run, at the pace of what was tried
+};
+
+/// Empty where less than a two-hundredth of the run was reached, or the run failed: then no pace holds.
+std::optional<TriedRun> try_run(const Scene& scene);
+
 }  // namespace lichtenberg

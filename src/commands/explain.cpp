@@ -194,6 +194,31 @@ void explain_solves(const Scene& scene, double size, const FieldCost& cost, cons
              solves.whole, predictions);
 }
 
+bool is_for_a_run(const Scene& scene) {
+  return std::ranges::any_of(scene.effects, [](const Effects::Entry& entry) { return !entry.kind->field; });
+}
+
+/// How many solves a run takes is known of conductors that are fed, dragged and discharged alone. Others are tried, if
+/// a solve takes a small part of the time that is for it.
+void explain_tried_run(const Scene& scene, const FieldCost& cost) {
+  constexpr double longest_solve = 0.1;  // s
+  const bool is_tried = is_for_a_run(scene) && cost.single_seconds <= longest_solve && !runs_on_device(scene.field()) &&
+                        scene.field().linear_solver != FieldLinearSolver::assembled;  // PETSc has not been started
+  const std::optional<TriedRun> tried = is_tried ? try_run(scene) : std::nullopt;
+  if (!tried)
+    return fmt::print("  a run                no estimate: {}\n",
+                      is_tried ? "two seconds of it, tried here, go less than a two-hundredth of the way, or fail"
+                               : "how many field solves it takes is known of conductors that are fed, dragged and "
+                                 "discharged");
+  if (tried->over)
+    return fmt::print("  a run                {}, recording and pictures aside: tried here to its end at {:.3g} s\n",
+                      duration(tried->seconds), tried->reached);
+  fmt::print(
+      "  a run                {}{}, recording and pictures aside: at the pace of the first {:.3g} of {:.3g} s, "
+      "tried here\n",
+      scene.stop.stationary ? "at most " : "", duration(tried->seconds), tried->reached, scene.stop.time);
+}
+
 void explain_run(const Scene& scene, double size, const FieldCost& cost, const std::string& refusal) {
   if (scene.conductors.empty())
     fmt::print("  a run                none: without conductors nothing moves\n");
@@ -202,9 +227,7 @@ void explain_run(const Scene& scene, double size, const FieldCost& cost, const s
   else if (const std::optional<FieldSolves> solves = estimate_field_solves(scene))
     explain_solves(scene, size, cost, *solves);
   else
-    fmt::print(
-        "  a run                no estimate: how many field solves it takes is known of conductors that are fed, "
-        "dragged and discharged\n");
+    explain_tried_run(scene, cost);
 }
 
 void explain_cost(const Scene& scene, double size, const FieldCost& cost, const std::string& refusal_of_run) {
@@ -214,6 +237,28 @@ void explain_cost(const Scene& scene, double size, const FieldCost& cost, const 
   fmt::print("  a field solve        {} on its own, {} in a moving scene\n", duration(cost.single_seconds),
              duration(cost.moving_seconds));
   explain_run(scene, size, cost, refusal_of_run);
+}
+
+void explain_packing_cost(const Scene& scene) {
+  fmt::print("\ncost: an estimate, from figures measured on one core\n");
+  const std::optional<PackingCost> cost = estimate_packing_cost(scene);
+  if (!cost)
+    return fmt::print(
+        "  a run                no estimate: gradient descent takes some thousand times what the default "
+        "does\n");
+  fmt::print("  filling              {:.4g} of the domain, overlaps counted twice\n", cost->filling);
+  fmt::print(
+      "  a run                {}, recording and pictures aside: some {:.2g} iterations, a third to three times "
+      "as many\n",
+      duration(cost->seconds), cost->iterations);
+}
+
+/// What a run draws when it is over (README.md of this folder).
+void explain_pictures(const Scene& scene) {
+  if (!scene.output.picture || scene.conductors.empty()) return;
+  const double series = scene.reference ? 1 : 0;
+  const double seconds = 1 + series + 1e-5 * static_cast<double>(scene.conductors.size());
+  fmt::print("  its picture{}         {} more\n", scene.reference ? "s" : " ", duration(seconds));
 }
 
 void explain_plane_cost(const Scene& scene, double size, const std::string& refusal_of_run) {
@@ -253,10 +298,6 @@ void explain_spheres(const Scene& scene, const laplace::SphereProblem& problem, 
   explain_cost(scene, static_cast<double>(moving.unknowns), cost, refusal_of_run);
 }
 
-bool is_for_a_run(const Scene& scene) {
-  return std::ranges::any_of(scene.effects, [](const Effects::Entry& entry) { return !entry.kind->field; });
-}
-
 /// Chosen for a run if the scene has more than a field, else for `solve`.
 FieldOptions foreseen_field(const Scene& scene, const laplace::LaplaceProblem& problem) {
   return effects::field_chosen(*scene.field_request(),
@@ -282,6 +323,8 @@ void explain(Scene scene) {
   if (scene.reference) explain_grains(scene);
   if (field && scene.dimension() == 3) explain_spheres(scene, field->spheres, refusal);
   if (field && scene.dimension() == 2) explain_plane_cost(scene, explain_field(scene, field->problem), refusal);
+  if (scene.effects.has(&EffectKind::packing)) explain_packing_cost(scene);
+  if (refusal.empty() && is_for_a_run(scene)) explain_pictures(scene);
 }
 
 }  // namespace

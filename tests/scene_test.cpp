@@ -239,6 +239,11 @@ TEST_CASE("missing keys and tables") {
   check_refused(box + "[[conductor]]\nradius = 0.001\n",
                 {"test.toml:3:", "conductor.position is missing", "[[conductor]]"});
   check_refused(box + "[effects.current_source]\n", {"effects.current_source.current is missing", "a number in A"});
+  check_refused(box + "[[electrode]]\nshape = \"bar\"\nfrom = [0.01, 0.01]\nto = [0.02, 0.01]\nwidth = 0.001\n",
+                {"electrode.potential is missing", "a floating conductor of this shape is an [[electrode]]",
+                 "series_resistance = 1e30"});
+  check_refused(box + disk("[0.01, 0.01]", "shape = \"bar\"\n"),
+                {"unknown key conductor.shape", "a floating conductor of this shape is an [[electrode]]"});
   check_refused(box + "field.cells = 64\n", {"no conductors", "[[conductor]] or [[population]]"});
 }
 

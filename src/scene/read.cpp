@@ -33,6 +33,11 @@ std::string found(const toml::node& node) {
   return node.is_array() ? "an array" : text.substr(0, longest) + "...";
 }
 
+/// How a scene has a floating conductor of any shape.
+constexpr const char* floating_shape =
+    "a floating conductor of this shape is an [[electrode]] with potential = 0 and series_resistance = 1e30 (ohm), "
+    "which no charge passes";
+
 /// Walks a TOML document along the schema into a draft.
 class Reader {
  public:
@@ -133,10 +138,18 @@ class Reader {
   }
 
   [[noreturn]] void refuse_missing(const Table& table, const Key& key, int line, const std::string& who) const {
-    refuse(line, fmt::format("{} is missing: {} needs it, {}", path_in(table, key.name), who, key.allowed()));
+    const std::string path = path_in(table, key.name);
+    const std::string instead = path == "electrode.potential" ? fmt::format("; {}", floating_shape) : "";
+    refuse(line, fmt::format("{} is missing: {} needs it, {}{}", path, who, key.allowed(), instead));
   }
 
+  /// Keys that ask for a floating conductor of another shape get the way to have one, others the nearest key.
   [[noreturn]] void refuse_unknown(const std::string& path, int line) const {
+    constexpr std::string_view of_shapes[] = {"conductor.shape",  "conductor.side",  "conductor.from",
+                                              "conductor.to",     "conductor.width", "electrode.floating",
+                                              "electrode.charge", "electrode.group"};
+    if (std::ranges::find(of_shapes, path) != std::end(of_shapes))
+      refuse(line, fmt::format("unknown key {}: {}", path, floating_shape));
     refuse(line,
            fmt::format("unknown key {}: the nearest known key is {}", path, nearest_path(path, schema_.known_paths())));
   }

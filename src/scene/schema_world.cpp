@@ -135,7 +135,7 @@ Table electrode() {
                .range = positive,
                .computed_default = "none",
                .help = "resistor between the supply and the body, which starts without charge and whose potential "
-                       "follows from the current"},
+                       "follows from the current; one that no charge passes, of 1e30 ohm, leaves the body floating"},
               {.name = "centre",
                .place = [](Draft& d) { return &d.electrodes.back().centre; },
                .unit = "m",

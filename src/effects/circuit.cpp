@@ -24,6 +24,11 @@ void check_resistors(const Draft& draft) {
     refuse_with("field.method", name_of(*draft.field.method), "cut-cell");
   if (scene.mechanics.integrator == Integrator::cvode && scene.mechanics.coupling == FieldCoupling::monolithic)
     refuse_with("mechanics.coupling", "monolithic", "split");
+  if (scene.mechanics.integrator == Integrator::euler && draft.field.accuracy)
+    refuse(scene.path, draft.line("mechanics.integrator"),
+           fmt::format("mechanics.integrator = \"euler\" is not allowed with {} and field.accuracy, which its steps "
+                       "cannot keep for what resistors carry: take \"cvode\", or leave field.accuracy out",
+                       what));
 }
 
 bool has_resistors(const Scene& scene) {

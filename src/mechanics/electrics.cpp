@@ -22,6 +22,15 @@ std::vector<double> with_terminals(std::vector<double> charge, const Scene& scen
   return charge;
 }
 
+/// The error of a charge that a step may leave, over the largest charge; infinite if no accuracy is asked for. Steps are
+/// of second order: where each leaves t of a decay, t goes like the cube of its length, and all together leave C t^(2/3),
+/// with C of .09 to .2 (tests/circuit_test.cpp, an electrode behind a resistor). With 5 a^(3/2) that is .6 a at most.
+double charge_tolerance(const FieldOptions& field) {
+  const bool of_results = field.method == FieldMethod::spheres || field.method == FieldMethod::multipole;
+  const double asked = field.chosen_for ? field.chosen_for->asked : of_results ? field.moving_tolerance : INFINITY;
+  return 5 * std::pow(asked, 1.5);
+}
+
 }  // namespace
 
 Electrics::Electrics(const Scene& scene, Model& model, effects::FloatingConductors& field,
@@ -209,7 +218,8 @@ double Electrics::charge_error(const Trial& trial) const {
         std::max(worst, effects::charge_error(trial.step.weight * current + trial.step.inherited * carried.remaining[k],
                                               dt, carried.current[k], current, noise));
   }
-  const double tolerance = scene_.mechanics.position_tolerance / *std::ranges::min_element(model_.bodies.radius);
+  const double of_positions = scene_.mechanics.position_tolerance / *std::ranges::min_element(model_.bodies.radius);
+  const double tolerance = std::min(of_positions, charge_tolerance(scene_.field()));
   // Charges that are but the noise of potentials, where nothing drives any, are not worth a step.
   const double no_charge =
       scene_.field().moving_tolerance * scene_.medium.permittivity * scene_.medium.depth * largest_potential;

@@ -76,7 +76,8 @@ class Electrics {
   Trial solve(double time, FieldGrid grid = FieldGrid::whole);
   /// The error of a trial's charges, in tolerances; 0 if nothing carries charge at a finite rate. A conductor whose
   /// charge is wrong by a fraction d feels a force wrong by 2 d, as if it were displaced by some d of the distance to
-  /// what acts on it, which is a radius or more: a tolerance is position_tolerance / radius of the largest charge.
+  /// what acts on it, which is a radius or more: a tolerance is position_tolerance / radius of the largest charge,
+  /// or less if the accuracy asked of the field asks for it (charge_tolerance).
   double charge_error(const Trial& trial) const;
   /// Books the charges fed until the trial's instant, and shares them as its field does. The bodies must be where they
   /// were when it was solved, and nothing else must have been booked since. Throws Failure with the sentence of

@@ -60,7 +60,8 @@ Table field() {
            .computed_default = "none; cells and tolerances count",
            .help =
                "chooses cells, tolerances and, unless given, the method, so that no error is larger: of a potential "
-               "over the largest difference of potentials, of a conductor's charge over the largest, of a force on a "
+               "over the largest difference of potentials, of a conductor's charge over the largest (what resistors "
+               "carry in time, too), of a force on a "
                "disk over the largest. Errors are estimated: a run is chosen for at its start, for gaps down to "
                "contact_discharge's, and checked at checkpoints. In three dimensions they are aimed at and not "
                "estimated: where forces all but cancel it is some times as much"},
@@ -143,7 +144,9 @@ Table mechanics() {
                .unit = "m",
                .range = positive,
                .computed_default = "1e-3 * the smallest radius",
-               .help = "error of the positions allowed in a coupling step; at least 1e-9 of the smallest radius"},
+               .help = "error of the positions allowed in a coupling step; at least 1e-9 of the smallest radius. Over "
+                       "that radius it is also what a step may leave of the charge that resistors carry, over the "
+                       "largest charge; field.accuracy makes that smaller where it needs to"},
               {.name = "largest_step",
                .place = [](Draft& d) { return &d.largest_step; },
                .unit = "s",
@@ -263,7 +266,7 @@ Table stop() {
                .place = [](Draft& d) { return &d.scene.stop.time; },
                .unit = "s",
                .range = times,
-               .help = "simulated time"},
+               .help = "simulated time from the start, a run's stages included"},
               {.name = "stationary",
                .place = [](Draft& d) { return &d.scene.stop.stationary; },
                .help = "stop when all conductors are connected to an electrode and the forces are negligible (D 7.1)"},

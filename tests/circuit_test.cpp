@@ -1,11 +1,14 @@
 #include "src/effects/circuit.hpp"
 
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <string>
 #include <tuple>
+#include <vector>
 
 #include "solvers/error.hpp"
 #include "src/analysis/circuit.hpp"
@@ -13,8 +16,10 @@
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/contact_resistance.hpp"
 #include "src/effects/current_source.hpp"
+#include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/leakage.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/mechanics/energy_book.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/mechanics/summary.hpp"
@@ -162,6 +167,50 @@ TEST_CASE("an electrode behind a resistor charges as C and R say, to the accurac
     CHECK(worst < 4 * tolerance);              // regression values: 0.4, 1.1 and 2.8
     CHECK(steps < 10 / std::cbrt(tolerance));  // of second order: the steps grow with the cube root
   }
+}
+
+TEST_CASE("charge through a resistor: its error is below field.accuracy") {
+  const double ohm = 0.2 / capacitance;
+  for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5}) {  // LineCharges drifts by 1e-9 a solve
+    CAPTURE(accuracy);
+    Scene scene = resistor_scene(ohm);
+    scene.field().chosen_for = FieldAccuracy{.asked = accuracy, .estimate = accuracy};
+    scene.field().moving_tolerance = 0.1 * accuracy;  // of the solves: finer, as what is chosen is
+    scene.mechanics.largest_step = 1;
+    Simulation simulation(scene, std::make_unique<LineCharges>());
+    for (const double time : {0.1, 0.3, 1.0}) {
+      simulation.advance_to(time);
+      const double charged = simulation.now().terminals[0].surface_potential / 1000;  // of the charge of the end
+      CHECK(std::abs(charged + std::expm1(-time / 0.2)) < accuracy);
+    }
+  }
+}
+
+// Q_a(t) = Q (a + b exp(-t / tau)) / (a + b), tau = R 4 pi eps a b / (a + b): spheres so far apart that their mutual
+// capacitance changes it by less than 1 %, which the field itself gives at the end and at the start.
+TEST_CASE("charge between two spheres in space: its error is below field.accuracy") {
+  const double farad = 4 * std::numbers::pi * 8.8541878128e-12 * 0.01 * 0.02 / 0.03, ohm = 1 / farad;
+  const auto charge_at = [&](double accuracy, double time) {
+    Simulation simulation(effects::with_field_chosen(parse_scene(
+        fmt::format("domain = {{ size = [3, 1, 1], open = true }}\nmedium = {{ relative_permittivity = 1 }}\n"
+                    "field = {{ accuracy = {} }}\n[[conductor]]\nposition = [0.5, 0.5, 0.5]\nradius = 0.01\n"
+                    "charge = 1e-9\nheld = true\n[[conductor]]\nposition = [2.5, 0.5, 0.5]\nradius = 0.02\n"
+                    "held = true\n[effects.floating_conductors]\n[effects.contact_discharge]\ngap = 2.5\n"
+                    "[effects.contact_resistance]\nresistance = {}\n[stop]\ntime = 50\n[output]\nevery = 50\n",
+                    accuracy, ohm),
+        "wire.toml")));
+    simulation.advance_to(time);
+    return simulation.now().charge[0] / 1e-9;
+  };
+  // The rate is that of the start: d(V_a - V_b)/dQ of two spheres 2 m apart, 1 / (4 pi eps) (1/a + 1/b - 2/d), whose
+  // next term is below 1e-5 of it.
+  const double rate = 1 - 2.0 / 2 / 150, end = (1 / 0.02 - 0.5) / (1 / 0.01 + 1 / 0.02 - 1);
+  for (const double accuracy : {1e-3, 1e-4})
+    for (const double time : {0.5, 1.0, 2.0}) {
+      CAPTURE(accuracy);
+      const double expected = end + (1 - end) * std::exp(-rate * time);
+      CHECK(std::abs(charge_at(accuracy, time) - expected) < accuracy);
+    }
 }
 
 TEST_CASE("the charge step is of second order") {
@@ -398,7 +447,7 @@ TEST_CASE("an energy balance that steps and grid do not account for is said") {
   outcome.initial_energy = 0;
   CHECK_EQ(mechanics::energy_warning(scene, outcome), "");
   outcome.frame.energy = 2 * analysis::allowed_energy_imbalance(scene);  // of the joule that was supplied
-  CHECK_NE(mechanics::energy_warning(scene, outcome).find("the energy balance is off by "), std::string::npos);
+  CHECK(mechanics::energy_warning(scene, outcome).starts_with("energy balance off by "));
   // Where hardly anything was supplied, two solves of the same field differ by more than that (mechanics/summary.cpp).
   const double solve = scene.field().moving_tolerance;
   outcome.frame.energy_balance = EnergyBalance{.flows = {.by_supplies = 10 * solve}};
@@ -407,4 +456,52 @@ TEST_CASE("an energy balance that steps and grid do not account for is said") {
   CHECK_EQ(mechanics::energy_warning(scene, outcome), "");
   outcome.frame.energy = 1 + 50 * solve;
   CHECK_NE(mechanics::energy_warning(scene, outcome), "");
+}
+
+TEST_CASE("energy balance where nothing is supplied: a gain is off against the store") {
+  const Scene scene = resistor_scene(1e9);
+  mechanics::Outcome outcome{.initial_energy = 1};
+  outcome.frame.energy_balance = EnergyBalance{};
+  outcome.frame.energy = 1.5;
+  const auto relative = [&] {
+    const Summary summary = mechanics::summarize(scene, outcome);
+    return std::ranges::find(summary.quantities, "relative_energy_imbalance", &Quantity::name)->value;
+  };
+  CHECK(relative() == near(0.5 / 1.5));
+  CHECK(mechanics::energy_warning(scene, outcome).find("off by 33 %: that is of what is stored") != std::string::npos);
+  outcome.frame.energy = outcome.initial_energy = 0;
+  CHECK(std::isnan(relative()));
+  CHECK_EQ(mechanics::energy_warning(scene, outcome), "");
+}
+
+TEST_CASE("summary: bodies that overlap and a missed accuracy are warnings") {
+  Scene scene = resistor_scene(1e9);
+  mechanics::Outcome outcome{.largest_error = 2e-3, .largest_overlap = 0.3};
+  scene.field().chosen_for = FieldAccuracy{.asked = 1e-3, .estimate = 1e-3};
+  const std::vector<std::string> warnings = mechanics::summarize(scene, outcome).warnings;
+  REQUIRE(warnings.size() == 2);
+  CHECK(warnings[0].starts_with("accuracy not reached: "));
+  CHECK(warnings[1].starts_with("bodies overlap by 30 % of a diameter: "));
+  outcome = {.largest_error = 9e-4, .largest_overlap = 0.02};
+  CHECK(mechanics::summarize(scene, outcome).warnings.empty());
+}
+
+TEST_CASE("largest overlap: of two disks and of a disk in a side") {
+  Scene scene = conductor_scene({{0.02, 0.05}, {0.02 + 1.5 * radius, 0.05}, {0.05, 0.4 * radius}});
+  CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == near(0.3));
+  scene.conductors[2].held = true;
+  CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == near(0.25));
+  scene.conductors[0].held = scene.conductors[1].held = true;
+  CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == 0);
+}
+
+TEST_CASE("disks below a cell: a warning that names the smallest radius") {
+  Scene scene = conductor_scene({{0.02, 0.05}, {0.03, 0.05}});
+  scene.field().cells = 128;  // of 0.78 mm, a radius being 0.775 mm
+  CHECK(effects::unresolved_bodies(scene).starts_with("disks below a cell: 2 of "));
+  scene.field().cells = 130;
+  CHECK_EQ(effects::unresolved_bodies(scene), "");
+  scene.field().cells = 64;
+  scene.field().method = FieldMethod::multipole;
+  CHECK_EQ(effects::unresolved_bodies(scene), "");
 }

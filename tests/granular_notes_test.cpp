@@ -1,12 +1,14 @@
 // What a run says of a gas: notes, theory beside them, restitution, and that a resumed run says the same.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "src/effects/read_scene.hpp"
 #include "src/granular/granular_motion.hpp"
 #include "src/granular/note.hpp"
+#include "src/granular/summary.hpp"
 #include "src/theory/restitution.hpp"
 #include "tests/folder.hpp"
 #include "tests/gas_text.hpp"
@@ -172,6 +174,18 @@ TEST_CASE("theory has nothing to say of grains that are few, differ, are driven 
   CHECK_FALSE(HomogeneousGas::of(Gas(at_rest)));
 }
 
+TEST_CASE("a stop.time within the stages: the summary warns that there is nothing else") {
+  Scene short_run = scene();
+  CHECK_EQ(stages_warning(short_run), "");
+  short_run.stop.time = 1;  // the stage's
+  CHECK(stages_warning(short_run).starts_with("stages alone: stop.time = 1 t0 counts from the start"));
+  GranularMotion motion(short_run);
+  go_on(motion, 1);
+  CHECK(std::ranges::count(motion.summary().warnings, stages_warning(short_run)) == 1);
+  short_run.stages.clear();
+  CHECK_EQ(stages_warning(short_run), "");
+}
+
 TEST_CASE("a gas that cools and charges: what its summary and notes say holds together") {
   GranularMotion motion(scene());
   go_on(motion, 4);
@@ -181,6 +195,7 @@ TEST_CASE("a gas that cools and charges: what its summary and notes say holds to
   CHECK(value(summary, "temperature") < 1);
   CHECK(value(summary, "clusters") <= 120);
   CHECK(value(summary, "collisions") > 100);
+  CHECK(summary.warnings.empty());
   const ColumnGroup notes = motion.take_history();
   CHECK(reals_of(notes, "time").front() == 0);
   CHECK(reals_of(notes, "time").back() == 4);

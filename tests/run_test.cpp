@@ -18,6 +18,7 @@
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
+#include "src/record/result_file.hpp"
 #include "src/scene/scene.hpp"
 #include "tests/folder.hpp"
 #include "tests/run_child.hpp"
@@ -462,9 +463,13 @@ TEST_CASE("a minimization is resumed with more iterations, then to another force
   CHECK(at_rest(whole));
   std::string cut = relax_to("max_iterations = 30\nforce_tolerance = 1e-5\n", "cut.h5");
   CHECK(!at_rest(cut));
+  const std::vector<std::string> warnings = ResultFile(cut, "read").warnings();
+  REQUIRE(!warnings.empty());
+  CHECK(warnings[0].starts_with("not at rest after 30 iterations: "));
   CHECK(number(cut, "summary/iterations") == 30);
   relax_to("force_tolerance = 1e-5\n", "cut.h5", {"--resume"});
   CHECK(at_rest(cut));
+  CHECK(ResultFile(cut, "read").warnings().empty());
   const double earlier = number(cut, "summary/relative_largest_force");
   CHECK((earlier <= 1e-5 && earlier > 1e-9));
   // Nothing to do but to say what it is by the new measure: no frame, no note.

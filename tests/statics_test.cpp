@@ -298,6 +298,19 @@ TEST_CASE("a packing comes to rest by every method, without charges, field or PE
   CHECK(!parallel::petsc_started());
 }
 
+TEST_CASE("a packing not at rest: its summary warns") {
+  Minimization minimization(packing(2, "lbfgs", "max_iterations = 3"));
+  minimization.advance_to(3, {});
+  REQUIRE(!minimization.at_rest());
+  const std::vector<std::string> warnings = minimization.summary().warnings;
+  REQUIRE(!warnings.empty());
+  CHECK(warnings.front().starts_with("not at rest after 3 iterations: "));
+  Minimization rests(packing(2, "lbfgs-newton"));
+  rests.advance_to(1e9, {});
+  REQUIRE(rests.at_rest());
+  CHECK(rests.summary().warnings.empty());
+}
+
 TEST_CASE("a minimization restored from a checkpoint goes on bit for bit") {
   for (const std::string method : methods) {
     CAPTURE(method);

@@ -56,6 +56,12 @@ def value_of(element):
     return element["value"] if isinstance(element, h5py.Group) else element
 
 
+def warnings_of(file):
+    """What makes the result in an open file unsafe to use, as its run said at its end: a list of sentences. Up to the
+    first ": " each says what is wrong, and after that the limit and the remedy."""
+    return [text_of(words) for words in file["summary"].attrs.get("warnings", [])] if "summary" in file else []
+
+
 def field_of(file):
     """The potential of the last frame, [ny, nx]; None if the file has none."""
     if "VTKHDF/CellData/potential" in file:
@@ -262,6 +268,11 @@ class Result:
     def summary(self):
         """By name, numbers of the run as a whole; empty until it is over."""
         return {name: float(value) for name, value in self.tables.get("summary", {}).items()}
+
+    @property
+    def warnings(self):
+        """What makes the result unsafe to use, as its run said at its end: a list of sentences."""
+        return warnings_of(self.file)
 
     @property
     def field(self):

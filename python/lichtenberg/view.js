@@ -533,6 +533,7 @@ class Page {
     const steps = about.high.map((high, k) => short((high - about.low[k]) / 65535)).slice(0, about.dimension).join(" x ");
     this.element("title").innerHTML = "<b></b> <span></span>";
     this.element("title").firstChild.textContent = about.title;
+    this.element("warnings").textContent = about.warnings.map((warning) => `WARNING: ${warning}`).join("\n");
     this.element("summary").textContent = Object.entries(about.summary).map(([name, value]) => `${name} = ${short(value)}`).join("\n");
     this.element("text").textContent = about.scene;
     const stored = `${about.file}\nHere places are rounded to steps of ${withUnit(steps, about.lengthUnit)}, other numbers to four digits.`;

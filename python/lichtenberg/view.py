@@ -62,6 +62,7 @@ class Page:
             "down": None if result.down is None else numbers(result.down),
             "scene": result.scene,
             "provenance": result.provenance,
+            "warnings": result.warnings,
             "summary": {name: value if np.isfinite(value) else None for name, value in result.summary.items()},
         }
         self.add_places()

@@ -133,6 +133,12 @@ Summary summarize(const Packing& packing, const Scene& scene) {
                         {"coordination", packing.coordination, "1"},
                         {"backbone_coordination", packing.backbone_coordination, "1"},
                         {"smallest_q", packing.smallest_q, "1"}};
+  constexpr double most_overlap = 0.2;  // of a reach
+  if (1 - packing.smallest_q > most_overlap)
+    summary.warnings.push_back(fmt::format(
+        "particles overlap by {:.2g} % of their distance in touch: so strong a compression is no packing of "
+        "hard particles; fewer or smaller ones overlap less",
+        100 * (1 - packing.smallest_q)));
   if (!packing.fraction) return summary;
   const char* unit = spheres ? "Pa" : "N m-1";
   summary.quantities.push_back({"packing_fraction", *packing.fraction, "1"});

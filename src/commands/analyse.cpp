@@ -13,6 +13,7 @@
 #include "src/commands/analyse_gas.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/json_output.hpp"
+#include "src/commands/output.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/scene/effect_kind.hpp"
 
@@ -39,7 +40,8 @@ class Analyser {
             .conductors = static_cast<int>(radius_.size()),
             .frames = result_.frames(),
             .radius = radius_.empty() ? 0 : sum / static_cast<double>(radius_.size()),
-            .contacts_recorded = result_.contacts(0).has_value()};
+            .contacts_recorded = result_.contacts(0).has_value(),
+            .warnings = result_.warnings()};
   }
 
   std::vector<FrameAnalysis> all() const {
@@ -146,6 +148,13 @@ void analyse(const Analysis& analyser, const Result& result, const AnalyseArgume
   if (!request.json) fmt::print("stored         {}:/analysis, all {} frames\n", request.file, found.size());
 }
 
+/// The same, and at the end why the result may be unsafe to use.
+template <class Analysis>
+void analyse_and_warn(const Analysis& analyser, const Result& result, const AnalyseArguments& request) {
+  analyse(analyser, result, request);
+  print_warnings(result.warnings());
+}
+
 /// Why nothing can be stored in a result: its folder is read-only, say.
 std::string why_not_stored(const std::string& path) {
   try {
@@ -164,8 +173,8 @@ void analyse(AnalyseArguments& request) {
   request.not_stored = why_not_stored(request.file);
   check_outputs({request.csv}, {request.file}, request.overwrite);
   Scene scene = result.scene();
-  if (scene.reference) return analyse(GasAnalyser(result, std::move(scene)), result, request);
-  analyse(Analyser(result, std::move(scene)), result, request);
+  if (scene.reference) return analyse_and_warn(GasAnalyser(result, std::move(scene)), result, request);
+  analyse_and_warn(Analyser(result, std::move(scene)), result, request);
 }
 
 }  // namespace

@@ -33,8 +33,9 @@ struct FrameAnalysis {
 struct AnalysedRun {
   std::string file, title;
   int conductors = 0, frames = 0;
-  double radius = 0;               ///< m, mean
-  bool contacts_recorded = false;  ///< else they are those of D 7.1 and of the recorded tree
+  double radius = 0;                  ///< m, mean
+  bool contacts_recorded = false;     ///< else they are those of D 7.1 and of the recorded tree
+  std::vector<std::string> warnings;  ///< Summary::warnings
 };
 
 /// Everything found as named quantities with units: what the file and the JSON hold. One row a frame; numbers by

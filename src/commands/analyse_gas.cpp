@@ -282,6 +282,7 @@ AnalysedGas GasAnalyser::run() const {
           .grains = at_start_.size(),
           .frames = result_.frames(),
           .warm_up = warm_up(scene_),
+          .warnings = result_.warnings(),
           .charged = !first_.charge.empty(),
           .polarized = scene_.effects.has("induced_dipoles"),
           .coulomb = number_in(scene_, &EffectKind::charge_strength).has_value(),
@@ -477,6 +478,7 @@ void print_analysis_json(const AnalysedGas& run, const GasFrames& frames) {
                               {"density_edge", density.cells.edge.x},
                               {"density_least", density.least},
                               {"warm_up", run.warm_up},
+                              {"warnings", run.warnings},
                               {"charge_by_speed_bins", {0, fastest_of_charges}},
                               {"speed_bins", {speeds.low, speeds.high}},
                               {"charge_bins", {charges.low, charges.high}}};

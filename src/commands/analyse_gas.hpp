@@ -58,7 +58,8 @@ struct GasFrame {
 struct AnalysedGas {
   std::string file, title;
   int grains = 0, frames = 0;
-  double warm_up = 0;  ///< t0
+  double warm_up = 0;                 ///< t0
+  std::vector<std::string> warnings;  ///< Summary::warnings
   bool charged = false, polarized = false;
   bool coulomb = false;                              ///< forces between charges
   std::map<std::string, std::vector<double>> notes;  ///< what the run noted itself, between frames too

@@ -250,7 +250,8 @@ void print_analysis_json(const AnalysedRun& run, const Frames& frames) {
                               {"title", run.title},
                               {"conductors", run.conductors},
                               {"radius", run.radius},
-                              {"contacts_recorded", run.contacts_recorded}};
+                              {"contacts_recorded", run.contacts_recorded},
+                              {"warnings", run.warnings}};
   add_frames(json, columns_of(run, frames), frames);
   fmt::print("{}\n", json.dump(1));
 }

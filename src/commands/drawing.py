@@ -23,6 +23,7 @@ from lichtenberg import ground, messages
 from lichtenberg.result import TO_GROUND, UNCONNECTED, InputError, check_output, check_result, damage, identity
 
 STEEL, INK, ISOLATED, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
+WARNING = "#b00020"
 MM = 1e3  # millimetres a metre: all drawings are in millimetres
 
 
@@ -276,6 +277,11 @@ def caption(snapshot):
     if snapshot.successor is not None:
         parts.append(f"{100 * snapshot.connected.mean():.3g} % connected")
     return ", ".join(parts)
+
+
+def warning_line(warnings):
+    """What is wrong with a result, in one line; empty for one without warnings."""
+    return "WARNING: " + "; ".join(words.split(": ")[0] for words in warnings) if warnings else ""
 
 
 def set_style():

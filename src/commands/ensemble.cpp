@@ -22,6 +22,7 @@
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/interruption.hpp"
+#include "src/commands/output.hpp"
 #include "src/commands/streams.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/atomic_file.hpp"
@@ -166,6 +167,14 @@ std::string table_of(const std::string& folder, const std::vector<Member>& membe
   }
 }
 
+/// Those of all members, each with the member's name. Up to the first ": " a warning says what is wrong.
+std::vector<std::string> warnings_of(const std::vector<Member>& members) {
+  std::vector<std::string> all;
+  for (const Member& member : members)
+    for (const std::string& warning : member.warnings) all.push_back(fmt::format("{}: {}", member.name, warning));
+  return all;
+}
+
 void report(const Arguments& request, const std::vector<Member>& members, const Share& share) {
   const ensemble::Summary summary = ensemble::summarize(members);
   const nlohmann::ordered_json json = ensemble::to_json(request.scene, members, summary);
@@ -175,6 +184,7 @@ void report(const Arguments& request, const std::vector<Member>& members, const 
     const std::string text = json.dump(1) + "\n";
     write_atomically(what, std::as_bytes(std::span(text)));
   }
+  print_warnings(warnings_of(members));
   if (request.json) return fmt::print("{}\n", json.dump(1));
   fmt::print("{} {} {} of {} runs of {}{}\n", what, share.is_all() ? "and the result files beside it hold" : "holds",
              count(members, MemberState::finished), members.size(), request.scene,

@@ -35,6 +35,7 @@ struct Member {
   MemberState state = MemberState::waiting;
   std::string sentence;
   std::map<std::string, double> quantities;  ///< of a finished one
+  std::vector<std::string> warnings;         ///< of a finished one: lichtenberg::Summary::warnings
 };
 
 /// The product of the variations of a scene with some keys `set`, the last varying fastest. Throws InputError for keys

@@ -239,6 +239,7 @@ nlohmann::ordered_json to_json(const std::string& scene_path, const std::vector<
     Json entry{{"name", member.name}, {"settings", to_json(member.settings)}, {"state", to_text(member.state)}};
     if (!member.sentence.empty()) entry["sentence"] = member.sentence;
     if (!member.quantities.empty()) entry["quantities"] = member.quantities;
+    if (!member.warnings.empty()) entry["warnings"] = member.warnings;
     json["members"].push_back(std::move(entry));
   }
   for (const auto& [settings, runs, quantities] : summary.points) {

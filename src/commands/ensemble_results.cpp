@@ -133,6 +133,7 @@ void inspect_file(const std::string& path, Member& member) {
   const Scene now = parse_scene(member.text, path);
   if (!over || !(just_ended || same_end(parse_scene(text, path), now))) return refuse_past(path, file, now, just_ended);
   member.quantities = quantities_of(file);
+  member.warnings = file.warnings();
   add_topology(member.quantities, Result(path));
   member.state = MemberState::finished;
 }

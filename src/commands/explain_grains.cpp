@@ -20,6 +20,7 @@
 #include "src/granular/integrator.hpp"
 #include "src/granular/pace.hpp"
 #include "src/granular/resonance.hpp"
+#include "src/granular/summary.hpp"
 #include "src/scene/contact_steps.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/theory/haff.hpp"
@@ -250,6 +251,8 @@ void explain_stages(const Scene& scene) {
     fmt::print("  stage                {:g} t0{}{}\n", stage.duration,
                fmt::format("{}, contacts {:g} times as stiff", stage.elastic ? ", elastic" : "", stage.stiffness),
                stage.temperature ? fmt::format(", then scaled to T = {:g}", *stage.temperature) : "");
+  if (const std::string warning = granular::stages_warning(scene); !warning.empty())
+    fmt::print("  WARNING              {}\n", warning);
 }
 
 /// s a grain, of all effects' forces. Dielectric grains beyond dipoles are a field of spheres, solved anew, in place of

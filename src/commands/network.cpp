@@ -154,6 +154,7 @@ void print_json(const NetworkArguments& request, const PackingFrame& frame, cons
                                  {"frame", frame.frame},
                                  {"particles", frame.packing.size()},
                                  {"voltage", request.voltage.value_or(1)},
+                                 {"warnings", frame.warnings},
                                  {"networks", nlohmann::ordered_json::array()}};
   for (const SolvedNetwork& solved : networks) json["networks"].push_back(network_json(solved));
   if (!why_no_contact.empty()) json["no_contact_network"] = why_no_contact;
@@ -200,6 +201,7 @@ void print_json(const NetworkArguments& request, const PackingFrame& frame,
   nlohmann::ordered_json json = {{"file", request.file},
                                  {"frame", frame.frame},
                                  {"particles", frame.packing.size()},
+                                 {"warnings", frame.warnings},
                                  {"networks", nlohmann::ordered_json::array()}};
   for (const ResistancesToAll& each : found) {
     nlohmann::ordered_json one = {{"model", name_of(each.model)},
@@ -239,6 +241,7 @@ void measure_to_all(const NetworkArguments& request, const std::string& electrod
   std::vector<ResistancesToAll> found;
   for (const NetworkModel model : models_of(options)) found.push_back(resistances_to_all(frame, model, options));
   request.json ? print_json(request, frame, found) : print_table(found);
+  print_warnings(frame.warnings);
 }
 
 // Two electrodes
@@ -258,9 +261,11 @@ std::string picture_of(const NetworkArguments& request) {
   return picture.replace_filename(name + ".png").string();
 }
 
-void draw_networks(const NetworkArguments& request, const std::vector<SolvedNetwork>& networks) {
+void draw_networks(const NetworkArguments& request, const std::vector<std::string>& warnings,
+                   const std::vector<SolvedNetwork>& networks) {
   std::vector<std::string> arguments = {request.file, "--out", picture_of(request), "--models"};
   for (const SolvedNetwork& solved : networks) arguments.push_back(name_of(solved.model));
+  for (const std::string& warning : warnings) arguments.push_back("--warning=" + warning);
   draw("network.py", arguments);
 }
 
@@ -286,7 +291,8 @@ void measure(const NetworkArguments& request) {
     print_json(request, frame, networks, why_no_contact);
   else
     print_tables(networks, why_no_contact);
-  if (draws(request)) draw_networks(request, networks);
+  if (draws(request)) draw_networks(request, frame.warnings, networks);
+  print_warnings(frame.warnings);
 }
 
 }  // namespace

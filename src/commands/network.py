@@ -226,8 +226,8 @@ def panel(axes, network, window=None):
     return colours
 
 
-def draw(networks):
-    """One panel a network, as a figure."""
+def draw(networks, warnings=()):
+    """One panel a network, as a figure; below them why the packing may be unsafe to use."""
     drawing.set_style()
     spatial = len(networks[0].size) == 3
     sheet = Sheet([plot_space.Eye(n.size).size if spatial else n.size for n in networks], with_bar=True)
@@ -236,6 +236,8 @@ def draw(networks):
     bar = sheet.figure.colorbar(ScalarMappable(**colours), cax=sheet.figure.add_axes(sheet.bar))
     bar.set_label("potential (V)")
     bar.outline.set_linewidth(0.6)
+    style = {"fontsize": 8, "color": drawing.WARNING, "ha": "center", "va": "bottom", "parse_math": False}
+    sheet.figure.text(0.5, 0.02 / sheet.height, drawing.warning_line(warnings), **style)
     return sheet.figure
 
 
@@ -244,11 +246,12 @@ def main():
     parser.add_argument("file", help="result file of `lichtenberg network` (.h5)")
     parser.add_argument("--models", nargs="+", default=["particle", "contact"], help="particle, contact or both")
     parser.add_argument("--out", help="picture to write (default: FILE with -network.png)")
+    parser.add_argument("--warning", action="append", default=[], help="why the packing may be unsafe to use")
     request = parser.parse_args()
     path = Path(request.file)
 
     def work():
-        figure = draw([read(path, model) for model in request.models])
+        figure = draw([read(path, model) for model in request.models], request.warning)
         drawing.save(figure, request.out or path.with_name(path.stem + "-network.png"))
 
     return drawing.report(path, work)

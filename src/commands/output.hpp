@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "solvers/error.hpp"
 #include "src/record/atomic_file.hpp"
@@ -23,6 +26,13 @@ inline void check_picture(const std::string& option, const std::string& path) {
   const std::string format = std::filesystem::path(path).extension();
   if (format != ".png" && format != ".pdf" && format != ".svg")
     throw InputError(fmt::format("{} {}: the picture's name must end in .png, .pdf or .svg", option, path));
+}
+
+/// One block on standard error: that a result may be unsafe to use, and why. Nothing without warnings.
+inline void print_warnings(const std::vector<std::string>& warnings) {
+  std::fflush(stdout);
+  const char* label = "WARNING";
+  for (const std::string& warning : warnings) fmt::print(stderr, "{:<15}{}\n", std::exchange(label, ""), warning);
 }
 
 }  // namespace lichtenberg

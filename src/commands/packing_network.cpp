@@ -11,6 +11,7 @@
 #include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/result_file.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -174,6 +175,15 @@ void put_network(const hdf5::Handle& file, const PackingFrame& frame, const Solv
     hdf5::put<std::int32_t>(group, name, *list, {list->size()}, "1");
 }
 
+/// Those of the run's end. A packing on its way there is not at rest, whatever its end is.
+std::vector<std::string> warnings_of(const PackingFrame& frame) {
+  const bool is_packing = frame.scene.effects.has(&EffectKind::packing);
+  const bool is_last = frame.frame == frame.file->frames() - 1, is_over = hdf5::exists(frame.file->file(), "summary");
+  if (!is_packing || (is_last && is_over)) return frame.file->warnings();
+  return {fmt::format("not at rest: {}, so that forces do not balance yet and contacts change",
+                      is_last ? "the run has not come to its end" : "the frame is one on the way to the run's end")};
+}
+
 }  // namespace
 
 PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
@@ -196,6 +206,7 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
       result.packing.resistivity.push_back(conductor.relative_resistivity);
     network::check(result.packing);
     result.contacts = network::find_contacts(result.packing);
+    result.warnings = warnings_of(result);
     return result;
   } catch (const hdf5::Error& error) {
     throw InputError(fmt::format("{} is damaged and cannot be measured ({})", path, error.what()));

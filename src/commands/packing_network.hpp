@@ -19,6 +19,7 @@ struct PackingFrame {
   Scene scene;  ///< as the run had it
   network::ParticlePacking packing;
   network::Contacts contacts;
+  std::vector<std::string> warnings;  ///< why it may be unsafe to use (Summary::warnings): a packing not at rest, say
 };
 
 /// The frame of that index, by default the last. Walls are those of the file or the sides of its domain. Throws

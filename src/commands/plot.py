@@ -20,6 +20,7 @@ from pathlib import Path
 import drawing
 from colours import draw_bar, scale_of
 from drawing import InputError
+from lichtenberg.result import warnings_of
 
 
 def open_run(file, path):
@@ -33,7 +34,9 @@ def open_run(file, path):
         from plot_gas import Grains as Kind
     else:
         from plot_conductors import Conductors as Kind
-    return Kind(file, path)
+    run = Kind(file, path)
+    run.warning = drawing.warning_line(warnings_of(file))
+    return run
 
 
 def read_run(path):
@@ -130,7 +133,7 @@ class Pictures:
             field = None if fields is None else fields[k]
             shown = drawing.read_file(run.path, lambda file: run.read(file, frame, self.colour, field))
             run.draw(axes, shown, self.scale)
-            self.heads += self.sheet.head(k, run.title, run.caption(shown))
+            self.heads += self.sheet.head(k, run.title, run.caption(shown), run.warning)
         return self.sheet.figure
 
 

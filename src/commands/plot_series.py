@@ -24,7 +24,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 
 import drawing
 from drawing import InputError
-from lichtenberg.result import text_of, unit_of
+from lichtenberg.result import text_of, unit_of, warnings_of
 
 # Distinct also to the colour-blind (Okabe & Ito).
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c8c8c"]
@@ -53,6 +53,7 @@ class Recorded:
     logarithmic: bool = False  # its time
     start: float = 0.0  # of the time that is shown
     words_of_time: str = "time"
+    warning: str = ""
 
     def column(self, name):
         if name not in self.columns:
@@ -69,6 +70,7 @@ def recorded(file, path):
     """Throws InputError."""
     drawing.frame_index(file, path, None)
     run = Recorded(Path(path).stem, file["scene"].attrs["title"], "s", [])
+    run.warning = drawing.warning_line(warnings_of(file))
     add_observables(file, run)
     add_group(file, run, "analysis")
     if "gas" in file:
@@ -244,12 +246,19 @@ def finish(axes, panel, run):
 def draw_runs(runs, names):
     panels = panels_of(runs, names)
     titles = list(dict.fromkeys(run.title for run in runs if run.title))
-    figure, grid = new_sheet(len(panels), titles[0] if len(titles) == 1 else " and ".join(titles))
+    title = titles[0] if len(titles) == 1 else " and ".join(titles)
+    figure, grid = new_sheet(len(panels), with_warnings(title, runs))
     for axes, panel in zip(grid, panels):
         draw_panel(axes, panel, runs, list(range(len(runs))))
     if len(runs) > 1:
         draw_names(figure, [run.name for run in runs])
     return figure
+
+
+def with_warnings(title, runs):
+    """The title, and below it what is wrong with the results, by name where there are several."""
+    lines = [f"{run.name}: {run.warning}" if len(runs) > 1 else run.warning for run in runs if run.warning]
+    return "\n".join([title, *lines])
 
 
 def draw_names(figure, names, more=""):
@@ -293,7 +302,7 @@ def draw_ensemble(path, names):
     runs = [read(str(Path(folder) / f"{m['name']}.h5")) for m in members]
     groups = [variants.index(variant_of(m)) for m in members]
     panels = panels_of(runs, names)
-    figure, grid = new_sheet(len(panels), runs[0].title)
+    figure, grid = new_sheet(len(panels), with_warnings(runs[0].title, runs))
     for axes, panel in zip(grid, panels):
         draw_members(axes, panel, runs, groups)
     some = f" of the first {MOST_RUNS} of {len(finished)} runs" if len(members) < len(finished) else ""

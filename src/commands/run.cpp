@@ -17,6 +17,7 @@
 #include "src/commands/field_problem.hpp"
 #include "src/commands/interruption.hpp"
 #include "src/commands/json_output.hpp"
+#include "src/commands/output.hpp"
 #include "src/commands/progress.hpp"
 #include "src/commands/start_from.hpp"
 #include "src/commands/streams.hpp"
@@ -24,6 +25,7 @@
 #include "src/effects/floating_conductors.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/granular_motion.hpp"
+#include "src/granular/summary.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/recorder.hpp"
@@ -123,6 +125,7 @@ class Run {
   /// Up to its end, at which the file is whole and anybody's.
   void advance_to_the_end() {
     if (scene_.field_accuracy() && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene_.field()));
+    warn_before();
     // One that stops once all is at rest ends nobody knows when.
     const bool open = scene_.stop.stationary && scene_.effects.has(&EffectKind::field);
     Progress progress(motion_->time(), open ? INFINITY : motion_->end_time(), request_.quiet);
@@ -142,12 +145,19 @@ class Run {
   }
 
   void report() {
-    for (const std::string& warning : final_warnings_) fmt::print(stderr, "lichtenberg: {}\n", warning);
     if (scene_.output.picture) draw_picture(scene_.output.file, picture_seconds_);
     if (!request_.quiet) print_summary();
+    print_warnings(summary_.warnings);
   }
 
  private:
+  /// What the scene alone says of the result's use, before the work; it is in the result's warnings too.
+  void warn_before() const {
+    for (const std::string& warning :
+         {effects::unresolved_bodies(scene_), scene_.reference ? granular::stages_warning(scene_) : std::string()})
+      if (!warning.empty()) fmt::print(stderr, "lichtenberg: {}\n", warning);
+  }
+
   void look() {
     frame_ = motion_->frame_later();
     over_ = motion_->finished();
@@ -225,6 +235,7 @@ class Run {
       milestone.field = field();  // of any other instant `plot` solves it from the frame
       conclude();
       milestone.summary = summary_.quantities;
+      milestone.warnings = summary_.warnings;
       milestone.findings = motion_->findings();
     }
     milestone.checkpoint = motion_->checkpoint();
@@ -240,10 +251,7 @@ class Run {
     return scene_.output.field == StoredField::none ? std::nullopt : motion_->field();
   }
 
-  void conclude() {
-    summary_ = motion_->summary();
-    final_warnings_ = motion_->final_warnings();
-  }
+  void conclude() { summary_ = motion_->summary(); }
 
   /// A run that was over when it was resumed: perhaps its very last instant has been saved, but not as its end, or its
   /// frames have not been put together, or the scene's [stop] now calls it another end. One that is past a [stop] that
@@ -313,7 +321,6 @@ class Run {
   bool saved_ = true;       ///< the file holds all there is
   bool end_saved_ = false;  ///< and says that it is the end
   Summary summary_;
-  std::vector<std::string> final_warnings_;
   std::optional<Checkpoint> last_state_;  ///< of the last frame, if it is not saved
   double recording_seconds_ = 0, picture_seconds_ = 0;
   static constexpr std::size_t a_frame = 2;  ///< tasks: a frame's, and its checkpoint's

@@ -4,7 +4,7 @@ import textwrap
 
 from matplotlib.figure import Figure
 
-from drawing import INK
+from drawing import INK, WARNING
 
 LEFT, TOP, BOTTOM, BETWEEN = 0.22, 0.62, 0.4, 0.35
 BAR_GAP, BAR_WIDTH, BAR_LABELS = 0.14, 0.16, 0.72
@@ -37,17 +37,17 @@ class Sheet:
         left, bottom, w, h = place
         return [left / self.width, bottom / self.height, w / self.width, h / self.height]
 
-    def head(self, panel, title, caption):
-        """Two lines above a panel, cut where they would run out of it; returned so that they can be removed."""
+    def head(self, panel, title, caption, warning=""):
+        """Lines above a panel, cut where they would run out of it; returned so that they can be removed."""
         left, column, top = self.columns[panel]
-        lines = [(title, 10, 0.3), (caption, 8.5, 0.1)]
+        lines = [(title, 10, 0.42), (caption, 8.5, 0.24), (warning, 8, 0.08)] if warning else [(title, 10, 0.3), (caption, 8.5, 0.1)]
         return [
             self.figure.text(
                 (left + column / 2) / self.width,
                 (top + above) / self.height,
                 textwrap.shorten(words, int(column / (0.0072 * size)), placeholder=" …") if words else "",
                 fontsize=size,
-                color=INK,
+                color=WARNING if words is warning else INK,
                 ha="center",
                 va="bottom",
                 parse_math=words is caption,  # a title's $ are the scene's own

@@ -177,6 +177,12 @@ void print_table(const Answer& answer) {
   if (!answer.capacitance.names.empty()) print_capacitance(answer);
 }
 
+/// Why the answer may be unsafe to use (Summary::warnings).
+std::vector<std::string> warnings_of(const Answer& answer) {
+  const std::string unresolved = effects::unresolved_bodies(answer.scene);
+  return unresolved.empty() ? std::vector<std::string>{} : std::vector{unresolved};
+}
+
 std::vector<double> components(Vec3 vector, int dimension) {
   const std::vector<double> all = {vector.x, vector.y, vector.z};
   return {all.begin(), all.begin() + dimension};
@@ -226,6 +232,7 @@ void print_json(const Answer& answer) {
   json["seconds"] = {
       {"setup", solution.seconds.setup}, {"solve", solution.seconds.solve}, {"forces", solution.seconds.forces}};
   if (!answer.capacitance.names.empty()) json["capacitance"] = capacitance_json(answer);
+  json["warnings"] = warnings_of(answer);
   fmt::print("{}\n", json.dump(2));
 }
 
@@ -337,6 +344,7 @@ void draw_solution(const Answer& answer, std::optional<laplace::Field> field, co
     recorder.add(std::move(frame));
     Milestone milestone;
     milestone.field = std::move(field);
+    milestone.warnings = warnings_of(answer);
     recorder.save(milestone);
   }
   draw("plot.py", {file, "--colour=potential", "--out=" + picture, "--overwrite", "--quiet"});
@@ -401,6 +409,7 @@ Command solve_command() {
             if (!request->picture.empty()) check_output("--picture", request->picture, request->overwrite);
             const Answer answer = solve(*request);
             request->json ? print_json(answer) : print_table(answer);
+            print_warnings(warnings_of(answer));
           }};
 }
 

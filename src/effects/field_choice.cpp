@@ -1,5 +1,6 @@
 #include "src/effects/field_choice.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -100,6 +101,28 @@ Scene with_field_chosen(Scene scene) {
   const laplace::LaplaceProblem problem = typical_problem(scene);
   scene.field_table = field_chosen(*asked, solve_to_accuracy(problem, accuracy_request(scene, true)).choice);
   return scene;
+}
+
+std::string unresolved_bodies(const Scene& scene) {
+  if (!scene.effects.has<FloatingConductorsOptions>() || scene.dimension() != 2) return "";
+  const FieldOptions& field = scene.field();
+  const bool grid = field.method == FieldMethod::cut_cell || field.method == FieldMethod::relaxation;
+  if (!grid || field.chosen_for) return "";
+  const double cell = std::max(scene.domain.size.x, scene.domain.size.y) / field.cells;
+  double smallest = cell;
+  int number = 0;
+  const auto look = [&](double radius) {
+    smallest = std::min(smallest, radius);
+    number += radius < cell;
+  };
+  for (const Conductor& conductor : scene.conductors) look(conductor.radius);
+  for (const Electrode& electrode : scene.electrodes)
+    if (const Disk* disk = std::get_if<Disk>(&electrode.shape)) look(disk->radius);
+  if (number == 0) return "";
+  return fmt::format(
+      "disks below a cell: {} of them, the smallest of radius {:.3g} m where a cell is {:.3g} m, so that their forces "
+      "and charges are hardly resolved; take more field.cells or set field.accuracy in their place",
+      number, smallest, cell);
 }
 
 double estimated_error(const FieldOptions& field, const laplace::LaplaceProblem& problem) {

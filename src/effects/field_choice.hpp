@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "solvers/laplace/accuracy/accuracy.hpp"
 #include "src/effects/groups.hpp"
 #include "src/model/bodies.hpp"
@@ -31,6 +33,10 @@ FieldOptions field_chosen(const FieldRequest& asked, const laplace::Choice& choi
 /// at the start, with the charge that they have after the first output.every. Throws InputError if the accuracy cannot
 /// be met.
 Scene with_field_chosen(Scene scene);
+
+/// A warning if a conductor or a disk electrode has a radius below a cell of the grid that the scene names, which then
+/// hardly sees it; else nothing. Where an accuracy is asked for, the estimate of the error says so.
+std::string unresolved_bodies(const Scene& scene);
 
 /// Estimate of the error that the scene's choice leaves in a problem of the run.
 double estimated_error(const FieldOptions& field, const laplace::LaplaceProblem& problem);

@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace lichtenberg::granular {
 namespace {
@@ -146,13 +150,57 @@ void add_quantities(const Gas& gas, const Note& now, double energy_error, Summar
   summary.quantities.push_back({"expected_collisions", now.expected->collisions, "1"});
 }
 
+/// The energy that is missing or too much, over what was turned over: an error.
+std::string energy_warning(const Gas& gas, const GasEnergy& energy, double error, double at_start) {
+  constexpr double allowed = 1e-2;  // ten times what steps of contacts promise where a scene leaves them open
+  const double turned_over =
+      std::max({energy.kinetic, energy.dissipated, std::abs(energy.exchanged), std::abs(energy.driven)});
+  const double scale = turned_over > 0 ? turned_over : std::abs(at_start);
+  if (!(std::abs(error) > allowed * scale)) return "";
+  const Integrator integrator = gas.scene().mechanics.integrator;
+  const bool by_contacts =
+      integrator == Integrator::multirate && std::abs(energy.contact_error) > 0.5 * std::abs(error);
+  const char* advice = by_contacts                       ? "take more mechanics.contact_steps"
+                       : integrator == Integrator::cvode ? "take a smaller mechanics.relative_tolerance"
+                                                         : "take a shorter mechanics.step";
+  return fmt::format(
+      "energy balance off by {:.2g} %: that is of what moves, was dissipated or was driven, where {:g} % is allowed; "
+      "{}",
+      100 * std::abs(error) / scale, 100 * allowed, advice);
+}
+
+std::vector<std::string> warnings_of(const Gas& gas, const GasEnergy& energy, double error, double at_start) {
+  constexpr double most_overlap = 0.1;  // contact laws are of small overlaps
+  std::vector<std::string> warnings;
+  if (std::string warning = energy_warning(gas, energy, error, at_start); !warning.empty())
+    warnings.push_back(std::move(warning));
+  if (std::string warning = stages_warning(gas.scene()); !warning.empty()) warnings.push_back(std::move(warning));
+  if (gas.largest_overlap > most_overlap)
+    warnings.push_back(fmt::format(
+        "grains overlap by {:.2g} % of a diameter: contact laws hold up to some per cent; a stiffer contact "
+        "or slower grains overlap less",
+        100 * gas.largest_overlap));
+  return warnings;
+}
+
 }  // namespace
+
+std::string stages_warning(const Scene& scene) {
+  double stages = 0;
+  for (const Stage& stage : scene.stages) stages += stage.duration;
+  if (stages == 0 || scene.stop.time > stages) return "";
+  return fmt::format(
+      "stages alone: stop.time = {0:g} t0 counts from the start and leaves nothing after the stages, which last {1:g} "
+      "t0; stop.time = {2:g} would go on for {0:g} t0 after them",
+      scene.stop.time, stages, stages + scene.stop.time);
+}
 
 Summary summarize(Gas& gas, const Note& now, double energy_at_start) {
   Summary summary{.title = fmt::format("holds the run up to t = {:.6g}", now.time), .goal = "finished"};
   const double energy_error = now.energy.total() - energy_at_start;
   add_lines(gas, now, energy_error, summary);
   add_quantities(gas, now, energy_error, summary);
+  summary.warnings = warnings_of(gas, now.energy, energy_error, energy_at_start);
   gas.model_to_change().summarize(now.time, summary);
   return summary;
 }

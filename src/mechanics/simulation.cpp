@@ -95,6 +95,7 @@ struct Simulation::Implementation {
   // Of a scene that asks for an accuracy:
   std::optional<double> largest_error;  ///< of the field, estimated by warnings()
   double checking_seconds = 0;
+  double largest_overlap = 0;   ///< of all frames
   std::function<bool()> pause;  ///< while it advances
 };
 
@@ -258,6 +259,7 @@ std::optional<analysis::ContactNetwork> Simulation::Implementation::network(std:
 Frame Simulation::frame() {
   Implementation& self = *implementation_;
   self.begin();
+  self.largest_overlap = std::max(self.largest_overlap, mechanics::largest_overlap(self.scene, self.model.bodies));
   Frame frame = self.motion();
   if (self.electrics) {
     const ConductorFrame state = self.now();
@@ -322,6 +324,7 @@ mechanics::Outcome Simulation::Implementation::outcome(bool stationary) {
                             .initial_charge = std::accumulate(charge.begin(), charge.end(), 0.0),
                             .initial_energy = energy_at_start,
                             .largest_error = largest_error,
+                            .largest_overlap = largest_overlap,
                             .counters = counters};
   result.network = network(result.frame.position);
   return result;
@@ -332,11 +335,6 @@ Summary Simulation::summary() {
   Summary summary = mechanics::summarize(implementation_->scene, implementation_->outcome(at_rest));
   implementation_->model.summarize(time(), summary);
   return summary;
-}
-
-std::vector<std::string> Simulation::final_warnings() {
-  const std::string warning = mechanics::energy_warning(implementation_->scene, implementation_->outcome(false));
-  return warning.empty() ? std::vector<std::string>{} : std::vector{warning};
 }
 
 std::map<std::string, double> Simulation::seconds() const {
@@ -374,6 +372,8 @@ std::optional<Checkpoint> Simulation::snapshot() {
   self.save_counters(checkpoint);
   if (self.electrics) self.electrics->save(checkpoint);
   if (self.electrics && self.electrics->energy()) checkpoint.reals["energy_at_start"] = {self.energy_at_start};
+  if (self.largest_error) checkpoint.reals["largest_field_error"] = {*self.largest_error};
+  if (self.largest_overlap > 0) checkpoint.reals["largest_overlap"] = {self.largest_overlap};
   self.stepper->save(checkpoint);
   self.model.save(checkpoint);
   return checkpoint;
@@ -398,6 +398,10 @@ void Simulation::restore(const Checkpoint& checkpoint) {
     self.electrics->field().forget();
     if (self.electrics->energy()) self.energy_at_start = reals(checkpoint, "energy_at_start", 1).front();
   }
+  if (checkpoint.reals.contains("largest_field_error"))
+    self.largest_error = reals(checkpoint, "largest_field_error", 1).front();
+  if (checkpoint.reals.contains("largest_overlap"))
+    self.largest_overlap = reals(checkpoint, "largest_overlap", 1).front();
   self.stepper->restore(checkpoint);
   self.model.restore(checkpoint);
   self.connected = true;

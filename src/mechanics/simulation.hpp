@@ -50,7 +50,6 @@ class Simulation : public Motion {
   /// The field's error, chosen for the start, may have grown as conductors moved.
   std::vector<std::string> warnings() override;
   Summary summary() override;
-  std::vector<std::string> final_warnings() override;
   std::map<std::string, double> seconds() const override;
 
   const Counters& counters() const;

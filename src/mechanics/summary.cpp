@@ -6,6 +6,10 @@
 #include <cmath>
 
 #include "src/analysis/circuit.hpp"
+#include "src/effects/field_choice.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/surface.hpp"
+#include "src/model/neighbours.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::mechanics {
@@ -13,19 +17,21 @@ namespace {
 
 using Lines = std::vector<Summary::Line>;
 
+constexpr double most_overlap = 0.1;  ///< of a diameter, before a result is marked
+
 double connected_fraction(const Outcome& outcome) {
   const double n = static_cast<double>(outcome.frame.position.size());
   return n > 0 ? outcome.network->degrees.connected / n : 0;
 }
 
-/// The charge imbalance as a fraction of the largest charge in that balance.
+/// The charge imbalance as a fraction of the largest charge in that balance; NaN if there is no charge at all.
 double relative_charge_imbalance(const Outcome& outcome) {
   const ConductorFrame& frame = outcome.frame;
   double largest = 0;
   for (const double charge :
        {frame.charge_held, frame.charge_drained, frame.charge_leaked, frame.charge_fed, outcome.initial_charge})
     largest = std::max(largest, std::abs(charge));
-  return largest > 0 ? charge_imbalance(outcome) / largest : 0;
+  return charge_imbalance(outcome) / largest;
 }
 
 /// J: what was supplied, or the heat if that is more.
@@ -45,10 +51,24 @@ double noise_of_solves(const Scene& scene, const Outcome& outcome) {
   return tolerances * scene.field().moving_tolerance * stored;
 }
 
-/// The energy imbalance as a fraction of what was turned over.
-double relative_energy_imbalance(const Outcome& outcome) {
+/// J: what was turned over or, if nothing was, what is stored.
+double energy_scale(const Outcome& outcome) {
   const double all = turned_over(outcome);
-  return all > 0 ? energy_imbalance(outcome) / all : 0;
+  return all > 0 ? all : std::max(std::abs(outcome.frame.energy), std::abs(outcome.initial_energy));
+}
+
+/// The energy imbalance as a fraction of that scale; NaN if there is no energy at all.
+double relative_energy_imbalance(const Outcome& outcome) { return energy_imbalance(outcome) / energy_scale(outcome); }
+
+/// What steps and grid account for, or the noise of solves if that is more, as a fraction of the same scale.
+double allowed_energy_imbalance(const Scene& scene, const Outcome& outcome) {
+  const double scale = energy_scale(outcome), noise = noise_of_solves(scene, outcome);
+  return std::max(analysis::allowed_energy_imbalance(scene), scale > 0 ? noise / scale : 0);
+}
+
+/// A fraction in brackets, or that there is nothing to compare with.
+std::string in_brackets(double fraction) {
+  return std::isnan(fraction) ? "(nothing to compare with)" : fmt::format("(relative {:.1e})", fraction);
 }
 
 void add_network(const Outcome& outcome, Lines& lines) {
@@ -68,7 +88,7 @@ std::string charges(const Outcome& outcome) {
   if (frame.charge_leaked != 0) text += fmt::format(" + {:.6g} C leaked", frame.charge_leaked);
   if (outcome.initial_charge != 0) text += fmt::format(" - {:.6g} C at the start", outcome.initial_charge);
   return text +
-         fmt::format(" = {:.1e} C (relative {:.1e})", charge_imbalance(outcome), relative_charge_imbalance(outcome));
+         fmt::format(" = {:.1e} C {}", charge_imbalance(outcome), in_brackets(relative_charge_imbalance(outcome)));
 }
 
 /// What passed through each terminal, if there is a potential difference to drive it.
@@ -104,8 +124,8 @@ void add_circuit(const Outcome& outcome, Lines& lines) {
   if (flows.by_source != 0) supplied += fmt::format(", {:.6g} J of it by the current source", flows.by_source);
   lines.push_back({"supplied", supplied});
   lines.push_back({"heat", heat(flows)});
-  lines.push_back({"balance", fmt::format("{:.1e} J: stored - stored at the start + heat - supplied (relative {:.1e})",
-                                          energy_imbalance(outcome), relative_energy_imbalance(outcome))});
+  lines.push_back({"balance", fmt::format("{:.1e} J: stored - stored at the start + heat - supplied {}",
+                                          energy_imbalance(outcome), in_brackets(relative_energy_imbalance(outcome)))});
   if (!frame.rates) return;
   lines.push_back({"power", fmt::format("{:.4g} W into heat, {:.4g} W/K of entropy (means since the frame before)",
                                         frame.rates->dissipated_power, frame.rates->entropy_production)});
@@ -145,7 +165,7 @@ std::vector<Quantity> quantities(const Scene& scene, const Outcome& outcome) {
     result.push_back({"heat", balance->flows.dissipated(), "J"});
     result.push_back({"energy_imbalance", energy_imbalance(outcome), "J"});
     result.push_back({"relative_energy_imbalance", relative_energy_imbalance(outcome), "1"});
-    result.push_back({"allowed_energy_imbalance", analysis::allowed_energy_imbalance(scene), "1"});
+    result.push_back({"allowed_energy_imbalance", allowed_energy_imbalance(scene, outcome), "1"});
   }
   if (outcome.network) {
     const analysis::DegreeDistribution& degrees = outcome.network->degrees;
@@ -157,7 +177,61 @@ std::vector<Quantity> quantities(const Scene& scene, const Outcome& outcome) {
   return result;
 }
 
+/// What to change if the energy of a scene is off. Steps come first: they are as likely as the grid and cost less.
+std::string energy_advice(const Scene& scene) {
+  for (const Effects::Entry& effect : scene.effects)
+    if (!effect.kind->energy_advice.empty()) return effect.kind->energy_advice;
+  const std::string steps =
+      scene.mechanics.integrator == Integrator::euler
+          ? fmt::format("set mechanics.euler_field_step = {:.2g}", 0.1 * scene.mechanics.euler_field_step)
+          : fmt::format("set mechanics.position_tolerance = {:.2g}", 0.1 * scene.mechanics.position_tolerance);
+  const FieldOptions& field = scene.field();
+  if (field.chosen_for) return steps + ", then if that changes little a smaller field.accuracy";
+  if (field.method == FieldMethod::cut_cell || field.method == FieldMethod::relaxation)
+    return steps + ", then if that changes little more field.cells";
+  return steps + ", then if that changes little a smaller field.moving_tolerance";
+}
+
+std::string overlap_warning(const Scene& scene, double overlap) {
+  if (!(overlap > most_overlap)) return "";
+  const bool contacts = scene.effects.has<effects::HertzContactOptions>();
+  return fmt::format("bodies overlap by {:.2g} % of a diameter: contact laws hold up to some per cent, and {}",
+                     100 * overlap,
+                     contacts ? "a larger effects.hertz_contact.young keeps bodies apart"
+                              : "[effects.hertz_contact] and [effects.wall_contact] keep bodies apart");
+}
+
+std::string accuracy_warning(const Scene& scene, const Outcome& outcome) {
+  const FieldAccuracy* accuracy = scene.field_accuracy();
+  if (!accuracy || !(outcome.largest_error.value_or(0) > accuracy->asked)) return "";
+  return fmt::format(
+      "accuracy not reached: the field's error is estimated at up to {:.1e}, where field.accuracy = {:g}",
+      *outcome.largest_error, accuracy->asked);
+}
+
 }  // namespace
+
+double largest_overlap(const Scene& scene, const Bodies& bodies) {
+  const auto is_held = [&](int i) { return scene.conductors[i].held; };
+  double largest = 0;
+  for (const auto [i, j] : pairs_closer_than(bodies, 0)) {
+    if (is_held(i) && is_held(j)) continue;
+    const double sum = bodies.radius[i] + bodies.radius[j];
+    const Vec3 apart = bodies.box.difference(position_in_space(bodies, i), position_in_space(bodies, j));
+    largest = std::max(largest, 1 - norm(apart) / sum);
+  }
+  std::vector<effects::Surface> surfaces;
+  for (const Electrode& electrode : scene.electrodes) surfaces.push_back(effects::surface_of(electrode, scene.domain));
+  const std::vector<effects::Surface> sides = effects::sides_of(scene.domain);
+  for (std::size_t s = 0; s < sides.size() && !scene.domain.open; ++s)
+    if (!scene.domain.sides[s].periodic) surfaces.push_back(sides[s]);
+  for (int i = 0; i < bodies.size(); ++i)
+    for (const effects::Surface& surface : surfaces)
+      if (!is_held(i))
+        largest = std::max(
+            largest, 0.5 - 0.5 * effects::view(surface, position_in_space(bodies, i)).distance / bodies.radius[i]);
+  return largest;
+}
 
 double charge_imbalance(const Outcome& outcome) {
   const ConductorFrame& frame = outcome.frame;
@@ -176,22 +250,20 @@ Summary summarize(const Scene& scene, const Outcome& outcome) {
                   .goal = "stationary"};
   if (outcome.network) add_network(outcome, summary.lines);
   if (!outcome.frame.charge.empty()) add_electrics(outcome, summary.lines);
+  for (std::string warning : {energy_warning(scene, outcome), accuracy_warning(scene, outcome),
+                              overlap_warning(scene, outcome.largest_overlap), effects::unresolved_bodies(scene)})
+    if (!warning.empty()) summary.warnings.push_back(std::move(warning));
   return summary;
 }
 
 std::string energy_warning(const Scene& scene, const Outcome& outcome) {
   if (!outcome.frame.energy_balance) return "";
-  const double found = std::abs(relative_energy_imbalance(outcome)),
-               allowed = analysis::allowed_energy_imbalance(scene);
-  if (found <= allowed || std::abs(energy_imbalance(outcome)) <= noise_of_solves(scene, outcome)) return "";
-  const std::string what = fmt::format(
-      "the energy balance is off by {:.2g} % of what was supplied or became heat, where steps and grid account for "
-      "{:.2g} %",
-      100 * found, 100 * allowed);
-  for (const Effects::Entry& effect : scene.effects)
-    if (!effect.kind->energy_advice.empty()) return what + ": " + effect.kind->energy_advice;
-  return fmt::format("{}: take more field.cells or a smaller mechanics.{}", what,
-                     scene.mechanics.integrator == Integrator::euler ? "euler_field_step" : "position_tolerance");
+  const double found = std::abs(relative_energy_imbalance(outcome)), allowed = allowed_energy_imbalance(scene, outcome);
+  if (!(found > allowed)) return "";
+  return fmt::format(
+      "energy balance off by {:.2g} %: that is of what {}, where steps, grid and solves account for {:.2g} %; {}",
+      100 * found, turned_over(outcome) > 0 ? "was supplied or became heat" : "is stored", 100 * allowed,
+      energy_advice(scene));
 }
 
 }  // namespace lichtenberg::mechanics

@@ -31,6 +31,9 @@ struct Summary {
   std::vector<Line> lines;
   std::vector<Quantity> quantities;
   std::string goal;  ///< the quantity that says whether what the scene aims at was reached: 1 or 0
+  /// Why the result may be unsafe to use. Up to the first ": " each says what is wrong, in a few words that pictures
+  /// show, and after that the limit and the remedy.
+  std::vector<std::string> warnings{};
 };
 
 /// What a run keeps of an instant beside its frame.
@@ -99,8 +102,6 @@ class Motion {
   /// What is known of the last frame once all is over.
   virtual std::vector<ColumnGroup> findings() { return {}; }
   virtual Summary summary() = 0;
-  /// What the user should be told at the end.
-  virtual std::vector<std::string> final_warnings() { return {}; }
   /// Wall time (s) since this program started, by activity.
   virtual std::map<std::string, double> seconds() const = 0;
 };

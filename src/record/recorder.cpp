@@ -458,6 +458,8 @@ hdf5::Pages Recorder::all_but_frames(const Milestone& milestone) const {
     for (const auto& [activity, value] : milestone.seconds) hdf5::put(seconds, activity, value, "s");
     for (const auto& [name, value, unit] : milestone.summary)
       hdf5::put(hdf5::open_group(file, "summary"), name, value, unit);
+    if (!milestone.warnings.empty())
+      hdf5::put_attribute(hdf5::open_group(file, "summary"), "warnings", milestone.warnings);
   }
   return std::move(*pages);
 }

@@ -24,6 +24,7 @@ struct Milestone {
   std::optional<laplace::Field> field;    ///< at the time of the last frame
   std::map<std::string, double> seconds;  ///< wall-clock time since this program started, by activity
   std::vector<Quantity> summary;          ///< of a run that is over
+  std::vector<std::string> warnings{};    ///< of a run that is over: Summary::warnings
   ColumnGroup history;                    ///< rows since the last save, added to those before; without columns: none
   std::vector<ColumnGroup> findings;      ///< what was found of the last frame; gone with the next save
 };

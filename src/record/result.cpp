@@ -136,6 +136,10 @@ bool Result::has_network() const {
   return guarded([&] { return file_->has(std::string(conductors) + "successor"); });
 }
 
+std::vector<std::string> Result::warnings() const {
+  return guarded([&] { return file_->warnings(); });
+}
+
 std::vector<int> Result::successor(int index) const {
   return guarded([&] {
     std::vector<int> result;

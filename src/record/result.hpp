@@ -37,6 +37,8 @@ class Result {
   std::vector<Conductor> bodies(int index) const;
   /// A frame of a run of conductors.
   ConductorFrame conductor_frame(int index) const;
+  /// See ResultFile::warnings.
+  std::vector<std::string> warnings() const;
   /// A quantity of /observables, one number or several; empty if the run has not recorded it.
   std::vector<double> observable(const std::string& name, int index) const;
   /// Whether the scene has contacts, and with them a network.

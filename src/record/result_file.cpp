@@ -131,6 +131,11 @@ auto ResultFile::in(const Part& part, Reading reading) const {
   return reading(*file_, std::string(segments_.empty() ? "" : "tail/"));
 }
 
+std::vector<std::string> ResultFile::warnings() const {
+  if (!hdf5::exists(*file_, "summary")) return {};
+  return hdf5::text_attribute(hdf5::open_group(*file_, "summary"), "warnings");
+}
+
 bool ResultFile::has(const std::string& dataset) const { return hdf5::exists(*file_, dataset); }
 
 template <class Number>

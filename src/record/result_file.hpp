@@ -31,6 +31,8 @@ class ResultFile {
   /// The file of a segment, by its place among them.
   const std::shared_ptr<const OpenFile>& segment(std::size_t k) const { return files_[k]; }
 
+  /// What makes the result unsafe to use, as its run said at its end (Summary::warnings).
+  std::vector<std::string> warnings() const;
   /// None in a file without frames.
   std::int64_t frames() const { return frames_; }
   /// Whether frames have a dataset of this path ("observables/energy/value").

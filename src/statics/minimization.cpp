@@ -290,14 +290,15 @@ Summary Minimization::summary() {
                                   {"largest_force", largest_force(), "N"},
                                   {"relative_largest_force", force_in_units(), "1"}};
   summary.quantities.insert(summary.quantities.begin(), own.begin(), own.end());
+  if (!at_rest())
+    summary.warnings.insert(
+        summary.warnings.begin(),
+        fmt::format("not at rest after {} iterations: the largest force is {:.1e} of stiffness / mean diameter, where "
+                    "minimize.force_tolerance is {:g}, and {}",
+                    iteration(), force_in_units(), scene.minimize.force_tolerance,
+                    stuck_ ? "the energy goes no lower with the digits that there are"
+                           : "minimize.max_iterations allows no more"));
   return summary;
-}
-
-std::vector<std::string> Minimization::final_warnings() {
-  if (at_rest()) return {};
-  return {fmt::format(
-      "not at rest after {} iterations: {}", iteration(),
-      stuck_ ? "the energy goes no lower with the digits that there are" : "minimize.max_iterations allows no more")};
 }
 
 std::map<std::string, double> Minimization::seconds() const { return {{"minimization", seconds_}}; }

@@ -54,7 +54,6 @@ class Minimization : public Motion {
   /// What holds the particles (analysis::Packing).
   std::vector<ColumnGroup> findings() override;
   Summary summary() override;
-  std::vector<std::string> final_warnings() override;
   std::map<std::string, double> seconds() const override;
 
  private:

@@ -1,4 +1,5 @@
 """The Python package reads what the program wrote, and calls it."""
+import json
 import os
 import re
 import shutil
@@ -50,6 +51,24 @@ class ResultTest(unittest.TestCase):
             self.assertEqual(len(last.tree), np.count_nonzero(successor != -2))
             self.assertTrue((last.tree[:, 1] == -1).any())
             self.assertEqual(len(last.tree), int(result.observables["connected"][-1]))
+
+    def test_a_packing_not_at_rest_is_marked_everywhere(self):
+        with lichtenberg.load(runs.packing()) as result:
+            self.assertEqual(result.warnings, [])
+        words = "not at rest after 5 iterations"
+        with lichtenberg.load(runs.unfinished_packing()) as result:
+            self.assertTrue(result.warnings[0].startswith(words + ": "))
+            with h5py.File(runs.unfinished_packing(), locking=False) as file:
+                self.assertEqual(file["summary"].attrs["warnings"].shape, (len(result.warnings),))
+        status, out, complaint = runs.program("network", runs.unfinished_packing(), "--no-save", "--json")
+        self.assertEqual(status, 0)
+        self.assertTrue(json.loads(out)["warnings"][0].startswith(words))
+        self.assertRegex(complaint, f"^WARNING +{words}: ")
+        status, _, complaint = runs.program("plot", runs.unfinished_packing(), "--out", "unfinished.svg", "--overwrite")
+        self.assertEqual((status, complaint), (0, ""))
+        self.assertIn(f"WARNING: {words}", (runs.FOLDER / "unfinished.svg").read_text())
+        status, out, _ = runs.program("network", runs.unfinished_packing(), "--no-save", "--json", "--frame", "0")
+        self.assertTrue(json.loads(out)["warnings"][0].startswith("not at rest: the frame is one on the way"))
 
     def test_what_stands_beside(self):
         with lichtenberg.load(runs.seedling()) as result:

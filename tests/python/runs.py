@@ -159,6 +159,13 @@ picture = false
 
 
 @cache
+def unfinished_packing():
+    """Some forty disks that are not at rest."""
+    text = (HOME / "scenes/packing.toml").read_text().replace("count = 400", "count = 40").replace("[20e-3, 20e-3]", "[6.4e-3, 6.4e-3]")
+    return made("unfinished", text.replace("[minimize]", "[minimize]\nmax_iterations = 5") + "[output]\npicture = false\n")
+
+
+@cache
 def packing():
     """Some forty disks on their way to rest."""
     text = (HOME / "scenes/packing.toml").read_text().replace("count = 400", "count = 40").replace("[20e-3, 20e-3]", "[6.4e-3, 6.4e-3]")

@@ -146,6 +146,23 @@ TEST_CASE("hydrodynamics: a course with linear theory beside it, pictures, field
   CHECK(mass == near(1, 1e-12));
 }
 
+TEST_CASE("hydrodynamics: it states what half the cells would change") {
+  const Folder folder;
+  for (const std::string cells : {"8", "16"})
+    REQUIRE(run_program(folder, "theory hydrodynamics --cells " + cells + " --json " + cells + ".json").status == 0);
+  const json coarse = read_json(folder, "8.json"), fine = read_json(folder, "16.json");
+  for (const std::string name : {"temperature", "densest"}) {
+    const json &before = coarse["tables"][0]["columns"][name]["values"],
+               &after = fine["tables"][0]["columns"][name]["values"];
+    REQUIRE(before.size() == after.size());
+    double most = 0;
+    for (std::size_t k = 0; k < after.size(); ++k)
+      most = std::max(most, std::abs(before[k].get<double>() / after[k].get<double>() - 1));
+    CHECK(most > 1e-3);
+    CHECK(figure(fine, "grid_change_" + name) == near(most, 1e-6));
+  }
+}
+
 TEST_CASE("hydrodynamics is the same again, and another from another seed") {
   const Folder folder;
   const auto tables = [&](const std::string& options) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <iterator>
 #include <numbers>
 
 #include "solvers/error.hpp"
@@ -300,6 +301,36 @@ std::vector<TheoryFigure> flow_figures(const FlowRequest& request, const theory:
   return figures;
 }
 
+const TheoryColumn& column_of(const TheoryTable& table, const std::string& name) {
+  return *std::ranges::find(table.columns, name, &TheoryColumn::name);
+}
+
+/// How much a column changes over its course where cells are twice as long, over its value: the most.
+TheoryFigure grid_change(const TheoryTable& fine, const TheoryTable& coarse, const std::string& name,
+                         const std::string& meaning) {
+  const std::vector<double>&values = column_of(fine, name).values, &others = column_of(coarse, name).values;
+  double most = 0;
+  for (std::size_t k = 0; k < values.size(); ++k) most = std::max(most, std::abs(others[k] / values[k] - 1));
+  return {"grid_change_" + name, "1", most, "the most that " + meaning + " changes on half the cells along an edge"};
+}
+
+/// Of the course on this grid, by one on half the cells along an edge; none where those are too few, or do not carry
+/// it.
+std::vector<TheoryFigure> grid_changes(const FlowRequest& request, const granular_flow::Gas& gas,
+                                       const theory::TransportCoefficients& c, const std::vector<double>& times,
+                                       const TheoryTable& fine) {
+  constexpr int fewest = 8;
+  if (request.cells < 2 * fewest) return {};
+  const Grid half{request.dimension, request.cells / 2, request.length};
+  try {
+    const auto course = granular_flow::evolve(gas, half, disturbed(request, half), times, {.tolerance = tolerance});
+    const TheoryTable coarse = course_table(request, half, c, times, course);
+    return {grid_change(fine, coarse, "temperature", "T"), grid_change(fine, coarse, "densest", "the largest density")};
+  } catch (const Failure&) {
+    return {};
+  }
+}
+
 }  // namespace
 
 TheoryAnswer flow_theory(const FlowRequest& request, Lattice& last) {
@@ -320,6 +351,7 @@ TheoryAnswer flow_theory(const FlowRequest& request, Lattice& last) {
   const TheoryTable& table = answer.tables[0];
   answer.figures.push_back(
       {"end", "t_0", table.columns[1].values.back(), fmt::format("own time {:.4g}", times.back())});
+  std::ranges::copy(grid_changes(request, gas, c, times, table), std::back_inserter(answer.figures));
   for (const std::size_t k : pictured(times, c.cooling))
     answer.maps.push_back(maps_of(course[k], grid, times[k], table.columns[1].values[k]));
   last = lattice_of(course.back(), grid);

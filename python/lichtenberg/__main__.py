@@ -2,6 +2,7 @@
 import argparse
 import os
 import sys
+import warnings
 
 from . import messages
 from . import view as page
@@ -36,15 +37,22 @@ def act(request):
     return messages.say(export(request.file, request.to, request.out, request.frames, request.overwrite))
 
 
+def show(words, kind, *_, **__):
+    """A warning of load() as a sentence, and none of Python's own."""
+    if kind is UserWarning:
+        messages.tell(f"lichtenberg: {words}")
+
+
 def main():
     messages.open_closed_descriptors()
+    warnings.showwarning = show
     request = parser().parse_args()
     try:
         act(request)
         return 0
     except (InputError, Failure) as error:
         sentence, status = str(error), 2 if isinstance(error, InputError) else 1
-    except (OSError, KeyError, ValueError, IndexError) as error:  # whatever a damaged file leads to
+    except Exception as error:  # whatever a damaged file leads to
         sentence, status = f"{request.file} is damaged or incomplete ({damage(error)})", 2
     messages.tell(f"lichtenberg: {' '.join(sentence.split())}")
     return status

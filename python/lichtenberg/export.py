@@ -66,6 +66,8 @@ def write_folder(out, to, write):
 
 def make_folder(path):
     try:
+        if os.path.islink(path):  # files would go to where it leads
+            os.unlink(path)
         Path(path).mkdir(exist_ok=True)
     except OSError as error:
         raise Failure(f"{path} cannot be made ({error.strerror})") from None

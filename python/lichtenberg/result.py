@@ -1,6 +1,9 @@
 """What a result file holds, as numpy arrays that know their units (src/record/README.md describes the file)."""
 import os
 import re
+import struct
+import warnings
+import zlib
 from functools import cached_property
 from pathlib import Path
 
@@ -10,6 +13,9 @@ import numpy as np
 from .ranges import colour_range
 
 TO_GROUND, UNCONNECTED = -1, -2  # of successors
+WITHOUT_CHECKSUMS = 1  # the format of early results
+FOOTER = struct.Struct("<8sQII")  # mark, bytes before it, their CRC-32, 0
+MAGIC = b"LICHTSUM"
 
 
 class InputError(Exception):
@@ -115,6 +121,7 @@ class Result:
     def __init__(self, path):
         self.path = str(path)
         self._identity = identity(self.path)
+        self.sealed = check_seal(self.path)
         self._file = opened(self.path)
         check_result(self.file, self.path)
         self._ranges = {}
@@ -327,10 +334,13 @@ class Result:
 
 
 def load(path):
-    """The Result in that file. Throws InputError."""
+    """The Result in that file. Throws InputError. Warns of a file that another program has changed."""
     if not isinstance(path, (str, os.PathLike)):
         raise InputError(f"{path!r} is no path of a result file")
-    return Result(path)
+    result = Result(path)
+    if not result.sealed and result.file.attrs["lichtenberg_result"] != WITHOUT_CHECKSUMS:
+        warnings.warn(f"{path} was changed by another program after its run: no checksum vouches for it", stacklevel=2)
+    return result
 
 
 def plain(value):
@@ -344,6 +354,48 @@ def identity(path):
         reason = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read ({error.strerror})"
         raise InputError(f"{path} {reason}") from None
     return status.st_ino, status.st_mtime_ns
+
+
+def check_seal(path):
+    """Whether the file ends with the checksum that its run gave it (src/record/seal.hpp). Throws InputError if its bytes
+    are not those of that checksum, or if something else follows the end of HDF5's bytes."""
+    if not os.path.isfile(path) or os.path.getsize(path) < FOOTER.size:
+        return False  # which opened() refuses
+    try:
+        with open(path, "rb") as file:
+            length = file.seek(-FOOTER.size, os.SEEK_END)
+            mark, count, crc, zero = FOOTER.unpack(file.read(FOOTER.size))
+            if mark != MAGIC:
+                trouble = beyond_end(file)
+            else:
+                right = (count, crc, zero) == (length, crc_of(file, length), 0)
+                trouble = None if right else "its bytes are not those that were written: the checksum differs"
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror})") from None
+    if trouble:
+        raise InputError(f"{path} is damaged ({trouble})")
+    return mark == MAGIC
+
+
+def crc_of(file, count):
+    """Of the first bytes of a file."""
+    crc, block = 0, 1 << 20
+    file.seek(0)
+    for begin in range(0, count, block):
+        crc = zlib.crc32(file.read(min(block, count - begin)), crc)
+    return crc
+
+
+def beyond_end(file):
+    """What is wrong with the length of a file without our mark, or None: HDF5's superblock says where it ends."""
+    file.seek(0)
+    head = file.read(52).ljust(52, b"\0")
+    version = head[8]
+    if not head.startswith(b"\x89HDF") or version > 3 or head[13 if version < 2 else 9] != 8:
+        return None
+    end = int.from_bytes(head[(at := (40, 44, 28, 28)[version]) : at + 8], "little")
+    size = file.seek(0, os.SEEK_END)
+    return None if size == end else "its end is missing" if size < end else "the checksum at its end is damaged"
 
 
 def opened(path):
@@ -439,11 +491,18 @@ def check_output(path, overwrite, folder=False):
         raise InputError(f"{path} exists: give --out another name, or allow --overwrite")
 
 
+def created(path):
+    """A descriptor of a new, empty file. What has the name is left of a process of the same number, or somebody put a link
+    there: it goes, and what it may lead to stays. Throws OSError."""
+    Path(path).unlink(missing_ok=True)
+    return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+
+
 def write_whole(path, parts):
     """The file is there whole or not at all. Text, or texts one after the other. Throws Failure."""
     partial = f"{path}.partial-{os.getpid()}"
     try:
-        with open(partial, "w", encoding="utf-8", newline="") as file:
+        with open(created(partial), "w", encoding="utf-8", newline="") as file:
             file.writelines([parts] if isinstance(parts, str) else parts)
         os.replace(partial, path)
     except OSError as error:

@@ -14,6 +14,7 @@
 #include "src/commands/commands.hpp"
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
+#include "src/commands/reading.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/scene/effect_kind.hpp"
 
@@ -166,7 +167,9 @@ std::string why_not_stored(const std::string& path) {
 }
 
 void analyse(AnalyseArguments& request) {
+  read_in_child({request.file});
   const Result result(request.file);
+  warn_if_changed(result.file());
   if (request.frame && (*request.frame < 0 || *request.frame >= result.frames()))
     throw InputError(fmt::format("--frame {} is not in {}: it has frames 0 to {}", *request.frame, result.path(),
                                  result.frames() - 1));

@@ -20,7 +20,7 @@ here = Path(__file__).resolve().parent
 sys.path[:0] = [str(here / "python"), str(here.parents[1] / "python")]  # as installed; in the source
 
 from lichtenberg import ground, messages
-from lichtenberg.result import TO_GROUND, UNCONNECTED, InputError, check_output, check_result, damage, identity
+from lichtenberg.result import TO_GROUND, UNCONNECTED, InputError, check_output, check_result, created, damage, identity
 
 STEEL, INK, ISOLATED, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
 WARNING = "#b00020"
@@ -304,7 +304,8 @@ def save(figure, path):
     """Whole or not at all. Throws InputError."""
     partial = f"{path}.partial-{os.getpid()}"
     try:
-        figure.savefig(partial, format=Path(path).suffix[1:] or "png")
+        with open(created(partial), "wb") as file:
+            figure.savefig(file, format=Path(path).suffix[1:] or "png")
         os.replace(partial, path)
     except (OSError, ValueError) as error:
         raise InputError(f"{path} cannot be written ({error})") from None

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "solvers/error.hpp"
+#include "src/commands/reading.hpp"
 #include "src/record/result_file.hpp"
 
 namespace lichtenberg {
@@ -97,7 +98,7 @@ std::vector<std::string> DrawnFrames::options() const {
 
 void check_bytes(const std::string& path, const std::string& done) {
   try {
-    ResultFile(path, done);
+    warn_if_changed(ResultFile(path, done));
   } catch (const hdf5::Error& error) {
     throw InputError(fmt::format("{} is damaged and cannot be {} ({})", path, done, error.what()));
   }

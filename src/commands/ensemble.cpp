@@ -108,7 +108,7 @@ std::vector<Member> members_of(std::vector<Member> all, const Share& share) {
 class FolderLock {
  public:
   FolderLock(const std::string& folder, const std::string& name, int kind)
-      : file_(open((fs::path(folder) / name).c_str(), O_RDWR | O_CREAT, 0666)) {
+      : file_(open((fs::path(folder) / name).c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK, 0666)) {
     if (file_ < 0) throw InputError(fmt::format("{} cannot be written ({})", folder, std::strerror(errno)));
     if (flock(file_, kind | LOCK_NB) != 0)
       throw InputError(

@@ -8,6 +8,7 @@
 #include "src/analysis/network.hpp"
 #include "src/analysis/strahler.hpp"
 #include "src/commands/ensemble.hpp"
+#include "src/commands/reading.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/result.hpp"
@@ -144,6 +145,10 @@ void inspect(const std::string& folder, Member& member) {
   const std::string path = result_file(folder, member);
   if (!std::filesystem::exists(path)) return;
   try {
+    try_reading(path, [&] {
+      Member copy = member;
+      inspect_file(path, copy);
+    });
     inspect_file(path, member);
   } catch (const InputError& error) {
     member.state = MemberState::failed;

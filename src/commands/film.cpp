@@ -16,6 +16,7 @@
 #include "src/commands/frame_fields.hpp"
 #include "src/commands/output.hpp"
 #include "src/commands/progress.hpp"
+#include "src/commands/reading.hpp"
 #include "src/record/result.hpp"
 
 namespace lichtenberg {
@@ -67,6 +68,7 @@ FrameFields solve_fields(const FilmArguments& request, const Result& result, con
     throw InputError(fmt::format("--out {}: films are written as .mp4, and their names end so", drawn.output));
   check_output("--out", drawn.output, drawn.overwrite);
   check_ffmpeg();
+  read_in_child({request.file});
   check_bytes(request.file);
   const Result result(request.file);
   const std::vector<int> frames = frames_of(request, result);

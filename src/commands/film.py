@@ -72,6 +72,10 @@ class Ffmpeg:
         film = ["-c:v", "libx264", "-crf", CRF, "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"]
         command = ["ffmpeg", "-y", "-loglevel", "error", *frames, *film, self.partial]
         try:
+            os.close(drawing.created(self.partial))
+        except OSError as error:
+            raise InputError(f"{path} cannot be written ({error.strerror})") from None
+        try:
             self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
         except FileNotFoundError:
             raise InputError("there is no ffmpeg, which makes films of pictures: install Debian's package ffmpeg") from None

@@ -15,6 +15,7 @@
 #include "src/commands/draw.hpp"
 #include "src/commands/output.hpp"
 #include "src/commands/packing_network.hpp"
+#include "src/commands/reading.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -270,6 +271,7 @@ void draw_networks(const NetworkArguments& request, const std::vector<std::strin
 }
 
 void measure(const NetworkArguments& request) {
+  read_in_child({request.file});
   if (const std::optional<std::string> electrode = one_to_all(request)) return measure_to_all(request, *electrode);
   constexpr double least = 1e-100, most = 1e100;  // or its square is no number any more
   const double voltage = request.voltage.value_or(1);
@@ -277,6 +279,7 @@ void measure(const NetworkArguments& request) {
     throw InputError(
         fmt::format("--voltage {:g} is not allowed: it must be from {:g} to {:g} V", voltage, least, most));
   const PackingFrame frame = read_packing(request.file, request.frame);
+  warn_if_changed(*frame.file);
   if (!request.no_save) check_writable(request.file);
   if (draws(request)) check_output("--out", picture_of(request), request.overwrite);
   const NetworkOptions options = options_for(request, frame.scene);

@@ -5,10 +5,12 @@
 
 #include "src/commands/draw.hpp"
 #include "src/commands/drawn_frames.hpp"
+#include "src/commands/reading.hpp"
 
 namespace lichtenberg {
 
 void become_package(const std::string& command, const std::string& done, const PackageRequest& request) {
+  read_in_child({request.result});
   if (!std::filesystem::is_directory(request.result)) check_bytes(request.result, done);
   std::vector<std::string> words{command, request.result};
   if (!request.format.empty()) words.insert(words.end(), {"--to", request.format});

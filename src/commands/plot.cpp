@@ -11,6 +11,7 @@
 #include "src/commands/draw.hpp"
 #include "src/commands/drawn_frames.hpp"
 #include "src/commands/frame_fields.hpp"
+#include "src/commands/reading.hpp"
 #include "src/record/result.hpp"
 
 namespace lichtenberg {
@@ -85,6 +86,7 @@ void check(const PlotArguments& request) {
 
 [[noreturn]] void plot(const PlotArguments& request) {
   check(request);
+  read_in_child(request.files);
   if (request.series || names_ensemble(request.files)) plot_series(request);
   plot_frames(request);
 }

@@ -19,6 +19,7 @@
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
 #include "src/commands/progress.hpp"
+#include "src/commands/reading.hpp"
 #include "src/commands/start_from.hpp"
 #include "src/commands/streams.hpp"
 #include "src/effects/field_choice.hpp"
@@ -49,7 +50,14 @@ Scene requested_scene(const RunArguments& request) {
   if (request.frame && request.from.empty()) throw InputError("--frame is one of the result that --from names");
   if (scene.conductors.empty())
     throw InputError(scene.path + " has no conductors, so that nothing moves: `lichtenberg solve` solves its field");
-  if (!request.from.empty()) start_from(request.from, request.frame, scene, Interruption::requested);
+  if (!request.from.empty()) {
+    const auto start = [&](Scene& there) { start_from(request.from, request.frame, there, Interruption::requested); };
+    try_reading(request.from, [&] {
+      Scene copy = scene;
+      start(copy);
+    });
+    start(scene);
+  }
   if (!request.file.empty()) scene.output.file = request.file;
   effects::check_processes(scene.effects.has(&EffectKind::field) ? &scene.field_table : nullptr);
   effects::check_device(scene);
@@ -94,7 +102,10 @@ void check_pictures(const RunArguments& request, const Scene& scene) {
 
 Recorder open_recorder(const RunArguments& request, const Scene& scene) {
   check_writable(scene.output.file);  // a name that no file can have is not asked after
-  if (request.resume) return Recorder::resume(scene.output.file, scene);
+  if (request.resume) {
+    try_reading(scene.output.file, [&] { Recorder::resume(scene.output.file, scene); });
+    return Recorder::resume(scene.output.file, scene);
+  }
   check_not_read(scene.output.file, {request.scene, request.from});
   if (!std::filesystem::exists(scene.output.file)) check_pictures(request, scene);
   return Recorder::start(scene.output.file, scene, make_bodies(scene).mass, request.overwrite);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solvers/error.hpp"
+#include "src/commands/reading.hpp"
 #include "src/record/result.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/placing.hpp"
@@ -81,6 +82,7 @@ std::vector<Conductor> bodies_in(const std::string& path, std::optional<int> ask
 
 void start_from(const std::string& path, std::optional<int> asked, Scene& scene, const StopRequest& stop) {
   const Result result(path);
+  warn_if_changed(result.file());
   const int index = frame_of(result, asked);
   check_bodies(result, scene, stop);
   const Frame frame = result.frame(index);

@@ -16,6 +16,7 @@
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
 #include "src/commands/progress.hpp"
+#include "src/commands/reading.hpp"
 #include "src/commands/theory_flow.hpp"
 #include "src/commands/theory_tables.hpp"
 #include "src/effects/read_scene.hpp"
@@ -39,7 +40,8 @@ const std::vector<std::string> theory_names = {"haff",    "monopolar", "restitut
 
 GasParameters parameters_of(const TheoryArguments& request) {
   if (!request.result.empty()) {
-    GasParameters gas = gas_parameters(Result(request.result).scene());
+    const Result result(request.result);
+    GasParameters gas = gas_parameters(result.scene());
     gas.source = request.result;
     return gas;
   }
@@ -271,6 +273,7 @@ void check_theory(const TheoryArguments& request) {
 
 void tell_theory(const TheoryArguments& request) {
   check_theory(request);
+  if (!request.result.empty()) read_in_child({request.result});
   const TheoryAnswer answer = answer_to(request);
   const std::string source = source_of(request);
   print_answer(answer, source);

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "solvers/error.hpp"
+#include "src/commands/reading.hpp"
 #include "src/commands/theory_tables.hpp"
 #include "src/record/result_file.hpp"
 #include "src/theory/kinetic.hpp"
@@ -173,6 +174,7 @@ std::vector<double> logarithmic_range(double first, double last, int count) {
 GasCourse::GasCourse(const std::string& path, double warm_up) : path_(path) {
   try {
     const ResultFile file(path, "compared with theory");
+    warn_if_changed(file);
     if (!hdf5::exists(file.file(), "gas/time"))
       throw InputError(path + " holds no course of a gas that a theory could be compared with");
     for (const std::string group : {"gas", "analysis"})

@@ -47,6 +47,15 @@ bool read_all(int descriptor, std::uint64_t offset, std::span<std::byte> bytes) 
   });
 }
 
+/// The descriptor of a new, empty file. What has the name already is left of a process of the same number, or somebody
+/// put a link there: it goes, and what it may lead to stays.
+int create(const std::string& path) {
+  constexpr int flags = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
+  const int descriptor = ::open(path.c_str(), flags, 0666);
+  if (descriptor >= 0 || errno != EEXIST || ::unlink(path.c_str()) != 0) return descriptor;
+  return ::open(path.c_str(), flags, 0666);
+}
+
 FileIdentity identity_of(const struct stat& status) {
   return {status.st_dev, status.st_ino, status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
 }
@@ -59,9 +68,7 @@ std::string folder_of(const std::string& path) {
 }
 
 NewFile::NewFile(std::string path)
-    : path_(std::move(path)),
-      partial_(fmt::format("{}.partial-{}", path_, getpid())),
-      descriptor_(::open(partial_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+    : path_(std::move(path)), partial_(fmt::format("{}.partial-{}", path_, getpid())), descriptor_(create(partial_)) {
   if (descriptor_ < 0) refuse(path_, errno);
 }
 
@@ -131,11 +138,17 @@ void OpenFile::read(std::uint64_t offset, std::span<std::byte> bytes) const {
   if (!read_all(descriptor_, offset, bytes)) throw std::system_error(errno, std::generic_category());
 }
 
+bool is_partial_name(const std::string& name, const std::string& of) {
+  const std::string before = of + ".partial-";
+  return name.size() > before.size() && name.starts_with(before) &&
+         name.find_first_not_of("0123456789", before.size()) == std::string::npos;
+}
+
 void remove_partial_files(const std::string& path) {
-  const std::string partial = std::filesystem::path(path).filename().string() + ".partial-";
+  const std::string name = std::filesystem::path(path).filename().string();
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder_of(path), ignored))
-    if (entry.path().filename().string().starts_with(partial)) std::filesystem::remove(entry.path(), ignored);
+    if (is_partial_name(entry.path().filename().string(), name)) ::unlink(entry.path().c_str());  // never a folder
 }
 
 void check_writable(const std::string& path) {

@@ -9,8 +9,9 @@
 namespace lichtenberg {
 
 /// A file that takes its name when it is whole: until then it is `path`.partial-PID, which no other process of this
-/// machine writes to, and whatever happens (a kill, a full disk, a power cut) the old file stands. Members throw
-/// Failure if the disk does not take it; the partial file goes with this object.
+/// machine writes to and which is always a new file, never one that a link leads to, and whatever happens (a kill, a
+/// full disk, a power cut) the old file stands. Members throw Failure if the disk does not take it; the partial file
+/// goes with this object.
 class NewFile {
  public:
   explicit NewFile(std::string path);
@@ -63,6 +64,9 @@ class OpenFile {
 /// Throws InputError if no file can be created where `path` says: its folder is missing or may not be written, its name
 /// is too long, or what stands there is no file: a folder, a link, a device, a pipe.
 void check_writable(const std::string& path);
+
+/// Whether a file of this name is what a NewFile for a file of the name `of` has been.
+bool is_partial_name(const std::string& name, const std::string& of);
 
 /// Removes what processes that were killed have left of a NewFile for this path; there must be no other writer.
 void remove_partial_files(const std::string& path);

@@ -1,9 +1,10 @@
 #include "src/record/hdf5.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
-#include <functional>
-#include <numeric>
+#include <cstdint>
 
 namespace lichtenberg::hdf5 {
 namespace {
@@ -23,8 +24,15 @@ Handle dataspace(const Shape& shape) {
   return Handle(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr));
 }
 
+/// Throws Error if there are more numbers than memory can have.
 hsize_t product(const Shape& shape) {
-  return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>());
+  constexpr hsize_t most = PTRDIFF_MAX / sizeof(double);
+  hsize_t numbers = 1;
+  for (const hsize_t length : shape) {
+    if (length > 0 && numbers > most / length) throw Error("a dataset is larger than memory can be");
+    numbers *= length;
+  }
+  return numbers;
 }
 
 void write_attribute(hid_t object, const std::string& name, hid_t type, const Shape& shape, const void* values) {
@@ -84,6 +92,29 @@ Shape dataset_shape(hid_t dataset) {
   Shape result(static_cast<size_t>(check(H5Sget_simple_extent_ndims(space))));
   check(H5Sget_simple_extent_dims(space, result.data(), nullptr));
   return result;
+}
+
+/// What HDF5 reads goes to memory for one element: throws Error for an attribute or dataset that has more, or of
+/// another class.
+void check_single(hid_t space, hid_t type, H5T_class_t wanted, const std::string& name) {
+  if (H5Tget_class(type) != wanted || H5Sget_simple_extent_npoints(space) != 1)
+    throw Error(fmt::format("{} is not one {}", name, wanted == H5T_STRING ? "text" : "whole number"));
+}
+
+void check_attribute(hid_t attribute, H5T_class_t wanted, const std::string& name) {
+  check_single(Handle(H5Aget_space(attribute)), Handle(H5Aget_type(attribute)), wanted, name);
+}
+
+/// Throws Error for a shape that the bytes of a dataset cannot fill, before memory is taken for it.
+void check_bytes(hid_t dataset, const Shape& shape, const std::string& name) {
+  constexpr hsize_t expansion = 1032;  // deflate's largest (zlib, "Maximum Expansion Factor")
+  constexpr hsize_t few =
+      1u << 23;  // of which any machine has memory: what a chunked dataset stores takes time to find
+  if (product(shape) < few) return;
+  const Handle creation(H5Dget_create_plist(dataset)), type(H5Dget_type(dataset));
+  if (H5Pget_layout(creation) == H5D_VIRTUAL) return;  // its bytes are elsewhere
+  if (product(shape) / expansion > H5Dget_storage_size(dataset) / std::max<hsize_t>(H5Tget_size(type), 1))
+    throw Error(name + " has more numbers than bytes that hold them");
 }
 
 }  // namespace
@@ -184,6 +215,7 @@ void put_attribute(hid_t object, const std::string& name, const std::vector<std:
 std::string text(hid_t object, const std::string& name) {
   if (check(H5Aexists(object, name.c_str())) == 0) return "";
   const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT)), type = text_type(H5T_VARIABLE);
+  check_attribute(attribute, H5T_STRING, name);
   char* value = nullptr;
   check(H5Aread(attribute, type, &value));
   std::string result = value == nullptr ? "" : value;
@@ -194,8 +226,11 @@ std::string text(hid_t object, const std::string& name) {
 std::vector<std::string> text_attribute(hid_t object, const std::string& name) {
   if (check(H5Aexists(object, name.c_str())) == 0) return {};
   const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT)), space(H5Aget_space(attribute));
-  const Handle type = text_type(H5T_VARIABLE);
-  std::vector<char*> values(check(H5Sget_simple_extent_npoints(space)), nullptr);
+  const Handle type = text_type(H5T_VARIABLE), stored(H5Aget_type(attribute));
+  constexpr hssize_t most = 1 << 20;
+  const hssize_t count = check(H5Sget_simple_extent_npoints(space));
+  if (H5Tget_class(stored) != H5T_STRING || count > most) throw Error(name + " is no list of texts");
+  std::vector<char*> values(static_cast<std::size_t>(count), nullptr);
   check(H5Aread(attribute, type, values.data()));
   std::vector<std::string> texts;
   for (char* value : values) {
@@ -226,6 +261,7 @@ void copy_attributes(hid_t from, hid_t to) {
 std::optional<int> integer_attribute(hid_t object, const std::string& name) {
   if (check(H5Aexists(object, name.c_str())) == 0) return {};
   const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT));
+  check_attribute(attribute, H5T_INTEGER, name);
   int value = 0;
   check(H5Aread(attribute, H5T_NATIVE_INT, &value));
   return value;
@@ -272,7 +308,9 @@ void put_text(hid_t parent, const std::string& name, const std::string& text) {
 template <class Number>
 std::vector<Number> get(hid_t parent, const std::string& name) {
   const Handle dataset = open_dataset(parent, name);
-  std::vector<Number> numbers(product(dataset_shape(dataset)));
+  const Shape wanted = dataset_shape(dataset);
+  check_bytes(dataset, wanted, name);
+  std::vector<Number> numbers(product(wanted));
   check(H5Dread(dataset, native<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()));
   return numbers;
 }
@@ -281,8 +319,9 @@ template <class Number>
 std::vector<Number> get_rows(hid_t parent, const std::string& name, hsize_t first, hsize_t count) {
   const Handle dataset = open_dataset(parent, name);
   Shape wanted = dataset_shape(dataset), start(wanted.size(), 0);
-  if (wanted.empty() || first + count > wanted[0])
+  if (wanted.empty() || count > wanted[0] || first > wanted[0] - count)
     throw Error(name + (!wanted.empty() && wanted[0] == 0 ? " is empty" : " has fewer rows than frames"));
+  check_bytes(dataset, wanted, name);
   start[0] = first;
   wanted[0] = count;
   std::vector<Number> numbers(product(wanted));
@@ -294,6 +333,7 @@ std::vector<Number> get_rows(hid_t parent, const std::string& name, hsize_t firs
 
 std::string get_text(hid_t parent, const std::string& name) {
   const Handle dataset = open_dataset(parent, name), type = text_type(H5T_VARIABLE);
+  check_single(Handle(H5Dget_space(dataset)), Handle(H5Dget_type(dataset)), H5T_STRING, name);
   char* value = nullptr;
   check(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &value));
   std::string text = value == nullptr ? "" : value;

@@ -169,7 +169,7 @@ Values part_of(const Values& values, const Series& series, std::int64_t first, s
 }  // namespace
 
 Recorder::Recorder(const std::string& path, std::uint64_t tail_bytes)
-    : path_(path), lock_((check_writable(path), path)), tail_limit_(tail_bytes) {}
+    : path_(path), lock_((check_writable(path), check_segments_folder(path), path)), tail_limit_(tail_bytes) {}
 
 Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<const double> mass, bool overwrite,
                          std::uint64_t tail_bytes) {
@@ -214,6 +214,9 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene, std::uint
     check_start(result.file(), path, scene);
     recorder.warning_ = warning_of_another_build(result.file(), path);
     recorder.take_over(result);
+    if (recorder.particles_ != scene.conductors.size())
+      throw hdf5::Error(
+          fmt::format("it has {} particles, and its scene {}", recorder.particles_, scene.conductors.size()));
     recorder.box_edges_ = box_edges(scene);
     recorder.stored_field_ = scene.output.field;
     recorder.put_constants([&](const hdf5::Handle& file) {
@@ -378,6 +381,7 @@ void Recorder::keep(Rows rows) {
 }
 
 void Recorder::write_segment(std::span<const Rows> frames) {
+  check_segments_folder(path_);
   std::error_code error;
   std::filesystem::create_directory(segments_folder(path_), error);
   if (error) throw Failure(fmt::format("{} cannot be made ({})", segments_folder(path_), error.message()));
@@ -394,6 +398,7 @@ void Recorder::write_segment(std::span<const Rows> frames) {
 void Recorder::whole_file_becomes_segment() {
   namespace fs = std::filesystem;
   Segment segment{.number = next_segment(path_), .frames = frames_, .seal = {}};
+  check_segments_folder(path_);
   std::error_code error;
   fs::create_directory(segments_folder(path_), error);
   const std::string name = segment_file(path_, segment.number);

@@ -24,6 +24,7 @@ class Result {
   explicit Result(const std::string& path);
 
   const std::string& path() const { return file_->path(); }
+  const ResultFile& file() const { return *file_; }
   /// What the run was made of, whose effects are of these kinds. Its text is parsed anew: throws InputError if this
   /// version does not read it. One that started at places of another result has those of its first frame.
   Scene scene(const EffectKinds& kinds = effects::all_kinds(), const StopRequest& stop = {}) const;

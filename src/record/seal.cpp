@@ -36,6 +36,27 @@ std::uint32_t crc_of(const File& file, std::uint64_t bytes) {
   return static_cast<std::uint32_t>(crc);
 }
 
+/// Where HDF5's bytes end, as they say themselves; none if they are of a kind that HDF5 1.10 does not write.
+std::optional<std::uint64_t> end_of_hdf5(const OpenFile& file) {
+  std::array<std::uint8_t, 52> head{};
+  if (file.size() < head.size()) return {};
+  file.read(0, std::as_writable_bytes(std::span(head)));
+  constexpr std::size_t version_at = 8;  // HDF5 File Format Specification, II.A: the superblock
+  constexpr std::array<std::size_t, 4> width_at{13, 13, 9, 9}, end_at{40, 44, 28, 28};  // by its version
+  const std::uint8_t version = head[version_at];
+  if (version >= width_at.size() || head[width_at[version]] != sizeof(std::uint64_t)) return {};
+  std::uint64_t end = 0;
+  std::memcpy(&end, head.data() + end_at[version], sizeof end);
+  return end;
+}
+
+/// Another program, which knows nothing of the seal, leaves HDF5's bytes and nothing behind them.
+void check_unsealed(const OpenFile& file) {
+  const std::optional<std::uint64_t> end = end_of_hdf5(file);
+  if (!end || *end == file.size()) return;
+  throw hdf5::Error(*end > file.size() ? "its end is missing" : "the checksum at its end is damaged");
+}
+
 }  // namespace
 
 Seal seal(NewFile& file, std::uint64_t bytes) {
@@ -48,7 +69,10 @@ std::optional<Seal> checked_seal(const OpenFile& file) {
   Footer footer;
   if (file.size() < sizeof footer) return {};
   file.read(file.size() - sizeof footer, std::as_writable_bytes(std::span(&footer, 1)));
-  if (footer.magic != magic) return {};
+  if (footer.magic != magic) {
+    check_unsealed(file);
+    return {};
+  }
   if (footer.reserved != 0 || footer.bytes != file.size() - sizeof footer || footer.crc != crc_of(file, footer.bytes))
     throw hdf5::Error("its bytes are not those that were written: the checksum differs");
   return Seal{footer.bytes, footer.crc};

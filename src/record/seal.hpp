@@ -20,7 +20,7 @@ struct Seal {
 Seal seal(NewFile& file, std::uint64_t bytes);
 
 /// The seal at the end of a file; none: another program has written it. Throws hdf5::Error if the bytes are not those
-/// that were sealed.
+/// that were sealed, or if bytes follow HDF5's that are no seal.
 std::optional<Seal> checked_seal(const OpenFile& file);
 
 /// Writes a file of HDF5's with its seal. `check` as for NewFile::publish.

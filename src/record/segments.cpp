@@ -1,6 +1,7 @@
 #include "src/record/segments.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -28,6 +29,19 @@ std::optional<std::int64_t> number_of(const std::string& name) {
   const std::string digits = name.substr(std::min(name.size(), std::string(segment_prefix).size()));
   std::from_chars(digits.data(), digits.data() + digits.size(), number);
   return name == name_of(number) ? std::optional(number) : std::nullopt;
+}
+
+/// Whether segments may be written and removed there: not through a link, which leads to a folder of something else.
+bool is_own_folder(const std::string& folder) {
+  std::error_code missing;
+  return fs::symlink_status(folder, missing).type() == fs::file_type::directory;
+}
+
+/// Whether a file in the folder is a segment, or what a process that was killed has left of one.
+bool is_segment_name(const std::string& name) {
+  if (number_of(name)) return true;
+  const std::string segment = name.substr(0, name.rfind(".partial-"));
+  return number_of(segment) && is_partial_name(name, segment);
 }
 
 std::vector<fs::path> files_in(const std::string& folder) {
@@ -130,6 +144,15 @@ OpenFile open_segment(const std::string& path, const Segment& segment) {
   return file;
 }
 
+void check_segments_folder(const std::string& path) {
+  const std::string folder = segments_folder(path);
+  std::error_code missing;
+  if (fs::symlink_status(folder, missing).type() == fs::file_type::not_found || is_own_folder(folder)) return;
+  throw InputError(fmt::format(
+      "{} is in the way and is left as it is: frames of {} go to a folder of that name, which must be no link", folder,
+      path));
+}
+
 std::int64_t next_segment(const std::string& path) {
   std::int64_t next = 0;
   for (const fs::path& file : files_in(segments_folder(path)))
@@ -138,12 +161,13 @@ std::int64_t next_segment(const std::string& path) {
 }
 
 void remove_other_segments(const std::string& path, const std::vector<Segment>& segments) {
+  if (!is_own_folder(segments_folder(path))) return;
   std::set<std::string> kept;
   for (const Segment& segment : segments) kept.insert(name_of(segment.number));
   std::error_code ignored;  // what cannot be removed is in nobody's way
   for (const fs::path& file : files_in(segments_folder(path)))
-    if (!kept.contains(file.filename().string()) && file.filename().string().starts_with(segment_prefix))
-      fs::remove(file, ignored);
+    if (const std::string name = file.filename().string(); !kept.contains(name) && is_segment_name(name))
+      ::unlink(file.c_str());  // never a folder
   if (segments.empty()) fs::remove(segments_folder(path), ignored);
 }
 

@@ -33,9 +33,12 @@ std::vector<Segment> get_segments(const hdf5::Handle& index);
 /// Throws std::system_error if it is missing, hdf5::Error if it is another than the index says, or damaged.
 OpenFile open_segment(const std::string& path, const Segment& segment);
 
+/// Throws InputError if the folder of segments is there and is a link or no folder.
+void check_segments_folder(const std::string& path);
+
 /// The number of a segment that can be written next, beside all files that are there.
 std::int64_t next_segment(const std::string& path);
-/// Removes all files of the folder but these segments, and the folder if it is empty then.
+/// Removes all segments in the folder but these, and the folder if it is empty then; nothing if it is a link.
 void remove_other_segments(const std::string& path, const std::vector<Segment>& segments);
 
 /// How many rows of each series stand in a file.

@@ -7,6 +7,7 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <string_view>
@@ -20,15 +21,17 @@ namespace {
 
 std::string lock_of(const std::string& path) { return path + ".lock"; }
 
+constexpr std::string_view signature = "process ";  // every lock begins so, or is empty
+
 std::string this_process() {
   utsname name{};
-  return fmt::format("process {} on {}", getpid(), uname(&name) == 0 ? name.nodename : "an unknown machine");
+  return fmt::format("{}{} on {}", signature, getpid(), uname(&name) == 0 ? name.nodename : "an unknown machine");
 }
 
 /// What the process that has the lock has written into it.
 std::string holder(const std::string& lock) {
   std::array<char, 256> text{};
-  const int descriptor = ::open(lock.c_str(), O_RDONLY | O_CLOEXEC);
+  const int descriptor = ::open(lock.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   const ssize_t length = descriptor < 0 ? 0 : ::read(descriptor, text.data(), text.size());
   if (descriptor >= 0) ::close(descriptor);
   return length > 0 ? std::string(text.data(), static_cast<std::size_t>(length)) : "another process";
@@ -38,16 +41,40 @@ std::string holder(const std::string& lock) {
 bool still_named(int descriptor, const std::string& lock) {
   struct stat locked {
   }, named{};
-  return fstat(descriptor, &locked) == 0 && stat(lock.c_str(), &named) == 0 && locked.st_dev == named.st_dev &&
+  return fstat(descriptor, &locked) == 0 && lstat(lock.c_str(), &named) == 0 && locked.st_dev == named.st_dev &&
          locked.st_ino == named.st_ino;
+}
+
+[[noreturn]] void refuse_name(const std::string& lock) {
+  throw InputError(
+      fmt::format("{} is in the way and is left as it is: it is no lock of this program, which needs that name", lock));
+}
+
+/// Whether a file may be written and removed as a lock: a plain file of one name that nobody else has written into.
+bool is_lock(int descriptor) {
+  struct stat status {};
+  if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode) || status.st_nlink > 1) return false;
+  std::array<char, signature.size()> begin{};
+  const ssize_t length = pread(descriptor, begin.data(), begin.size(), 0);
+  return length == 0 ||
+         std::string_view(begin.data(), static_cast<std::size_t>(std::max<ssize_t>(length, 0))) == signature;
+}
+
+/// Opens a lock, or makes it. No link is followed, and nothing but a lock is opened to be written. Throws InputError.
+int open_lock(const std::string& lock) {
+  const int descriptor = ::open(lock.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+  if (descriptor < 0 && (errno == ELOOP || errno == EISDIR || errno == ENXIO)) refuse_name(lock);
+  if (descriptor < 0)
+    throw Failure(fmt::format("{} cannot be written ({})", lock, std::generic_category().message(errno)));
+  if (is_lock(descriptor)) return descriptor;
+  ::close(descriptor);
+  refuse_name(lock);
 }
 
 /// The descriptor of the locked file; -1 if another process has it.
 int take(const std::string& lock) {
   for (;;) {
-    const int descriptor = ::open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (descriptor < 0)
-      throw Failure(fmt::format("{} cannot be written ({})", lock, std::generic_category().message(errno)));
+    const int descriptor = open_lock(lock);
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
       ::close(descriptor);
       return -1;

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace lichtenberg {
+
+class ResultFile;
+
+/// The rest of a command that reads result files, in a child process: HDF5 may crash on bytes that are damaged, or made
+/// to harm, though their checksum is right. Returns in the child. This process passes signals on, waits, and ends as
+/// the child does; a child that crashes is one sentence, which names the files, and exit status 2. Under mpirun, whose
+/// processes must not fork, it does nothing.
+void read_in_child(const std::vector<std::string>& files);
+
+/// The same for a command that goes on with what it has read: calls `read` in a child process first, whose exceptions
+/// and results are lost. Throws InputError if the child crashes.
+void try_reading(const std::string& file, const std::function<void()>& read);
+
+/// Says on standard error that a file has lost its checksum to another program, if it has.
+void warn_if_changed(const ResultFile& result);
+
+}  // namespace lichtenberg

@@ -1,0 +1,153 @@
+// Files that stand where a run writes, and result files whose bytes are made to mislead a reader.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+
+#include "solvers/error.hpp"
+#include "src/record/writer_lock.hpp"
+#include "tests/many_frames.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::many_frames;
+
+namespace {
+
+const std::string diary = "my diary";
+
+std::string file_name_of_partial(const std::string& path) { return fmt::format("{}.partial-{}", path, getpid()); }
+
+/// Changes a result by h5py, and gives it the checksum of its new bytes.
+void change(const Folder& folder, const std::string& lines) {
+  REQUIRE(python(folder, "import h5py, numpy, struct, zlib\nwith h5py.File('run.h5', 'r+') as f:\n  " + lines +
+                             "\nb = open('run.h5', 'rb').read()\nopen('run.h5', 'ab').write("
+                             "struct.pack('<8sQII', b'LICHTSUM', len(b), zlib.crc32(b), 0))") == 0);
+}
+
+}  // namespace
+
+TEST_CASE("a lock: a link, another's file or a pipe of its name stays") {
+  const Folder folder;
+  folder.write("diary", diary);
+  const fs::path lock = folder / "run.h5.lock";
+  const auto refused = [&] {
+    const std::string sentence = message_of([&] { WriterLock(folder / "run.h5"); });
+    INFO(sentence);
+    CHECK(contains(sentence, "run.h5.lock is in the way"));
+    CHECK(text_of(folder / "diary") == diary);
+    CHECK(fs::symlink_status(lock).type() != fs::file_type::not_found);
+    fs::remove(lock);
+  };
+  fs::create_symlink(folder / "diary", lock);
+  refused();
+  fs::create_symlink(folder / "nowhere", lock);
+  refused();
+  CHECK_FALSE(fs::exists(folder / "nowhere"));
+  fs::create_hard_link(folder / "diary", lock);
+  refused();
+  fs::copy(folder / "diary", lock);
+  refused();
+  REQUIRE(mkfifo(lock.c_str(), 0600) == 0);
+  refused();
+  fs::create_directory(lock);
+  refused();
+  folder.write("run.h5.lock", "process 1 on a machine that was switched off");
+  CHECK(WriterLock::if_free(folder / "run.h5").has_value());
+}
+
+TEST_CASE("a new file: what a link of its partial name leads to stays") {
+  const Folder folder;
+  folder.write("diary", diary);
+  const std::string path = folder / "out", bytes = "whole";
+  for (const char* target : {"diary", "nowhere"}) {
+    fs::create_symlink(folder / target, file_name_of_partial(path));
+    write_atomically(path, std::as_bytes(std::span(bytes)));
+    CHECK(text_of(path) == bytes);
+    CHECK(fs::symlink_status(path).type() == fs::file_type::regular);
+  }
+  CHECK(text_of(folder / "diary") == diary);
+  CHECK_FALSE(fs::exists(folder / "nowhere"));
+}
+
+TEST_CASE("partial files of killed processes go, and others' files of like names stay") {
+  const Folder folder;
+  for (const char* name : {"run.h5.partial-17", "run.h5.partial-", "run.h5.partial-notes", "run.h5.partial-17b"})
+    folder.write(name, diary);
+  fs::create_directory(folder / "run.h5.partial-18");
+  remove_partial_files(folder / "run.h5");
+  CHECK_FALSE(fs::exists(folder / "run.h5.partial-17"));
+  for (const char* name : {"run.h5.partial-", "run.h5.partial-notes", "run.h5.partial-17b", "run.h5.partial-18"})
+    CHECK(fs::exists(folder / name));
+}
+
+TEST_CASE("segments: a folder that is a link is refused, and nothing behind it is removed") {
+  const Folder folder, other;
+  other.write("segment-000000.h5", diary);
+  const std::string path = folder / "run.h5";
+  fs::create_directory_symlink(other.path, segments_folder(path));
+  CHECK(contains(message_of([&] { run(path, 11, false); }), "run.h5.frames is in the way"));
+  remove_other_segments(path, {});
+  CHECK(text_of(other / "segment-000000.h5") == diary);
+  CHECK(fs::is_symlink(segments_folder(path)));
+}
+
+TEST_CASE("segments: files of other names in their folder stay") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  fs::create_directory(segments_folder(path));
+  for (const char* name : {"segment-notes.txt", "segment-1.h5", "segment-000001.h5.partial-mine"})
+    std::ofstream(fs::path(segments_folder(path)) / name) << diary;
+  for (const char* name : {"segment-000001.h5", "segment-000002.h5.partial-17"})
+    std::ofstream(fs::path(segments_folder(path)) / name) << diary;
+  remove_other_segments(path, {});
+  for (const char* name : {"segment-notes.txt", "segment-1.h5", "segment-000001.h5.partial-mine"})
+    CHECK(fs::exists(fs::path(segments_folder(path)) / name));
+  for (const char* name : {"segment-000001.h5", "segment-000002.h5.partial-17"})
+    CHECK_FALSE(fs::exists(fs::path(segments_folder(path)) / name));
+}
+
+TEST_CASE("a checksum's mark: damage and a missing end are refused") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  run(path, 3, false);
+  const std::string whole = text_of(path);
+  const auto sentence_of = [&](const std::string& bytes) {
+    std::ofstream(path, std::ios::binary) << bytes;
+    return message_of([&] { ResultFile(path, "read"); });
+  };
+  constexpr std::size_t footer = 24;
+  for (std::size_t k = 0; k < 8; ++k) {
+    std::string damaged = whole;
+    damaged[whole.size() - footer + k] ^= 1;
+    CHECK(contains(sentence_of(damaged), "the checksum at its end is damaged"));
+  }
+  CHECK(contains(sentence_of(whole.substr(0, whole.size() - 1)), "the checksum at its end is damaged"));
+  CHECK(contains(sentence_of(whole + "x"), "the checksum at its end is damaged"));
+  CHECK(contains(sentence_of(whole.substr(0, whole.size() - footer - 1)), "its end is missing"));
+  CHECK(sentence_of(whole.substr(0, whole.size() - footer)).empty());  // as another program leaves it
+}
+
+// Each of these led HDF5 to write behind the variable that it was given, or asked for more memory than there is.
+TEST_CASE("hostile files: types and lengths are checked before HDF5 reads") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  for (const std::string lines :
+       {"f.attrs['lichtenberg_result'] = numpy.arange(5000)", "f.attrs['lichtenberg_result'] = 'text'",
+        "f['scene/text'][()]; del f['scene/text']; f['scene/text'] = numpy.array(['a'] * 5000, h5py.string_dtype())",
+        "del f['scene/text']; f['scene/text'] = 1.0",
+        "del f['particles/conductors/radius']; f.create_dataset('particles/conductors/radius', (2**60,), 'f8', "
+        "chunks=(8,))",
+        "del f['checkpoint/reals/mark']; f.create_dataset('checkpoint/reals/mark', (2**40,), 'f8', chunks=(8,))",
+        "f['provenance/session-0'].attrs['version'] = numpy.array(['a'] * 1000, h5py.string_dtype())"}) {
+    CAPTURE(lines);
+    fs::remove(path);
+    run(path, 3, false);
+    change(folder, lines);
+    const std::string sentence = message_of([&] { Recorder::resume(path, some_scene(), few); });
+    CAPTURE(sentence);
+    CHECK((contains(sentence, "run.h5 is damaged") || contains(sentence, "run.h5 was not written")));
+  }
+}

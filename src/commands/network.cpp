@@ -237,6 +237,7 @@ void check_one_to_all(const NetworkArguments& request) {
 void measure_to_all(const NetworkArguments& request, const std::string& electrode) {
   check_one_to_all(request);
   const PackingFrame frame = read_packing(request.file, request.frame);
+  warn_if_changed(*frame.file);
   NetworkOptions options = options_for(request, frame.scene);
   options.between = electrode;
   std::vector<ResistancesToAll> found;

@@ -3,6 +3,7 @@
 import interrupted  # before all else
 
 import sys
+import warnings
 from pathlib import Path
 
 here = Path(__file__).resolve().parent
@@ -11,4 +12,5 @@ sys.path[:0] = [str(here / "python"), str(here.parents[1] / "python")]  # as ins
 from lichtenberg.__main__ import main
 
 if __name__ == "__main__":
+    warnings.simplefilter("ignore", UserWarning)  # the program has said what load() warns of
     sys.exit(main())

@@ -236,6 +236,16 @@ TEST_CASE("every minimizer comes back from deep inside a steep wall, and never g
   }
 }
 
+TEST_CASE("packing: the way is the logarithm of the force and whole at rest") {
+  Minimization packed(packing(2, "lbfgs", "force_tolerance = 1e-6"));
+  const Way start = packed.way();
+  CHECK(start.whole == doctest::Approx(6 * std::log(10.0)));
+  CHECK(start.done == doctest::Approx(-std::log(packed.largest_force() / packed.force_unit())));
+  CHECK(start.done < start.whole);
+  while (!packed.at_rest()) REQUIRE(packed.iterate());
+  CHECK(packed.way().done >= packed.way().whole);
+}
+
 TEST_CASE("a disk deep in a wall comes to rest between the walls by every method") {
   for (const std::string method : methods) {
     CAPTURE(method);

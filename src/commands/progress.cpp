@@ -25,8 +25,8 @@ std::string duration(double seconds) {
   return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
 }
 
-Progress::Progress(double start, double stop, bool quiet)
-    : start_(start), stop_(stop), quiet_(quiet), terminal_(isatty(STDERR_FILENO)) {}
+Progress::Progress(double start, double stop, bool quiet, bool may_end_before)
+    : start_(start), stop_(stop), quiet_(quiet), may_end_before_(may_end_before), terminal_(isatty(STDERR_FILENO)) {}
 
 void Progress::end_line() {
   if (std::exchange(unfinished_line_, false)) fmt::print(stderr, "\n");
@@ -50,7 +50,7 @@ std::string Progress::time_left(double now) {
   samples_.push_back({done, seconds});
   const auto since = std::ranges::find_if(samples_, [&](const Sample& s) { return s.done >= 2.0 / 3 * done; });
   const auto left = seconds_left(done, seconds, done - since->done, seconds - since->seconds);
-  return left ? fmt::format(", about {} left", duration(*left)) : "";
+  return left ? fmt::format(", {}about {} left", may_end_before_ ? "at most " : "", duration(*left)) : "";
 }
 
 void Progress::show(std::string line, double now) {

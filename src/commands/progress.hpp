@@ -18,14 +18,16 @@ std::string duration(double seconds);
 /// The line that says how far a run is, on standard error: redrawn in place on a terminal, now and then elsewhere.
 class Progress {
  public:
-  /// Times of the run: where this program starts, where the run ends (infinite: nobody knows).
-  Progress(double start, double stop, bool quiet);
+  /// Where this program starts and where the run ends (infinite: nobody knows), in a measure that grows at a steady
+  /// pace; `may_end_before`: another condition may end it earlier.
+  Progress(double start, double stop, bool quiet, bool may_end_before = false);
   ~Progress() { end_line(); }
   Progress(const Progress&) = delete;
 
   /// Whether it is time for another line.
   bool due() const;
-  /// Shows a line, with how long it takes from `now` to the end if a tenth is done and the pace tells.
+  /// Shows a line, with how long it takes from `now` to the end, at most if it may end before, if a tenth is done and
+  /// the pace tells.
   void show(std::string line, double now);
   /// Before anything else is printed: it would run into the line.
   void end_line();
@@ -35,7 +37,7 @@ class Progress {
   using Clock = std::chrono::steady_clock;
 
   double start_, stop_;
-  bool quiet_, terminal_;
+  bool quiet_, may_end_before_, terminal_;
   bool unfinished_line_ = false;
   struct Sample {
     double done, seconds;  ///< share of the run, time since the start

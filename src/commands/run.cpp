@@ -45,7 +45,11 @@ struct RunArguments {
 };
 
 Scene requested_scene(const RunArguments& request) {
-  const auto bodies = request.from.empty() ? std::vector<Conductor>{} : bodies_in(request.from, request.frame);
+  std::vector<Conductor> bodies;
+  if (!request.from.empty()) {
+    try_reading(request.from, [&] { bodies_in(request.from, request.frame); });
+    bodies = bodies_in(request.from, request.frame);
+  }
   Scene scene = read_scene_for(request.scene, request.device, request.settings, Interruption::requested, bodies);
   if (request.frame && request.from.empty()) throw InputError("--frame is one of the result that --from names");
   if (scene.conductors.empty())
@@ -137,9 +141,9 @@ class Run {
   void advance_to_the_end() {
     if (scene_.field_accuracy() && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene_.field()));
     warn_before();
-    // One that stops once all is at rest ends nobody knows when.
-    const bool open = scene_.stop.stationary && scene_.effects.has(&EffectKind::field);
-    Progress progress(motion_->time(), open ? INFINITY : motion_->end_time(), request_.quiet);
+    const bool may_end_before = scene_.stop.stationary && scene_.effects.has(&EffectKind::field);
+    const Way way = motion_->way();
+    Progress progress(way.done, way.whole, request_.quiet, may_end_before);
     look();
     if (frames_ == 0) record(progress);
     while (!over_) {
@@ -148,7 +152,7 @@ class Run {
       look();
       if (over_ || motion_->time() >= due) record(progress);
       frame_ = nullptr;  // what nobody is to make is over
-      if (!over_ && progress.due()) progress.show(motion_->progress(), motion_->time());
+      if (!over_ && progress.due()) progress.show(motion_->progress(), motion_->way().done);
       if (Interruption::requested() && (saved_ || motion_->exact_anywhere())) stop_here(progress);
     }
     if (!end_saved_) save_the_end(progress);
@@ -179,7 +183,7 @@ class Run {
     saved_ = false;
     const auto pause = [&] {
       if (!motion_->exact_anywhere()) return Interruption::urgent();
-      if (progress.due()) progress.show(motion_->progress(), motion_->time());
+      if (progress.due()) progress.show(motion_->progress(), motion_->way().done);
       return Interruption::requested() || backlog_.has_failed();
     };
     try {

@@ -240,8 +240,13 @@ Frame Minimization::frame() {
 }
 
 std::string Minimization::progress() {
-  return fmt::format("iteration {}: energy {:.10g} J, largest force {:.2e} k/R", iteration(), energy(),
-                     force_in_units());
+  return fmt::format("iteration {}: energy {:.10g} J, largest force {:.2e} of {:.2g} k/R", iteration(), energy(),
+                     force_in_units(), implementation_->scene.minimize.force_tolerance);
+}
+
+Way Minimization::way() {
+  const double whole = -std::log(implementation_->scene.minimize.force_tolerance);
+  return {at_rest() ? whole : -std::log(force_in_units()), whole};
 }
 
 ColumnGroup Minimization::take_history() {

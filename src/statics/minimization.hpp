@@ -46,6 +46,8 @@ class Minimization : public Motion {
 
   Frame frame() override;
   std::string progress() override;
+  /// By the logarithm of the largest force, which falls by steady factors on the way to rest.
+  Way way() override;
   Checkpoint checkpoint() override;
   void restore(const Checkpoint& checkpoint) override;
 

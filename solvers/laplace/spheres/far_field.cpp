@@ -1,10 +1,18 @@
 #include "solvers/laplace/spheres/far_field.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 namespace lichtenberg::laplace::spheres {
+namespace {
+
+/// Harmonics of degree 1 along x, y and z.
+constexpr std::array<int, 3> first_degree = {at(1, 1), at(1, -1), at(1, 0)};
+
+}  // namespace
+
 FarImages images_beyond(double range, double target_radius, double source_radius, double accuracy) {
   // Terms fall off like ((R_s + R_t) / range)^(l + t).
   const double reach = (target_radius + source_radius) / range;
@@ -61,26 +69,27 @@ void FarField::find_derivatives(int mask, bool same_sites) {
 
 /// What is beyond the range is harmonic but for the background -1/V of a charge (LatticeSum), whose potential about a
 /// distance d is 2 pi / 3 V |d|^2: cancelled by opposite charges but for a uniform field against the sum of dipoles.
-void FarField::add_background(const double* multipoles, const std::vector<int>& target_start, double* local) const {
-  Vec3 sum;
+template <class T>
+void FarField::add_background(const T* multipoles, const std::vector<int>& target_start, T* local) const {
+  std::array<T, 3> sum{};
   for (std::size_t s = 0; s < sources_.size(); ++s) {
     if (sources_[s].degree < 1) continue;
-    const double* a = multipoles + source_start_[s];
+    const T* a = multipoles + source_start_[s];
     const double area = sources_[s].radius * sources_[s].radius;
     for (const MirrorImage& image : mirrors_.images)
-      sum += mirrored({a[at(1, 1)], a[at(1, -1)], a[at(1, 0)]}, image.mask) * (image.sign * area);
+      for (int k = 0; k < 3; ++k)
+        sum[k] += a[first_degree[k]] * (image.mask >> k & 1 ? -1.0 : 1.0) * (image.sign * area);
   }
-  sum *= -4 * std::numbers::pi / (3 * mirrors_.volume());
+  for (T& component : sum) component *= -4 * std::numbers::pi / (3 * mirrors_.volume());
   for (std::size_t t = 0; t < targets_.size(); ++t) {
     if (targets_[t].degree < 1) continue;
-    double* b = local + target_start[t];
-    b[at(1, 1)] += targets_[t].radius * sum.x;
-    b[at(1, -1)] += targets_[t].radius * sum.y;
-    b[at(1, 0)] += targets_[t].radius * sum.z;
+    T* b = local + target_start[t];
+    for (int k = 0; k < 3; ++k) b[first_degree[k]] += targets_[t].radius * sum[k];
   }
 }
 
-void FarField::add(const double* multipoles, double* local, parallel::Team& team, int beyond) const {
+template <class T>
+void FarField::add(const T* multipoles, T* local, parallel::Team& team, int beyond) const {
   const int sources = static_cast<int>(sources_.size());
   const std::vector<int> target_start = starts(targets_, beyond);
   team.for_each(static_cast<int>(targets_.size()), [&](int t) {
@@ -93,5 +102,8 @@ void FarField::add(const double* multipoles, double* local, parallel::Team& team
   });
   add_background(multipoles, target_start, local);
 }
+
+template void FarField::add(const double*, double*, parallel::Team&, int) const;
+template void FarField::add(const Lanes*, Lanes*, parallel::Team&, int) const;
 
 }  // namespace lichtenberg::laplace::spheres

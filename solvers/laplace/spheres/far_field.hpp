@@ -24,11 +24,14 @@ class FarField {
   FarField(const Mirrors& mirrors, const std::vector<Site>& targets, const std::vector<Site>& sources,
            const FarImages& images, const FarField* past = nullptr);
   /// Adds to the targets' local coefficients, which reach `beyond` degrees above the targets' own.
-  void add(const double* multipoles, double* local, parallel::Team& team, int beyond = 0) const;
+  /// `T`: double, or Lanes for eight fields at once.
+  template <class T>
+  void add(const T* multipoles, T* local, parallel::Team& team, int beyond = 0) const;
 
  private:
   void find_derivatives(int mask, bool same_sites);
-  void add_background(const double* multipoles, const std::vector<int>& target_start, double* local) const;
+  template <class T>
+  void add_background(const T* multipoles, const std::vector<int>& target_start, T* local) const;
 
   Mirrors mirrors_;
   std::vector<Site> targets_, sources_;

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 #include <petscksp.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "solvers/error.hpp"
@@ -37,6 +39,49 @@ PetscErrorCode precondition(PC pc, ::Vec x, ::Vec y) {
   PetscCall(VecGetArray(y, &values));
   system->precondition(values);
   PetscCall(VecRestoreArray(y, &values));
+  return 0;
+}
+
+/// Calls change(column) for each of the eight columns.
+void for_each_column(std::size_t size, Lanes* values, const auto& change) {
+  std::vector<double> column(size);
+  for (int lane = 0; lane < lanes; ++lane) {
+    for (std::size_t k = 0; k < size; ++k) column[k] = values[k][lane];
+    change(column.data());
+    for (std::size_t k = 0; k < size; ++k) values[k][lane] = column[k];
+  }
+}
+
+PetscErrorCode multiply_eight(Mat matrix, ::Vec x, ::Vec y) {
+  const System* system = nullptr;
+  PetscCall(MatShellGetContext(matrix, &system));
+  const PetscScalar* from = nullptr;
+  PetscScalar* to = nullptr;
+  PetscCall(VecGetArrayRead(x, &from));
+  PetscCall(VecGetArrayWrite(y, &to));
+  std::vector<Lanes> columns(system->size()), product(columns.size());
+  std::memcpy(columns.data(), from, columns.size() * sizeof(Lanes));
+  system->apply(columns.data(), product.data());
+  for_each_column(product.size(), product.data(), [&](double* column) { system->project(column); });
+  std::memcpy(to, product.data(), product.size() * sizeof(Lanes));
+  PetscCall(VecRestoreArrayRead(x, &from));
+  PetscCall(VecRestoreArrayWrite(y, &to));
+  return 0;
+}
+
+PetscErrorCode precondition_eight(PC pc, ::Vec x, ::Vec y) {
+  const System* system = nullptr;
+  PetscCall(PCShellGetContext(pc, &system));
+  const PetscScalar* from = nullptr;
+  PetscScalar* to = nullptr;
+  PetscCall(VecGetArrayRead(x, &from));
+  PetscCall(VecGetArrayWrite(y, &to));
+  std::vector<Lanes> columns(system->size());
+  std::memcpy(columns.data(), from, columns.size() * sizeof(Lanes));
+  for_each_column(columns.size(), columns.data(), [&](double* column) { system->precondition(column); });
+  std::memcpy(to, columns.data(), columns.size() * sizeof(Lanes));
+  PetscCall(VecRestoreArrayRead(x, &from));
+  PetscCall(VecRestoreArrayWrite(y, &to));
   return 0;
 }
 
@@ -82,6 +127,47 @@ struct Objects {
   }
 };
 
+/// Operator and preconditioner of conjugate gradients, for one right-hand side or for eight as one vector.
+struct Shell {
+  const System* system = nullptr;
+  PetscInt size = 0;
+  PetscErrorCode (*multiply)(Mat, ::Vec, ::Vec) = nullptr;
+  PetscErrorCode (*precondition)(PC, ::Vec, ::Vec) = nullptr;
+};
+
+/// Solves from 0 until the residual is `goal`; the result's residual is relative to `scale`.
+KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, double* x, double goal, double scale) {
+  Objects petsc;
+  auto* context = const_cast<System*>(shell.system);
+  check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, shell.size, right_hand_side, &petsc.b));
+  check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, shell.size, x, &petsc.x));
+  check_petsc(MatCreateShell(PETSC_COMM_SELF, shell.size, shell.size, shell.size, shell.size, context, &petsc.matrix));
+  check_petsc(MatShellSetOperation(petsc.matrix, MATOP_MULT, reinterpret_cast<void (*)()>(shell.multiply)));
+  check_petsc(KSPCreate(PETSC_COMM_SELF, &petsc.ksp));
+  check_petsc(KSPSetOptionsPrefix(petsc.ksp, "spheres_"));
+  check_petsc(KSPSetType(petsc.ksp, KSPCG));
+  PC pc = nullptr;
+  check_petsc(KSPGetPC(petsc.ksp, &pc));
+  check_petsc(PCSetType(pc, PCSHELL));
+  check_petsc(PCShellSetContext(pc, context));
+  check_petsc(PCShellSetApply(pc, shell.precondition));
+  check_petsc(KSPSetNormType(petsc.ksp, KSP_NORM_UNPRECONDITIONED));
+  check_petsc(KSPSetOperators(petsc.ksp, petsc.matrix, petsc.matrix));
+  check_petsc(KSPSetTolerances(petsc.ksp, 0, goal, PETSC_DEFAULT, 2000));
+  check_petsc(KSPSetFromOptions(petsc.ksp));
+  check_petsc(KSPSolve(petsc.ksp, petsc.b, petsc.x));
+  PetscInt iterations = 0;
+  PetscReal last = 0;
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  check_petsc(KSPGetIterationNumber(petsc.ksp, &iterations));
+  check_petsc(KSPGetResidualNorm(petsc.ksp, &last));
+  check_petsc(KSPGetConvergedReason(petsc.ksp, &reason));
+  if (reason < 0)
+    throw Failure(fmt::format("the field of spheres: no convergence after {} iterations ({}, relative residual {:.3g})",
+                              iterations, KSPConvergedReasons[reason], last / scale));
+  return {static_cast<int>(iterations), last / scale};
+}
+
 }  // namespace
 
 KrylovResult solve_krylov(const System& system, double tolerance, std::vector<double>& x) {
@@ -99,36 +185,86 @@ KrylovResult solve_krylov(const System& system, double tolerance, std::vector<do
   }
   const double goal = std::max(tolerance * scale, rounding(system));
   if (first <= goal) return {0, scale > 0 ? first / scale : 0};
-
-  Objects petsc;
-  check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, residual.data(), &petsc.b));
-  check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, correction.data(), &petsc.x));
-  check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, const_cast<System*>(&system), &petsc.matrix));
-  check_petsc(MatShellSetOperation(petsc.matrix, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
-  check_petsc(KSPCreate(PETSC_COMM_SELF, &petsc.ksp));
-  check_petsc(KSPSetOptionsPrefix(petsc.ksp, "spheres_"));
-  check_petsc(KSPSetType(petsc.ksp, KSPCG));
-  PC pc = nullptr;
-  check_petsc(KSPGetPC(petsc.ksp, &pc));
-  check_petsc(PCSetType(pc, PCSHELL));
-  check_petsc(PCShellSetContext(pc, const_cast<System*>(&system)));
-  check_petsc(PCShellSetApply(pc, precondition));
-  check_petsc(KSPSetNormType(petsc.ksp, KSP_NORM_UNPRECONDITIONED));
-  check_petsc(KSPSetOperators(petsc.ksp, petsc.matrix, petsc.matrix));
-  check_petsc(KSPSetTolerances(petsc.ksp, 0, goal, PETSC_DEFAULT, 2000));
-  check_petsc(KSPSetFromOptions(petsc.ksp));
-  check_petsc(KSPSolve(petsc.ksp, petsc.b, petsc.x));
-  PetscInt iterations = 0;
-  PetscReal last = 0;
-  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
-  check_petsc(KSPGetIterationNumber(petsc.ksp, &iterations));
-  check_petsc(KSPGetResidualNorm(petsc.ksp, &last));
-  check_petsc(KSPGetConvergedReason(petsc.ksp, &reason));
-  if (reason < 0)
-    throw Failure(fmt::format("the field of spheres: no convergence after {} iterations ({}, relative residual {:.3g})",
-                              iterations, KSPConvergedReasons[reason], last / scale));
+  const KrylovResult result =
+      conjugate_gradients({&system, n, multiply, precondition}, residual.data(), correction.data(), goal, scale);
   for (PetscInt k = 0; k < n; ++k) x[k] += correction[k];
-  return {static_cast<int>(iterations), last / scale};
+  return result;
+}
+
+namespace {
+
+/// Solutions for eight groups, one after the other at 1 V, and what is left of the right-hand sides.
+struct EightColumns {
+  std::vector<Lanes> x, residual;
+};
+
+/// Groups beyond the last one have columns of 0. Each right-hand side is taken over its length, so that all are found
+/// to the tolerance.
+EightColumns solve_eight(const System& system, int first, double tolerance) {
+  const auto n = static_cast<std::size_t>(system.size());
+  const int count = std::min(lanes, static_cast<int>(system.problem().groups.size()) - first);
+  std::vector<Lanes> given(n);
+  EightColumns eight{.x = std::vector<Lanes>(n), .residual = std::vector<Lanes>(n)};
+  Lanes lengths{};
+  double squares = 0;
+  for (int lane = 0; lane < count; ++lane) {
+    std::vector<double> column = system.unit_potential(first + lane);
+    const double whole = length(column);
+    system.project(column.data());
+    const double left = length(column);
+    if (left <= 100 * std::numeric_limits<double>::epsilon() * whole) continue;  // all that is in an insulated box
+    lengths[lane] = left;
+    squares += 1;
+    for (std::size_t k = 0; k < n; ++k) given[k][lane] = column[k] / left;
+  }
+  if (squares == 0) return eight;
+  std::vector<double> from(n * lanes), to(n * lanes);
+  std::memcpy(from.data(), given.data(), n * sizeof(Lanes));
+  // The residual of a single column, as if all that is left were in it.
+  const double goal = std::max(tolerance, 4 * std::numeric_limits<double>::epsilon() * std::sqrt(squares));
+  conjugate_gradients({&system, static_cast<PetscInt>(n * lanes), multiply_eight, precondition_eight}, from.data(),
+                      to.data(), goal, 1);
+  std::memcpy(eight.x.data(), to.data(), n * sizeof(Lanes));
+  system.apply(eight.x.data(), eight.residual.data());
+  for_each_column(n, eight.residual.data(), [&](double* column) { system.project(column); });
+  for (std::size_t k = 0; k < n; ++k) {
+    eight.residual[k] = lengths * (given[k] - eight.residual[k]);
+    eight.x[k] *= lengths;
+  }
+  return eight;
+}
+
+/// Tolerance of the iteration of unit_charges, whose errors are squares of residuals over the smallest eigenvalue (some
+/// hundredth).
+double second_order_tolerance(double tolerance) { return std::max(tolerance, 0.1 * std::sqrt(tolerance)); }
+
+}  // namespace
+
+std::vector<double> unit_charges(const System& system, double tolerance) {
+  parallel::start_petsc();
+  const int groups = static_cast<int>(system.problem().groups.size());
+  const Eigen::Index n = system.size();
+  constexpr double most_numbers = 2e7;  // some 300 MB
+  const bool second_order = static_cast<double>(n) * groups <= most_numbers;
+  Eigen::MatrixXd x(n, second_order ? groups : 1), residual(n, x.cols());
+  Eigen::MatrixXd charge(groups, groups);
+  for (int first = 0; first < groups; first += lanes) {
+    const EightColumns eight = solve_eight(system, first, second_order ? second_order_tolerance(tolerance) : tolerance);
+    for (int lane = 0; lane < std::min(lanes, groups - first); ++lane) {
+      const Eigen::Index column = second_order ? first + lane : 0;
+      for (Eigen::Index k = 0; k < n; ++k) {
+        x(k, column) = eight.x[k][lane];
+        residual(k, column) = eight.residual[k][lane];
+      }
+      const std::vector<double> found = system.group_charges(x.col(column).data());
+      charge.col(first + lane) = Eigen::Map<const Eigen::VectorXd>(found.data(), groups);
+    }
+  }
+  if (second_order) charge += x.transpose() * residual;
+  std::vector<double> result;
+  for (int i = 0; i < groups; ++i)
+    for (int j = 0; j < groups; ++j) result.push_back(charge(i, j));
+  return result;
 }
 
 }  // namespace lichtenberg::laplace::spheres

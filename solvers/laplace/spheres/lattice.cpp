@@ -69,8 +69,9 @@ Coupling::Coupling(int degree) : degree_(degree), terms_((degree + 1) * (degree 
     }
 }
 
+template <class T>
 void Coupling::add(const double* derivatives, int source_degree, double source_radius, int mask, double sign,
-                   const double* multipoles, int target_degree, double target_radius, double* local) const {
+                   const T* multipoles, int target_degree, double target_radius, T* local) const {
   double source_power = sign * source_radius;
   for (int l = 0; l <= std::min(source_degree, degree_); ++l, source_power *= source_radius) {
     double power = source_power;
@@ -78,10 +79,13 @@ void Coupling::add(const double* derivatives, int source_degree, double source_r
       for (const Term& term : terms_[l * (degree_ + 1) + t]) {
         const int m = term.source - l * (l + 1);
         local[term.target] += power * term.factor * derivatives[term.derivative] * multipoles[term.source] *
-                              (mask ? mirror_sign(l, m, mask) : 1);
+                              static_cast<double>(mask ? mirror_sign(l, m, mask) : 1);
       }
   }
 }
+
+template void Coupling::add(const double*, int, double, int, double, const double*, int, double, double*) const;
+template void Coupling::add(const double*, int, double, int, double, const Lanes*, int, double, Lanes*) const;
 
 EwaldSplit ewald_split(double range, double accuracy) {
   const double decay = std::sqrt(-std::log(accuracy)) + 0.5, alpha = decay / range;

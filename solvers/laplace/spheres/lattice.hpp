@@ -4,6 +4,7 @@
 
 #include "solvers/laplace/spheres/harmonics.hpp"
 #include "solvers/laplace/spheres/images.hpp"
+#include "solvers/laplace/spheres/translation.hpp"
 
 namespace lichtenberg::laplace::spheres {
 
@@ -16,9 +17,10 @@ class Coupling {
   explicit Coupling(int degree);
 
   /// Adds sum over l, m of a_lm (source_radius)^(l+1) target_radius^t * derivatives, for t up to target_degree. `mask`:
-  /// the source is mirrored.
+  /// the source is mirrored. `T`: double, or Lanes for eight fields at once.
+  template <class T>
   void add(const double* derivatives, int source_degree, double source_radius, int mask, double sign,
-           const double* multipoles, int target_degree, double target_radius, double* local) const;
+           const T* multipoles, int target_degree, double target_radius, T* local) const;
 
   /// local[target] += factor * derivatives[derivative] * multipoles[source], in powers of one length.
   struct Term {

@@ -163,4 +163,29 @@ void NearField::add(const double* multipoles, double* local, parallel::Team& tea
   });
 }
 
+void NearField::add_pair(const Batch& batch, int pair, const Lanes* multipoles, Lanes* local, Lanes* value,
+                         Lanes* scratch) const {
+  const double* sign = signs_.data() + static_cast<std::ptrdiff_t>(batch.mask) * harmonics(largest_degree_);
+  const Lanes* from = multipoles + batch.source[pair];
+  double factor = batch.sign[pair];
+  for (int l = 0; l <= batch.source_degree; ++l, factor *= batch.source_factor[pair])
+    for (int h = at(l, -l); h <= at(l, l); ++h) value[h] = factor * sign[h] * from[h];
+  const Lanes none{};
+  const Ways ways{none + batch.ways.cos_azimuth[pair], none + batch.ways.sin_azimuth[pair],
+                  none + batch.ways.cos_polar[pair], none + batch.ways.sin_polar[pair]};
+  translation_->apply(ways, batch.source_degree, batch.target_degree, value, scratch);
+  Lanes* to = local + batch.target[pair];
+  factor = 1;
+  for (int l = 0; l <= batch.target_degree; ++l, factor *= batch.target_factor[pair])
+    for (int h = at(l, -l); h <= at(l, l); ++h) to[h] += factor * value[h];
+}
+
+void NearField::add(const Lanes* multipoles, Lanes* local, parallel::Team& team) const {
+  team.for_each(static_cast<int>(chunks_.size()), [&](int c) {
+    std::vector<Lanes> value(harmonics(largest_degree_)), scratch(value.size());
+    for (const Batch& batch : chunks_[c])
+      for (int k = 0; k < batch.count; ++k) add_pair(batch, k, multipoles, local, value.data(), scratch.data());
+  });
+}
+
 }  // namespace lichtenberg::laplace::spheres

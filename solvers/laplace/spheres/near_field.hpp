@@ -40,6 +40,8 @@ class NearField {
 
   /// Adds to the targets' local coefficients what the sources' multipoles make there.
   void add(const double* multipoles, double* local, parallel::Team& team) const;
+  /// Does so for eight fields at once, [harmonic][field].
+  void add(const Lanes* multipoles, Lanes* local, parallel::Team& team) const;
 
  private:
   struct Batch {
@@ -52,6 +54,8 @@ class NearField {
                              const std::vector<Site>& sources, double accuracy) const;
   void add_to_batch(Batch& batch, const NearPair& pair, const Site& target, const Site& source) const;
   void add_batch(const Batch& batch, const double* multipoles, double* local, Lanes* value, Lanes* scratch) const;
+  void add_pair(const Batch& batch, int pair, const Lanes* multipoles, Lanes* local, Lanes* value,
+                Lanes* scratch) const;
 
   std::vector<int> target_start_, source_start_;
   std::vector<std::vector<Batch>> chunks_;  ///< by targets, so that no two threads add to one

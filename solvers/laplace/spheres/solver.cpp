@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/spheres/krylov.hpp"
@@ -140,16 +141,14 @@ std::vector<PointField> SphereSolver::field(std::span<const Vec3> points) const 
 std::vector<double> SphereSolver::capacitance_matrix(const SphereProblem& problem) {
   SphereProblem unit = problem;
   unit.side_potential.fill(0);
+  unit.uniform_field = {};
   unit.couplings.clear();
-  const std::size_t n = problem.groups.size();
-  std::vector<double> matrix(n * n);
-  for (std::size_t j = 0; j < n; ++j) {
-    for (std::size_t g = 0; g < n; ++g)
-      unit.groups[g] = {.floating = false, .charge = 0, .potential = g == j ? 1.0 : 0.0};
-    const SphereSolution solution = solve(unit);
-    for (std::size_t i = 0; i < unit.spheres.size(); ++i)
-      matrix[unit.spheres[i].group * n + j] += solution.sphere_charge[i];
-  }
+  for (Group& group : unit.groups) group = {.floating = false};
+  unit.check();
+  const Implementation& my = *implementation_;
+  const System system(unit, my.options, *my.team, my.system.get());
+  std::vector<double> matrix = unit_charges(system, tolerance_for(system, my.options.accuracy));
+  for (double& charge : matrix) charge *= 4 * std::numbers::pi * problem.permittivity;
   return matrix;
 }
 

@@ -79,6 +79,16 @@ double largest_radius(const std::vector<Site>& sites) {
   return sites.empty() ? 0 : std::ranges::max(sites, {}, &Site::radius).radius;
 }
 
+/// Whether the spheres' fields on each other are the same, whatever their charges and potentials are.
+bool same_geometry(const SphereProblem& a, const SphereProblem& b) {
+  const auto same_sphere = [](const Sphere& one, const Sphere& other) {
+    return one.centre == other.centre && one.radius == other.radius && one.group == other.group &&
+           one.relative_permittivity == other.relative_permittivity;
+  };
+  return a.free_space == b.free_space && a.box.lengths == b.box.lengths && a.box.sides == b.box.sides &&
+         std::ranges::equal(a.spheres, b.spheres, same_sphere);
+}
+
 /// Two images of one sphere that face each other the same way: one stands for both.
 bool are_twins(const NearPair& a, const NearPair& b) {
   return a.target == a.source && b.target == a.target && b.source == a.source && b.mask == a.mask && a.mask == 0 &&
@@ -156,7 +166,7 @@ bool Fields::is_enough_for(const NearPair& pair) const {
 
 Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
                parallel::Team& team)
-    : mirrors_(&mirrors), accuracy_(options.accuracy), fixed_degree_(options.degree) {
+    : mirrors_(mirrors), accuracy_(options.accuracy), fixed_degree_(options.degree) {
   const double accuracy = accuracy_;
   for (const Sphere& sphere : problem.spheres) sites_.push_back({sphere.centre, sphere.radius, 0});
   if (sites_.size() > many_spheres)
@@ -180,20 +190,20 @@ Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const Spher
 
 FarImages Fields::far_images(double target_radius, double accuracy) const {
   const double radius = largest_radius(sites_);
-  if (range_ == 0) return all_images(*mirrors_, radius, fixed_degree_, accuracy);
+  if (range_ == 0) return all_images(mirrors_, radius, fixed_degree_, accuracy);
   FarImages images = images_beyond(range_, target_radius, radius, accuracy);
   if (has_fixed_degree()) images.degree = std::min(images.degree, 2 * fixed_degree_ + 1);
   return images;
 }
 
 std::vector<NearPair> Fields::near_pairs(const std::vector<Site>& targets) const {
-  if (cells_ && mirrors_->bounded) return cells_->near_pairs(targets, sites_);
-  if (mirrors_->bounded && range_ == 0) return {};
+  if (cells_ && mirrors_.bounded) return cells_->near_pairs(targets, sites_);
+  if (mirrors_.bounded && range_ == 0) return {};
   if (cells_ && &targets == &sites_) return cells_->near_pairs(targets, sites_);
   std::vector<NearPair> pairs;
   for (std::size_t t = 0; t < targets.size(); ++t)
     for (std::size_t s = 0; s < sites_.size(); ++s)
-      mirrors_->for_each_near(targets[t].centre, sites_[s].centre, range_, [&](const MirrorImage& image, Vec3 way) {
+      mirrors_.for_each_near(targets[t].centre, sites_[s].centre, range_, [&](const MirrorImage& image, Vec3 way) {
         if (norm2(way) > 0) pairs.push_back({static_cast<int>(t), static_cast<int>(s), image.mask, image.sign, way});
       });
   return pairs;
@@ -203,6 +213,20 @@ void Fields::add(const double* multipoles, double* local, parallel::Team& team) 
   near_->add(multipoles, local, team);
   if (far_) far_->add(multipoles, local, team);
   if (cell_field_) cell_field_->add(multipoles, local, team);
+}
+
+void Fields::add(const Lanes* multipoles, Lanes* local, parallel::Team& team) const {
+  near_->add(multipoles, local, team);
+  if (far_) far_->add(multipoles, local, team);
+  if (!cell_field_) return;
+  const std::size_t size = starts(sites_).back();
+  std::vector<double> from(size), to(size);
+  for (int lane = 0; lane < lanes; ++lane) {
+    for (std::size_t k = 0; k < size; ++k) from[k] = multipoles[k][lane];
+    std::ranges::fill(to, 0.0);
+    cell_field_->add(from.data(), to.data(), team);
+    for (std::size_t k = 0; k < size; ++k) local[k][lane] += to[k];
+  }
 }
 
 std::vector<double> Fields::one_degree_beyond(const double* multipoles, parallel::Team& team) const {
@@ -220,18 +244,18 @@ void Fields::add_at(std::span<const Vec3> points, double unit, const double* mul
   std::vector<Site> targets;
   for (const Vec3 point : points) targets.push_back({point, unit, 1});
   NearField(targets, sites_, near_pairs(targets), 0.01 * accuracy_, team).add(multipoles, local, team);
-  if (!mirrors_->bounded) return;
+  if (!mirrors_.bounded) return;
   if (cells_)
     CellField(convolution_, *cells_, targets, sites_).add(multipoles, local, team);
   else
-    FarField(*mirrors_, targets, sites_, far_images(unit, 0.1 * accuracy_)).add(multipoles, local, team);
+    FarField(mirrors_, targets, sites_, far_images(unit, 0.1 * accuracy_)).add(multipoles, local, team);
 }
 
 std::shared_ptr<const ChargesAndDipoles> Fields::charges_and_dipoles(std::shared_ptr<const ChargesAndDipoles> past,
                                                                      parallel::Team& team) const {
   if (past && past->serves(sites_)) return past;
   if (!cells_ || !ChargesAndDipoles::pays(sites_.size())) return nullptr;
-  auto made = std::make_shared<const ChargesAndDipoles>(*mirrors_, *cells_, sites_, near_pairs(sites_), team);
+  auto made = std::make_shared<const ChargesAndDipoles>(mirrors_, *cells_, sites_, near_pairs(sites_), team);
   return made->is_positive() ? made : nullptr;
 }
 
@@ -239,14 +263,17 @@ System::System(const SphereProblem& problem, const SphereOptions& options, paral
     : problem_(problem),
       mirrors_(problem),
       wall_(problem),
-      fields_(problem, mirrors_, options, past ? &past->fields_ : nullptr, team),
-      sites_(fields_.sites()),
+      fields_(
+          past && same_geometry(past->problem_, problem)
+              ? past->fields_
+              : std::make_shared<const Fields>(problem, mirrors_, options, past ? past->fields_.get() : nullptr, team)),
+      sites_(fields_->sites()),
       start_(starts(sites_)),
       team_(&team),
       given_(problem_, start_, first_coupling()) {
   const bool conductors = std::ranges::all_of(problem.spheres, &Sphere::is_conductor);
   if (!conductors || given_.coupling_count() > 0) return;  // of which the charges and dipoles alone know nothing
-  charges_and_dipoles_ = fields_.charges_and_dipoles(past ? past->charges_and_dipoles_ : nullptr, team);
+  charges_and_dipoles_ = fields_->charges_and_dipoles(past ? past->charges_and_dipoles_ : nullptr, team);
   if (charges_and_dipoles_) coarse_.emplace(charges_and_dipoles_, sites_, given_.on_spheres({}));
 }
 
@@ -257,10 +284,11 @@ double System::scale(std::size_t sphere, int l) const {
   return std::sqrt((k - 1) * l / (((k + 1) * l + 1) * one.radius));
 }
 
-void System::apply(const double* x, double* y) const {
-  const std::vector<double> a = multipoles(x);
-  std::vector<double> local(harmonics_size());
-  fields_.add(a.data(), local.data(), *team_);
+template <class T>
+void System::apply(const T* x, T* y) const {
+  const std::vector<T> a = multipoles(x);
+  std::vector<T> local(harmonics_size());
+  fields_->add(a.data(), local.data(), *team_);
   for (std::size_t i = 0; i < sites_.size(); ++i)
     for (int l = 0, k = start_[i]; l <= sites_[i].degree; ++l)
       for (const double factor = sites_[i].radius * scale(i, l); k < start_[i] + harmonics(l); ++k)
@@ -269,15 +297,19 @@ void System::apply(const double* x, double* y) const {
   std::copy(x + first_coupling(), x + size(), y + first_coupling());
 }
 
+template void System::apply(const double*, double*) const;
+template void System::apply(const Lanes*, Lanes*) const;
+
 /// The tails of a pair act on the harmonics of its spheres and of those beside, these on them, and tails on each other.
-void System::add_close_pairs(const double* x, const double* multipoles, double* y) const {
-  for (std::size_t p = 0; p < fields_.close_pairs().size(); ++p) {
-    const ClosePair& pair = fields_.close_pairs()[p];
-    const double c = amplitude(x, p);
-    double felt = 0;
+template <class T>
+void System::add_close_pairs(const T* x, const T* multipoles, T* y) const {
+  for (std::size_t p = 0; p < fields_->close_pairs().size(); ++p) {
+    const ClosePair& pair = fields_->close_pairs()[p];
+    const T c = amplitude(x, p);
+    T felt{};
     const auto act = [&](int sphere, const std::vector<double>& potential) {
-      const double* a = multipoles + start_[sphere];
-      double* to = y + start_[sphere];
+      const T* a = multipoles + start_[sphere];
+      T* to = y + start_[sphere];
       for (std::size_t k = 0; k < potential.size(); ++k) {
         felt += sites_[sphere].radius * potential[k] * a[k];
         to[k] += std::sqrt(sites_[sphere].radius) * c * potential[k];
@@ -354,19 +386,36 @@ std::vector<double> System::right_hand_side() const {
   return f;
 }
 
-std::vector<double> System::multipoles(const double* x) const {
-  std::vector<double> result(harmonics_size());
+template <class T>
+std::vector<T> System::multipoles(const T* x) const {
+  std::vector<T> result(harmonics_size());
   for (std::size_t i = 0; i < sites_.size(); ++i)
     for (int l = 0, k = start_[i]; l <= sites_[i].degree; ++l)
       for (const double factor = scale(i, l); k < start_[i] + harmonics(l); ++k) result[k] = factor * x[k];
   return result;
 }
 
+template std::vector<double> System::multipoles(const double*) const;
+
+std::vector<double> System::unit_potential(int group) const {
+  std::vector<double> f(size());
+  for (std::size_t i = 0; i < sites_.size(); ++i)
+    if (problem_.spheres[i].group == group) f[start_[i]] = std::sqrt(sites_[i].radius);
+  return f;
+}
+
+std::vector<double> System::group_charges(const double* x) const {
+  std::vector<double> charge(problem_.groups.size());
+  for (std::size_t i = 0; i < sites_.size(); ++i)
+    charge[problem_.spheres[i].group] += std::sqrt(sites_[i].radius) * x[start_[i]];
+  return charge;
+}
+
 void System::add_tail_forces(const double* x, const double* multipoles, SphereSolution& solution) const {
   const double scale = 4 * std::numbers::pi * problem_.permittivity;
   std::vector<std::vector<std::pair<const Tail*, double>>> before(sites_.size());  // with their amplitudes
-  for (std::size_t p = 0; p < fields_.close_pairs().size(); ++p)
-    for (const Tail& tail : fields_.close_pairs()[p].tails) {
+  for (std::size_t p = 0; p < fields_->close_pairs().size(); ++p)
+    for (const Tail& tail : fields_->close_pairs()[p].tails) {
       const int degree = sites_[tail.sphere].degree;
       const double c = amplitude(x, p);
       Vec3 force = tail_force(tail, c, degree, multipoles + start_[tail.sphere]);
@@ -382,8 +431,8 @@ void System::add_tail_forces(const double* x, const double* multipoles, SphereSo
 Answer System::answer(const std::vector<double>& x, const std::vector<double>& multipoles,
                       const std::vector<double>& missed) const {
   Answer answer;
-  if (fields_.has_fixed_degree()) {
-    answer = {1, fields_.one_degree_beyond(multipoles.data(), *team_)};
+  if (fields_->has_fixed_degree()) {
+    answer = {1, fields_->one_degree_beyond(multipoles.data(), *team_)};
     for (double& value : answer.values) value = -value;
   } else {
     answer.values.resize(harmonics_size());

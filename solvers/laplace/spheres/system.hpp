@@ -37,7 +37,9 @@ class Fields {
   const std::vector<ClosePair>& close_pairs() const { return close_pairs_; }
   double narrowness() const { return narrowness_; }  ///< close_pairs.hpp
   void add(const double* multipoles, double* local, parallel::Team& team) const;
-  /// The same with local coefficients one degree above the sites' own, [site][harmonic].
+  /// Does so for eight fields at once, [harmonic][field].
+  void add(const Lanes* multipoles, Lanes* local, parallel::Team& team) const;
+  /// Local coefficients one degree above the sites' own, [site][harmonic].
   std::vector<double> one_degree_beyond(const double* multipoles, parallel::Team& team) const;
   /// Whether SphereOptions::degree is given.
   bool has_fixed_degree() const { return fixed_degree_ > 0; }
@@ -57,7 +59,7 @@ class Fields {
   void take(const std::vector<double>& degree);
   bool is_enough_for(const NearPair& pair) const;
 
-  const Mirrors* mirrors_;
+  Mirrors mirrors_;
   double accuracy_;
   int fixed_degree_;  ///< 0: none
   std::vector<Site> sites_;
@@ -84,8 +86,9 @@ class System {
 
   /// Harmonics of all spheres, then an amplitude a close pair, then an unknown a coupling.
   int size() const { return first_coupling() + given_.coupling_count(); }
-  /// x -> x + sqrt(R beta) b.
-  void apply(const double* x, double* y) const;
+  /// x -> x + sqrt(R beta) b. `T`: double, or Lanes for eight x at once.
+  template <class T>
+  void apply(const T* x, T* y) const;
   /// Takes off what would change charges that are given.
   void project(double* x) const { given_.project(x); }
   /// x of about what apply would make of it, among those that project leaves.
@@ -98,26 +101,33 @@ class System {
   /// sqrt(R) (fixed potential - potential of the sides), and of couplings the supplies: what apply(x) has to be, up to
   /// the floating potentials.
   std::vector<double> right_hand_side() const;
+  /// Right-hand side for a fixed group at 1 V and all else at 0.
+  std::vector<double> unit_potential(int group) const;
+  /// Charges of x by group over 4 pi eps: products with unit_potential.
+  std::vector<double> group_charges(const double* x) const;
   SphereSolution results(const std::vector<double>& x) const;
 
   const SphereProblem& problem() const { return problem_; }
-  const std::vector<Site>& sites() const { return fields_.sites(); }
-  const Fields& fields() const { return fields_; }
+  const std::vector<Site>& sites() const { return fields_->sites(); }
+  const Fields& fields() const { return *fields_; }
   /// A solution and the groups' potentials (V), for the history.
   Past past(const std::vector<double>& x, const std::vector<double>& group_potential) const;
   const WallPotential& wall() const { return wall_; }
   /// a of x, laid out as the sites.
-  std::vector<double> multipoles(const double* x) const;
-  double amplitude(const double* x, std::size_t pair) const {
-    return x[harmonics_size() + pair] / std::sqrt(fields_.close_pairs()[pair].energy);
+  template <class T>
+  std::vector<T> multipoles(const T* x) const;
+  template <class T>
+  T amplitude(const T* x, std::size_t pair) const {
+    return x[harmonics_size() + pair] / std::sqrt(fields_->close_pairs()[pair].energy);
   }
 
  private:
   int harmonics_size() const { return start_.back(); }
   /// a / x of a sphere's harmonics of degree l: sqrt(beta / R).
   double scale(std::size_t sphere, int l) const;
-  int first_coupling() const { return harmonics_size() + static_cast<int>(fields_.close_pairs().size()); }
-  void add_close_pairs(const double* x, const double* multipoles, double* y) const;
+  int first_coupling() const { return harmonics_size() + static_cast<int>(fields_->close_pairs().size()); }
+  template <class T>
+  void add_close_pairs(const T* x, const T* multipoles, T* y) const;
   void add_tail_forces(const double* x, const double* multipoles, SphereSolution& solution) const;
   Answer answer(const std::vector<double>& x, const std::vector<double>& multipoles,
                 const std::vector<double>& missed) const;
@@ -127,7 +137,7 @@ class System {
   SphereProblem problem_;
   Mirrors mirrors_;
   WallPotential wall_;
-  Fields fields_;
+  std::shared_ptr<const Fields> fields_;  ///< the last solve's, where nothing has moved
   const std::vector<Site>& sites_;
   std::vector<int> start_;
   parallel::Team* team_;

@@ -140,6 +140,71 @@ TEST_CASE("-field_ksp_rtol overrules the tolerance") {
 
 namespace {
 
+/// Sets options of PETSc's while it lives.
+struct ChosenOptions {
+  std::vector<std::array<const char*, 2>> list;
+  explicit ChosenOptions(std::vector<std::array<const char*, 2>> options) : list(std::move(options)) {
+    parallel::start_petsc();
+    for (const auto& [name, value] : list) parallel::check_petsc(PetscOptionsSetValue(nullptr, name, value));
+  }
+  ChosenOptions(const ChosenOptions&) = delete;
+  ~ChosenOptions() {
+    for (const auto& option : list) PetscOptionsClearValue(nullptr, option[0]);
+  }
+};
+
+/// From nothing, and from the first solution when all disks have moved.
+std::array<LaplaceSolution, 2> two_solves(bool grounded) {
+  CutCellSolver solver(options(CutCellOptions::LinearSolver::assembled));
+  LaplaceProblem problem = crowd(grounded);
+  const LaplaceSolution first = solver.solve(problem);
+  for (Body& body : problem.bodies) std::get<Disk>(body.shape).centre += Vec2{0.02, 0.01};
+  return {first, solver.solve(problem)};
+}
+
+}  // namespace
+
+TEST_CASE("PETSc's other methods give the answer of conjugate gradients") {
+  constexpr const char *method = "-field_ksp_type", *preconditioner = "-field_pc_type";
+  std::vector<std::vector<std::array<const char*, 2>>> choices = {
+      {{method, "gmres"}},
+      {{method, "fgmres"}},
+      {{method, "minres"}},
+      {{method, "bcgs"}},
+      {{method, "tfqmr"}},
+      {{method, "gcr"}, {"-field_ksp_norm_type", "unpreconditioned"}},
+      {{method, "cg"}, {"-field_ksp_norm_type", "none"}}};
+  if (parallel::process_count() == 1) {  // PETSc's own factorizations are for one process
+    choices.push_back({{method, "preonly"}, {preconditioner, "lu"}});
+    choices.push_back({{method, "preonly"}, {preconditioner, "cholesky"}});
+    choices.push_back({{method, "gmres"}, {preconditioner, "lu"}});
+  }
+  for (const bool grounded : {true, false}) {
+    const auto expected = two_solves(grounded);
+    for (const auto& choice : choices) {
+      CAPTURE(grounded);
+      CAPTURE(std::string(choice[0][1]));
+      const ChosenOptions chosen(choice);
+      const auto found = two_solves(grounded);
+      for (int k = 0; k < 2; ++k) {
+        check_same(expected[k], found[k]);
+        CHECK(found[k].residual < tolerance);
+      }
+    }
+  }
+}
+
+TEST_CASE("a method that ends before the tolerance is met fails") {
+  for (const auto& choice : std::vector<std::vector<std::array<const char*, 2>>>{
+           {{"-field_ksp_type", "preonly"}},  // one V-cycle
+           {{"-field_ksp_norm_type", "none"}, {"-field_ksp_max_it", "3"}}}) {
+    const ChosenOptions chosen(choice);
+    CHECK_THROWS_AS(two_solves(true), Failure);
+  }
+}
+
+namespace {
+
 /// Two disks of radius R at the distance 4 R, at a place and in a direction of their own; charge 1 and potential 0,
 /// walls at the exact (bipolar) potential: line charges at +-a from the middle, a^2 = d^2/4 - R^2.
 LaplaceProblem two_disks(int side, double R, int k) {

@@ -1,5 +1,7 @@
 #include "solvers/laplace/cutcell/krylov.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -13,15 +15,47 @@ namespace lichtenberg::laplace {
 namespace {
 
 PetscErrorCode stop_test(KSP, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason, void* context) {
-  auto& criterion = *static_cast<StopCriterion*>(context);
-  if (iteration == 0) criterion.scale = std::hypot(criterion.energy_norm, norm);
+  auto& krylov = *static_cast<Krylov*>(context);
+  StopCriterion& criterion = krylov.criterion;
+  if (!krylov.has_natural_norm) {
+    try {
+      norm = krylov.natural_norm_of_iterate();
+    } catch (const Failure&) {  // no exception may pass through PETSc's C code
+      *reason = KSP_DIVERGED_BREAKDOWN;
+      return 0;
+    }
+  } else if (iteration == 0) {
+    criterion.scale = std::hypot(criterion.energy_norm, norm);
+  }
   criterion.last = criterion.scale > 0 ? norm / criterion.scale : 0.0;
   *reason = KSP_CONVERGED_ITERATING;
   if (!(std::isfinite(norm)))
     *reason = KSP_DIVERGED_NANORINF;
-  else if (norm <= std::max(criterion.tolerance * criterion.scale, criterion.rounding))
+  else if (criterion.is_met_by(norm))
     *reason = iteration == 0 ? KSP_CONVERGED_ATOL : KSP_CONVERGED_RTOL;
   return 0;
+}
+
+bool is_given(const char* option) {
+  PetscBool given = PETSC_FALSE;
+  parallel::check_petsc(PetscOptionsHasName(nullptr, "field_", option, &given));
+  return given == PETSC_TRUE;
+}
+
+/// A direct method has no use for a guess and no norm to iterate by.
+bool is_direct(KSP ksp) {
+  PetscBool direct = PETSC_FALSE;
+  parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), KSPPREONLY, &direct));
+  return direct == PETSC_TRUE;
+}
+
+/// Without ground the matrix is singular, and the last pivot of its factors is rounding or 0.
+void allow_singular_factors(KSP ksp) {
+  PC pc = nullptr;
+  parallel::check_petsc(KSPGetPC(ksp, &pc));
+  PetscBool factors = PETSC_FALSE;
+  parallel::check_petsc(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(pc), &factors, PCLU, PCCHOLESKY, ""));
+  if (factors && !is_given("-pc_factor_shift_type")) parallel::check_petsc(PCFactorSetShiftType(pc, MAT_SHIFT_NONZERO));
 }
 
 }  // namespace
@@ -39,16 +73,66 @@ void Krylov::set_options(double tolerance, KSPType cg) {
   register_fused_cg();
   parallel::check_petsc(KSPSetOptionsPrefix(ksp, "field_"));
   parallel::check_petsc(KSPSetType(ksp, cg));
-  parallel::check_petsc(KSPSetNormType(ksp, KSP_NORM_NATURAL));
   parallel::check_petsc(KSPSetTolerances(ksp, tolerance, PETSC_DEFAULT, PETSC_DEFAULT, 500));
   parallel::check_petsc(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
-  parallel::check_petsc(KSPSetConvergenceTest(ksp, stop_test, &criterion, nullptr));
+  parallel::check_petsc(KSPSetConvergenceTest(ksp, stop_test, this, nullptr));
   parallel::check_petsc(KSPSetFromOptions(ksp));
+  if (is_direct(ksp)) parallel::check_petsc(KSPSetInitialGuessNonzero(ksp, PETSC_FALSE));
+  choose_norm();
+  allow_singular_factors(ksp);
   PetscReal value = 0;
   PetscBool given = PETSC_FALSE;
   parallel::check_petsc(PetscOptionsGetReal(nullptr, "field_", "-ksp_rtol", &value, &given));
   if (given) rtol = value;
 }
+
+/// Chooses the natural norm where the method supports it and options name no other. Else the method keeps its own norm
+/// and the stop criterion computes the natural one.
+void Krylov::choose_norm() {
+  KSPNormType norm = KSP_NORM_DEFAULT;
+  if (is_given("-ksp_norm_type")) {
+    parallel::check_petsc(KSPGetNormType(ksp, &norm));
+  } else {
+    parallel::check_petsc(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+    if (KSPGetNormType(ksp, &norm) != 0) {  // PETSc has no other query for support
+      norm = KSP_NORM_DEFAULT;
+      parallel::check_petsc(KSPSetNormType(ksp, norm));
+    }
+  }
+  // PETSc accepts any norm for a direct method and computes none. -field_ksp_norm_type none removes the criterion.
+  has_natural_norm = norm == KSP_NORM_NATURAL && !is_direct(ksp);
+  if (norm == KSP_NORM_NONE) parallel::check_petsc(KSPSetConvergenceTest(ksp, stop_test, this, nullptr));
+}
+
+namespace {
+
+/// sqrt(r' M r) of the residual r of the iterate (`of_iterate`) or of x.
+double natural_norm(const Krylov& krylov, bool of_iterate) {
+  ::Vec work = nullptr, residual = nullptr, preconditioned = nullptr;
+  parallel::check_petsc(VecDuplicate(krylov.b, &work));
+  parallel::check_petsc(VecDuplicate(krylov.b, &residual));
+  parallel::check_petsc(VecDuplicate(krylov.b, &preconditioned));
+  if (of_iterate) {
+    ::Vec built = nullptr;
+    parallel::check_petsc(KSPBuildResidual(krylov.ksp, work, residual, &built));
+  } else {
+    parallel::check_petsc(MatMult(krylov.matrix, krylov.x, residual));
+    parallel::check_petsc(VecAYPX(residual, -1, krylov.b));
+  }
+  PC pc = nullptr;
+  parallel::check_petsc(KSPGetPC(krylov.ksp, &pc));
+  parallel::check_petsc(PCApply(pc, residual, preconditioned));
+  // Rounding leaves a constant in the residual, which a preconditioner of a singular matrix may magnify without bound.
+  if (krylov.null_space) parallel::check_petsc(MatNullSpaceRemove(krylov.null_space, preconditioned));
+  PetscScalar product = 0;
+  parallel::check_petsc(VecDot(residual, preconditioned, &product));
+  for (::Vec* vector : {&work, &residual, &preconditioned}) parallel::check_petsc(VecDestroy(vector));
+  return std::sqrt(std::abs(product));
+}
+
+}  // namespace
+
+double Krylov::natural_norm_of_iterate() const { return natural_norm(*this, true); }
 
 void Krylov::require_shell() {
   PC pc = nullptr;
@@ -70,6 +154,10 @@ void Krylov::set_null_space(MatNullSpace space) {
 
 void Krylov::solve(LaplaceSolution& solution) {
   if (rtol) criterion.tolerance = *rtol;
+  if (!has_natural_norm) {
+    parallel::check_petsc(KSPSetUp(ksp));
+    criterion.scale = std::hypot(criterion.energy_norm, natural_norm(*this, false));
+  }
   parallel::check_petsc(KSPSolve(ksp, b, x));
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscInt iterations = 0;
@@ -77,10 +165,16 @@ void Krylov::solve(LaplaceSolution& solution) {
   parallel::check_petsc(KSPGetIterationNumber(ksp, &iterations));
   if (reason == KSP_DIVERGED_NANORINF)
     throw Failure("field solver: charges or potentials are too large for double precision, or lengths too small");
+  if (!has_natural_norm && reason > 0) {  // a method without a norm has not been tested
+    const double norm = natural_norm(*this, false);
+    criterion.last = criterion.scale > 0 ? norm / criterion.scale : 0.0;
+    if (!criterion.is_met_by(norm)) reason = KSP_DIVERGED_ITS;
+  }
   if (reason < 0)
-    throw Failure(std::string("field solver: no convergence after ") + std::to_string(iterations) + " iterations (" +
-                  KSPConvergedReasons[reason] + ", relative error estimate " + std::to_string(criterion.last) +
-                  "); a larger field.tolerance may be all that rounding allows");
+    throw Failure(
+        fmt::format("field solver: no convergence after {} iterations ({}, relative error estimate {:.2g}); a larger "
+                    "field.tolerance may be all that rounding allows",
+                    iterations, KSPConvergedReasons[reason], criterion.last));
   solution.iterations = static_cast<int>(iterations);
   solution.residual = criterion.last;
 }

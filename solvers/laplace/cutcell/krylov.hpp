@@ -2,6 +2,7 @@
 
 #include <petscksp.h>
 
+#include <algorithm>
 #include <optional>
 
 #include "solvers/laplace/problem.hpp"
@@ -17,6 +18,8 @@ struct StopCriterion {
   double scale = 0, last = 0;
   /// The norm that rounding alone gives a residual: where all potentials are one there is no energy to compare with.
   double rounding = 0;
+
+  bool is_met_by(double norm) const { return norm <= std::max(tolerance * scale, rounding); }
 };
 
 /// A KSP with its matrix and vectors.
@@ -26,7 +29,8 @@ struct Krylov {
   ::Vec x = nullptr, b = nullptr;
   MatNullSpace null_space = nullptr;
   StopCriterion criterion;
-  std::optional<double> rtol;  // -field_ksp_rtol
+  std::optional<double> rtol;    // -field_ksp_rtol
+  bool has_natural_norm = true;  ///< the method iterates by it; else the stop criterion computes it
 
   Krylov() = default;
   Krylov(const Krylov&) = delete;
@@ -34,9 +38,12 @@ struct Krylov {
   ~Krylov() { release(); }
   void release();
 
-  /// CG, of the KSP type `cg`, with the criterion above, then what the options with prefix "field_" say;
-  /// -field_ksp_rtol overrules the tolerance of every criterion.
+  /// CG, of the KSP type `cg`, with the criterion above, then what the options with prefix "field_" say: any method of
+  /// PETSc's keeps the criterion, with a norm and a first guess that it supports. -field_ksp_rtol overrules the
+  /// tolerance of every criterion.
   void set_options(double tolerance, KSPType cg = KSPCG);
+  /// sqrt(r' M r) of the residual r while the method iterates.
+  double natural_norm_of_iterate() const;
   /// Throws InputError, and releases everything, if an option asks for a preconditioner that needs a matrix.
   void require_shell();
   /// Takes over `space`; null: the matrix is regular.
@@ -44,6 +51,9 @@ struct Krylov {
   /// Solves from the guess in x until the criterion is met; sets iterations and residual of `solution`. Throws Failure
   /// without convergence.
   void solve(LaplaceSolution& solution);
+
+ private:
+  void choose_norm();
 };
 
 /// To be called after a field solve, when all that concerns it has been asked for: throws InputError if one of the

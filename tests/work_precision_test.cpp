@@ -12,6 +12,7 @@
 #include "solvers/error.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/read_scene.hpp"
+#include "validation/benchmarks/decay.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::work_precision;
@@ -233,4 +234,17 @@ TEST_CASE("JSON holds all that was measured, with machine and versions") {
   CHECK(json["points"][0]["seconds"] == 0.25);
   CHECK(json["left_out"][0]["settings"]["S"] == 64);
   CHECK(json["prices"]["positions"].size() == 3);
+}
+
+TEST_CASE("end of a decay: an exponential's is exact, others are not extrapolated") {
+  const auto decay = [](double t) { return benchmarks::Sample{t, 3 * std::exp(-0.1 * t)}; };
+  const auto end = benchmarks::end_of_decay(decay(20), decay(40), decay(100).value);
+  REQUIRE(end);
+  CHECK(*end == doctest::Approx(100));
+  CHECK_FALSE(benchmarks::end_of_decay(decay(20), decay(40), decay(401).value));  // beyond ten times 40
+  CHECK_FALSE(benchmarks::end_of_decay({20, 1}, {40, 1.1}, 0.1));                 // the error grows
+  CHECK_FALSE(benchmarks::end_of_decay({20, 1}, {40, 1}, 0.1));
+  CHECK_FALSE(benchmarks::end_of_decay({20, 1}, {20, 0.5}, 0.1));  // no interval
+  CHECK_FALSE(benchmarks::end_of_decay({20, 1}, {40, NAN}, 0.1));
+  CHECK_FALSE(benchmarks::end_of_decay({0, 0}, {40, 0.5}, 0.1));  // no sample in the middle
 }

@@ -18,6 +18,7 @@
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
 #include "solvers/parallel/petsc.hpp"
+#include "validation/benchmarks/decay.hpp"
 #include "validation/benchmarks/machine.hpp"
 #include "validation/benchmarks/scene.hpp"
 
@@ -93,9 +94,27 @@ void print(int cells, const std::string& method, Cost cost, double reference) {
   std::fflush(stdout);
 }
 
-/// The dissertation's outer iteration needs thousands of potential solves here. It gets `seconds`; how many more it
-/// would take to bring the charges within 1 % of the largest (rms) follows from the rate at which its error falls at
-/// the end.
+/// Describes when the error history of the dissertation's scheme reaches `wanted`; `one`: seconds a potential solve.
+std::string solves_to_the_end(const std::vector<double>& error, double wanted, double one, double reference) {
+  const auto reached = std::find_if(error.begin(), error.end(), [&](double e) { return e <= wanted; });
+  const double last = static_cast<double>(error.size()), middle = std::floor(last / 2);
+  std::optional<double> all;
+  if (reached != error.end())
+    all = static_cast<double>(reached - error.begin() + 1);
+  else
+    all = benchmarks::end_of_decay({middle, error[static_cast<std::size_t>(middle) - 1]}, {last, error.back()}, wanted);
+  if (!all)
+    return fmt::format("not within 1 % in charge after {} potential solves; rms error {:.2g} %, no rate to extrapolate",
+                       error.size(), std::sqrt(error.back() / wanted));
+  return fmt::format("{} potential solves to 1 % in charge{}, {:.2g} s, {:.0f} times the multigrid's",
+                     std::lround(*all),
+                     reached == error.end() ? fmt::format(" (extrapolated from {})", error.size()) : "", *all * one,
+                     *all * one / reference);
+}
+
+/// Times the dissertation's outer iteration, which needs thousands of potential solves here. It runs for `seconds`;
+/// decay.hpp extrapolates how many solves bring the charges within 1 % of the largest one (rms). Where the error does
+/// not fall fast enough for that, the row says how far it is from there instead.
 void dissertation(int cells, const LaplaceProblem& problem, double eta, double seconds, double reference) {
   RelaxationOptions options;
   options.sites = cells;
@@ -119,17 +138,9 @@ void dissertation(int cells, const LaplaceProblem& problem, double eta, double s
   double largest = 0;
   for (const Group& group : problem.groups) largest = std::max(largest, std::abs(group.charge));
   const double wanted = 0.5 * conductors * std::pow(0.01 * largest, 2);
-  const std::size_t last = error.size() - 1, middle = last / 2;
-  const double rate = std::log(error[middle] / error[last]) / static_cast<double>(last - middle);
-  const auto reached = std::find_if(error.begin(), error.end(), [&](double e) { return e <= wanted; });
-  const double all = reached != error.end() ? static_cast<double>(reached - error.begin() + 1)
-                                            : std::log(error[last] / wanted) / rate + static_cast<double>(last + 1);
   const std::string step = eta > 0 ? fmt::format("eta {}", eta) : "eta chosen a step";
   print(cells, "dissertation, " + step + ": a potential solve", {0, one, 1}, reference);
-  fmt::print(
-      "{:5d}  dissertation, {}: {} potential solves to 1 % in charge{}, {:.2g} s, {:.0f} times the multigrid's\n",
-      cells, step, std::lround(all), error[last] > wanted ? fmt::format(" (extrapolated from {})", last) : "",
-      all * one, all * one / reference);
+  fmt::print("{:5d}  dissertation, {}: {}\n", cells, step, solves_to_the_end(error, wanted, one, reference));
 }
 
 /// Root mean square over the groups of the difference of two solutions' potentials.

@@ -14,6 +14,7 @@
 #include "src/statics/minimization.hpp"
 #include "src/statics/potential_energy.hpp"
 #include "src/version.hpp"
+#include "validation/benchmarks/decay.hpp"
 
 using namespace lichtenberg;
 
@@ -56,13 +57,11 @@ void print_row(int count, const std::string& method, std::int64_t iterations, st
   std::fflush(stdout);
 }
 
-/// What is not at rest in time is extrapolated by the rate at which the force fell in the second half. That gives a
-/// time it will not do it in, and no more: the slowest ways down are left last, and the rate falls.
-std::string extrapolated(double half_time, double half_force, double time, double force, double tolerance) {
-  const double rate = std::log(half_force / force) / (time - half_time);
-  if (!(rate > 0)) return "not at rest";
-  return fmt::format("not at rest; extrapolated by a rate that falls: later than {:.3g} s",
-                     time + std::log(force / tolerance) / rate);
+/// Describes a packing that is not at rest when its time is over. The rate at which the force fell in the second half
+/// gives a lower bound on the time to rest, since the slowest modes are left last and the rate falls.
+std::string not_at_rest(benchmarks::Sample half, benchmarks::Sample last, double tolerance) {
+  const std::optional<double> end = benchmarks::end_of_decay(half, last, tolerance);
+  return end ? fmt::format("not at rest; extrapolated by a rate that falls: later than {:.3g} s", *end) : "not at rest";
 }
 
 void run_ours(const Options& options, int count, const std::string& method) {
@@ -76,9 +75,10 @@ void run_ours(const Options& options, int count, const std::string& method) {
   const double unit = minimization.force_unit();
   print_row(count, method, minimization.iteration(), minimization.evaluations(), clock, minimization.energy(),
             minimization.largest_force() / unit,
-            minimization.at_rest() ? ""
-                                   : extrapolated(half_time, half_force / unit, clock.wall(),
-                                                  minimization.largest_force() / unit, options.tolerance));
+            minimization.at_rest()
+                ? ""
+                : not_at_rest({half_time, half_force / unit}, {clock.wall(), minimization.largest_force() / unit},
+                              options.tolerance));
 }
 
 /// The same energy in the hands of PETSc's limited-memory variable metric method.

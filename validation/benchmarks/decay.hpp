@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cmath>
+#include <optional>
+
+// Extrapolation of a convergence history, for methods that a benchmark does not run to the end.
+
+namespace lichtenberg::benchmarks {
+
+struct Sample {
+  double at, value;  ///< iterations or seconds; an error or a force, in any unit
+};
+
+/// Returns where the exponential decay through `middle` and `last` reaches `target`, in the unit of Sample::at. Returns
+/// nothing if the samples do not fall, or if that place is farther than `farthest` times the length of the history: a
+/// rate observed over one interval says nothing about times many intervals later.
+inline std::optional<double> end_of_decay(Sample middle, Sample last, double target, double farthest = 10) {
+  if (!(last.value > 0) || !(target > 0) || !(last.at > middle.at)) return std::nullopt;
+  const double rate = std::log(middle.value / last.value) / (last.at - middle.at);
+  if (!(rate > 0) || !std::isfinite(rate)) return std::nullopt;
+  const double end = last.at + std::log(last.value / target) / rate;
+  if (!(end >= last.at) || end > farthest * last.at) return std::nullopt;
+  return end;
+}
+
+}  // namespace lichtenberg::benchmarks

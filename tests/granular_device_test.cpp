@@ -138,6 +138,7 @@ TEST_CASE("a step of a neutral gas on the device is the CPU's to rounding") {
     const Checkpoint start = cpu.gas.save();
     const auto device = granular::device::make_host_gas(scene);
     device->load(start, cpu.gas.law(), false);
+    CHECK(device->potential_energy() == 0);
     for (int n = 0; n < 60; ++n) {
       cpu.step(10);
       device->step(10);

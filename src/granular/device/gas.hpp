@@ -54,6 +54,7 @@ class GasOn final : public DeviceGas {
     return now;
   }
   double potential_energy() override {
+    if (!sums_) return 0;
     if (lists_.skin() == 0) begin();
     if (!std::exchange(energy_known_, true)) recharge_once();
     return gas_.book.download().front().energy;

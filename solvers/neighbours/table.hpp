@@ -211,10 +211,10 @@ class NeighbourTable {
     const int parts = columns_;
     const RowParts<PlaceOf> visit{window, within, place_of, n, parts, once};
     int* start = start_.data();
-    run_->template for_each<128>(threads, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    run_->template for_each<128>(threads + 1L, [=] LICHTENBERG_HOST_DEVICE(int k) {
       int count = 0;
-      visit(k, [&](int) { ++count; });
-      start[k % n * parts + k / n] = count;
+      if (k < threads) visit(k, [&](int) { ++count; });
+      start[k < threads ? k % n * parts + k / n : threads] = count;
     });
     run_->exclusive_scan(start, static_cast<long>(threads) + 1);
     int total = 0;

@@ -74,7 +74,8 @@ class Parcel {
   struct Part {
     T *host = nullptr, *device = nullptr;
   };
-  /// Makes room for so many of each T, in this order, in place of all that was there; undefined at first.
+  /// Allocates counts[k] values of the k-th T, in this order, and frees what was allocated before. The device's bytes
+  /// are 0, the host's undefined.
   template <class... T>
   std::tuple<Part<T>...> divide(const std::array<std::size_t, sizeof...(T)>& counts) {
     release();
@@ -82,6 +83,7 @@ class Parcel {
     const std::size_t* count = counts.data();
     ((size_ += rounded(*count++ * sizeof(T))), ...);
     device_.resize(size_);
+    device_.zero();  // begin_fetch() copies what lies between the arrays, too
     host_ = static_cast<char*>(run_->allocate_on_host(size_));
     count = counts.data();
     std::size_t end = 0;

@@ -35,9 +35,12 @@ class ChargeSums {
 
   /// For what n charges feel.
   void make_room(int n) {
+    if (n != n_) {
+      felt_.resize(n);
+      force_.resize(n);
+      felt_.zero(), force_.zero();  // grains are sorted, with these, before the first evaluation
+    }
     n_ = n;
-    felt_.resize(n);
-    force_.resize(n);
   }
   /// For n charges that are sorted in cells, and move by at most `moved` before they are sorted again.
   void arrange(int n, const CellsView& cells, double moved) {

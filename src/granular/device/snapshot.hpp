@@ -21,7 +21,7 @@ struct TurnsAround {
 struct OpenContact {
   int i, j;
   double since, impact_speed;
-  int alone;
+  int alone, unused = 0;  // no padding: all bytes are copied
 };
 
 /// What a checkpoint has of a grain.

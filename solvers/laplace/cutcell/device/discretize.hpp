@@ -40,10 +40,11 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
     const Outline outline{shape.kind, shape.centre / grid.h, shape.end / grid.h, shape.size / grid.h};
     grid.outline[body] = outline;
     const int g = problem.group_of[body];
-    const bool alone = problem.sets.is_alone
-                           ? problem.sets.is_alone[g]
-                           : problem.floating[g] && problem.first_rank[g + 1] - problem.first_rank[g] == 1;
-    const bool resolved = !grid.medium || is_resolved(outline, alone);
+    const auto is_alone = [&] {  // of coarse grids only: the sets are found from the finest grid's links
+      return problem.sets.is_alone ? problem.sets.is_alone[g] != 0
+                                   : problem.floating[g] && problem.first_rank[g + 1] - problem.first_rank[g] == 1;
+    };
+    const bool resolved = !grid.medium || is_resolved(outline, is_alone());
     grid.resolved[body] = resolved;
     grid.present[body] = !resolved;  // it needs no cell
     grid.cell_owner[body] = -1;

@@ -3,6 +3,7 @@
 #include <cuda_runtime.h>
 
 #include <bit>
+#include <cstdlib>
 #include <cstring>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
@@ -33,6 +34,17 @@ inline void require_cuda_device() {
                    cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
 }
 
+/// Whether the host decides on conditions and loops, in place of conditional nodes in graphs: the environment variable
+/// LICHTENBERG_CUDA_LOOPS is "host". The tools of compute-sanitizer 2025.3 report false errors or crash for kernels in
+/// such nodes; results have the same bits. Throws InputError for other values than "host" and "device".
+inline bool cuda_loops_on_host() {
+  const char* name = "LICHTENBERG_CUDA_LOOPS";
+  const char* value = std::getenv(name);
+  const std::string wanted = value ? value : "device";
+  if (wanted == "host" || wanted == "device") return wanted == "host";
+  throw InputError(std::string(name) + ": \"" + wanted + "\" is neither \"device\" nor \"host\"");
+}
+
 /// Whether a kernel is brought to the processors after those ahead of it, or before they are done (begin_kernel).
 enum class KernelStart { in_turn, early };
 
@@ -49,8 +61,9 @@ class CudaExecutor {
     check_cuda(cudaGetDevice(&device));
     check_cuda(cudaDeviceGetAttribute(&generation, cudaDevAttrComputeCapabilityMajor, device));
     starts_early_ = start == KernelStart::early && generation >= 9;
-    sums_ = allocate(sizeof(int) + sums_size);
-    fill(sums_, 0, sizeof(int) + sums_size);
+    sums_ = allocate(2 * sizeof(int) + sums_size);
+    fill(sums_, 0, 2 * sizeof(int) + sums_size);
+    more_ = reinterpret_cast<int*>(static_cast<char*>(sums_) + sums_size) + 1;
   }
   CudaExecutor(const CudaExecutor&) = delete;
   CudaExecutor& operator=(const CudaExecutor&) = delete;
@@ -242,8 +255,11 @@ class CudaExecutor {
     cudaGraphExec_t graph_ = nullptr;
   };
 
+  /// Records the kernels that f launches as a graph, and launches the graph. Where the host decides on loops, f
+  /// launches the kernels itself.
   template <class F>
   void run(Recording& recording, F f) const {
+    if (host_decides_) return f();
     if (!recording.graph_) {
       check_cuda(cudaStreamBeginCapture(recorder_, cudaStreamCaptureModeRelaxed));
       cudaStream_t stream = std::exchange(stream_, recorder_);
@@ -260,12 +276,20 @@ class CudaExecutor {
 
   template <class F>
   void when(const int* flag, F f) const {
+    if (host_decides_) {
+      if (value_of(flag)) f();
+      return;
+    }
     const cudaGraphConditionalHandle condition = make_condition();
     launch(condition_kernel<int>, 1, 1, 0, condition, flag);
     conditionally(cudaGraphCondTypeIf, condition, f);
   }
   template <class F>
   void repeat_while(const int* flag, F f) const {
+    if (host_decides_) {
+      while (value_of(flag)) f();
+      return;
+    }
     const cudaGraphConditionalHandle condition = make_condition();
     launch(condition_kernel<int>, 1, 1, 0, condition, flag);
     conditionally(cudaGraphCondTypeWhile, condition, [&] {
@@ -276,9 +300,16 @@ class CudaExecutor {
   using Again = CudaAgain;
   template <class F>
   void repeat(F f) const {
+    if (host_decides_) {
+      do {
+        fill(more_, 0, sizeof(int));
+        f(Again{.more = more_});
+      } while (value_of(more_));
+      return;
+    }
     cudaGraphConditionalHandle condition{};
     check_cuda(cudaGraphConditionalHandleCreate(&condition, recorded().graph, 1, cudaGraphCondAssignDefault));
-    conditionally(cudaGraphCondTypeWhile, condition, [&] { f(Again{condition}); });
+    conditionally(cudaGraphCondTypeWhile, condition, [&] { f(Again{.condition = condition}); });
   }
 
   template <class F>
@@ -374,6 +405,11 @@ class CudaExecutor {
     check_cuda(cudaStreamGetCaptureInfo(stream_, &status, nullptr, &now.graph, &now.before, &now.how, &now.count));
     if (status != cudaStreamCaptureStatusActive) throw Failure("CUDA device: a condition outside of a recording");
     return now;
+  }
+  int value_of(const int* flag) const {
+    int value = 0;
+    to_host(&value, flag, sizeof(int));
+    return value;
   }
   cudaGraphConditionalHandle make_condition() const {
     cudaGraphConditionalHandle condition{};
@@ -471,6 +507,8 @@ class CudaExecutor {
   static constexpr long most_sums = 1024;
   static constexpr std::size_t sums_size = most_sums * 16 * sizeof(double);
   void* sums_ = nullptr;  // of blocks, and how many are done
+  int* more_ = nullptr;   // behind them: what Again was last given, if the host decides
+  bool host_decides_ = cuda_loops_on_host();
 };
 
 }  // namespace lichtenberg::parallel

@@ -336,13 +336,18 @@ __global__ void condition_kernel(cudaGraphConditionalHandle condition, const Fla
   cudaGraphSetConditional(condition, *flag != 0);
 }
 
-/// Whether what is being recorded within `repeat` is done again.
+/// Whether the body of CudaExecutor::repeat is run again: told to the graph's condition or, if the host decides, to
+/// `more`.
 struct CudaAgain {
-  cudaGraphConditionalHandle condition;
+  cudaGraphConditionalHandle condition{};
+  int* more = nullptr;
 
   __host__ __device__ void operator()(bool go) const {
 #ifdef __CUDA_ARCH__
-    cudaGraphSetConditional(condition, go);
+    if (more)
+      *more = go;
+    else
+      cudaGraphSetConditional(condition, go);
 #endif
   }
 };

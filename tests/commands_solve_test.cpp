@@ -269,6 +269,49 @@ TEST_CASE("electrodes alone are a scene: a plate capacitor has the charges and t
   check_refused(run(folder, "solve empty.toml"), "nothing makes a field");
 }
 
+TEST_CASE("solve --capacitance: a group is the row of the matrix") {
+  const Folder folder;
+  // Conductors 0 and 1 are one group; in space two electrodes at one potential are one, too.
+  const std::string wired = "[[conductor]]\nradius = 1e-3\ngroup = \"pair\"\n";
+  const std::string last = "[[conductor]]\nradius = 1e-3\ncharge = -3e-11\n";
+  const std::string medium = "[medium]\npermittivity = 4e-11\n[[group]]\nname = \"pair\"\ncharge = 1e-10\n";
+  const auto electrode = [](const std::string& name, const std::string& shape, const std::string& place) {
+    return "[[electrode]]\nname = \"" + name + "\"\nshape = \"" + shape + "\"\n" + place +
+           "\nradius = 1e-3\npotential = 7.0\n";
+  };
+  folder.write("plane.toml", "[domain]\nsize = [16e-3, 16e-3]\nbottom = { potential = 10.0 }\n" + medium + wired +
+                                 "position = [4e-3, 6e-3]\n" + wired + "position = [7e-3, 6e-3]\n" + last +
+                                 "position = [12e-3, 7e-3]\n" + electrode("a", "disk", "centre = [5e-3, 13e-3]") +
+                                 electrode("b", "disk", "centre = [11e-3, 13e-3]") +
+                                 "[effects.floating_conductors]\n[field]\nmethod = \"multipole\"\n");
+  folder.write("space.toml", "[domain]\nsize = [16e-3, 16e-3, 16e-3]\nbottom = { potential = 10.0 }\n" + medium +
+                                 wired + "position = [4e-3, 6e-3, 8e-3]\n" + wired + "position = [7e-3, 6e-3, 8e-3]\n" +
+                                 last + "position = [12e-3, 7e-3, 8e-3]\n" +
+                                 electrode("a", "sphere", "position = [5e-3, 13e-3, 8e-3]") +
+                                 electrode("b", "sphere", "position = [11e-3, 13e-3, 8e-3]") +
+                                 "[effects.floating_conductors]\n[field]\naccuracy = 1e-8\n");
+  for (const std::string scene : {"plane.toml", "space.toml"}) {
+    CAPTURE(scene);
+    const Ended ended = run(folder, "solve " + scene + " --capacitance --json");
+    REQUIRE_MESSAGE(ended.status == 0, ended.err);
+    const json answer = json::parse(ended.out);
+    const json& matrix = answer["capacitance"]["matrix"];
+    std::vector<double> potential(matrix.size()), charge(matrix.size());
+    for (const char* list : {"conductors", "electrodes"})
+      for (const json& one : answer[list]) {
+        potential[one["group"].get<int>()] = one["potential"].get<double>();
+        charge[one["group"].get<int>()] += one["charge"].get<double>();
+      }
+    for (std::size_t i = 0; i < matrix.size(); ++i) {
+      double made = 0;
+      for (std::size_t j = 0; j < matrix.size(); ++j) made += matrix[i][j].get<double>() * potential[j];
+      CHECK(std::abs(made - charge[i]) < 1e-6 * 1e-10);
+    }
+    if (scene == "space.toml") CHECK(answer["capacitance"]["groups"][2] == "a, b");
+    CHECK(answer["conductors"][2]["group"] == 1);
+  }
+}
+
 TEST_CASE("a sphere between two plates: the capacitance matrix has the plates, and says what charges they have") {
   const Folder folder;
   folder.write("plates.toml", plates_in_space);

@@ -107,7 +107,9 @@ def solve(scene, **options):
     on). The scene is a path, or a dictionary with the keys of a scene file, arrays allowed.
 
     Returns an object with the arrays potential, charge, radius, group [N], force, position [N, 2] or [N, 3], in SI, and all
-    else that `solve --json` prints by its names there; with capacitance=True, capacitance.matrix and capacitance.groups.
+    else that `solve --json` prints by its names there; with capacitance=True, capacitance.matrix, whose rows group counts,
+    and capacitance.groups, their names. Charged grains have no group, and dipole [N, 3] if they are polarized; their units
+    are the scene's reduced ones, by name in units.
     Throws InputError and Failure."""
     with SceneFile(scene) as path:
         answer = json.loads(call("solve", path, "--json", *options_of(options)))

@@ -20,10 +20,12 @@ std::vector<std::string> name_groups(const Scene& scene, const std::vector<int>&
   std::vector<std::vector<int>> members(groups);
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) members[group_of_body[i]].push_back(static_cast<int>(i));
   std::vector<std::string> names(groups);
-  for (std::size_t e = 0; e < scene.electrodes.size(); ++e)
-    names[group_of_body[scene.conductors.size() + e]] = scene.electrodes[e].name;
   for (std::size_t g = 0; g < names.size(); ++g)
     if (!members[g].empty()) names[g] = name_of_group(scene, members[g]);
+  for (std::size_t e = 0; e < scene.electrodes.size(); ++e) {
+    std::string& name = names[group_of_body[scene.conductors.size() + e]];
+    name += (name.empty() ? "" : ", ") + scene.electrodes[e].name;
+  }
   return names;
 }
 

@@ -17,7 +17,7 @@ struct FieldProblem {
 };
 
 /// Contacts that exist at the start are made. A group is named after the scene's [[group]] if it holds one, otherwise
-/// after its conductors, an electrode's after the electrode. Throws InputError if the scene has no field.
+/// after its conductors, and after the electrodes that have its potential. Throws InputError if the scene has no field.
 FieldProblem make_field_problem(const Scene& scene);
 
 /// As `explain` and `solve` name it.

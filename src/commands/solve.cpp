@@ -36,6 +36,7 @@ struct SolveArguments {
 struct TerminalAnswer {
   std::string name;
   double potential = 0, charge = 0;  ///< V, C
+  int group = 0;                     ///< its row of the capacitance matrix
 };
 
 /// The charge on each of these when one is at 1 V and all others at 0 V.
@@ -76,7 +77,7 @@ void print_conductors(const Answer& answer) {
   for (int i = 0; i < answer.size(); ++i) {
     const Conductor& conductor = answer.scene.conductors[i];
     fmt::print("{:>9}{} {:>11.4g} {:>6} {:>14.7g} {:>13.6g}{}\n", i,
-               columns_of(conductor.position, answer, " {:>12.6g}"), conductor.radius, answer.field.groups.id[i],
+               columns_of(conductor.position, answer, " {:>12.6g}"), conductor.radius, answer.field.group_of_body[i],
                answer.potential(i), answer.charge(i), columns_of(answer.force[i], answer, " {:>13.6g}"));
   }
 }
@@ -118,22 +119,26 @@ std::vector<TerminalAnswer> terminals(const Answer& answer) {
   std::vector<TerminalAnswer> found;
   const laplace::LaplaceSolution& solution = answer.solution;
   const std::vector<int>& group = answer.field.group_of_body;
+  const std::vector<int> joined = joined_sides(answer.scene), first = first_sides(joined);
+  const auto row_of_side = [&](std::size_t s) {
+    return static_cast<int>(answer.field.group_names.size() + (std::ranges::find(first, joined[s]) - first.begin()));
+  };
   std::size_t body = answer.scene.conductors.size(), side = 0;
   for (const effects::Terminal& terminal : effects::terminals_of(answer.scene)) {
     if (body < group.size()) {
-      found.push_back(
-          {terminal.name, solution.group_potential[group[body]], answer.depth() * solution.body_charge[body]});
+      found.push_back({terminal.name, solution.group_potential[group[body]],
+                       answer.depth() * solution.body_charge[body], group[body]});
       ++body;
       continue;
     }
     while (!answer.scene.domain.sides[side].electrode) ++side;
-    found.push_back({terminal.name, terminal.potential, answer.depth() * answer.side_charge[side++]});
+    found.push_back({terminal.name, terminal.potential, answer.depth() * answer.side_charge[side], row_of_side(side)});
+    ++side;
   }
   if (answer.charge_of_joined_sides) {
-    const std::vector<int> joined = joined_sides(answer.scene);
-    const int first = first_sides(joined).front();
-    found.push_back(
-        {name_of_sides(joined, first), answer.scene.domain.sides[first].potential, *answer.charge_of_joined_sides});
+    const int all = first.front();
+    found.push_back({name_of_sides(joined, all), answer.scene.domain.sides[all].potential,
+                     *answer.charge_of_joined_sides, row_of_side(all)});
   }
   return found;
 }
@@ -142,19 +147,18 @@ void print_terminals(const Answer& answer) {
   const std::vector<TerminalAnswer> all = terminals(answer);
   if (all.empty()) return;
   fmt::print("\n{:>14} {:>13}  electrode\n", "potential (V)", "charge (C)");
-  for (const auto& [name, potential, charge] : all)  // of sides that meet at an edge the sum alone is known
+  for (const auto& [name, potential, charge, group] : all)  // of sides that meet at an edge the sum alone is known
     fmt::print("{:>14.7g} {:>13}  {}\n", potential, std::isnan(charge) ? "unknown" : fmt::format("{:.6g}", charge),
                name);
 }
 
 void print_capacitance(const Answer& answer) {
   const auto& [names, matrix] = answer.capacitance;
-  fmt::print(
-      "\ncapacitance matrix (F): charge on the row's conductor when the column's is at 1 V, all others at 0 V\n");
+  fmt::print("\ncapacitance matrix (F): charge on the row's group when the column's is at 1 V, all others at 0 V\n");
   for (std::size_t row = 0; row < names.size(); ++row) {
     for (std::size_t column = 0; column < names.size(); ++column)
       fmt::print("{:>14.6e}", matrix[row * names.size() + column]);
-    fmt::print("  {}\n", names[row]);
+    fmt::print("  {}: {}\n", row, names[row]);
   }
 }
 
@@ -192,7 +196,7 @@ nlohmann::ordered_json conductor_json(const Answer& answer, int i) {
   const Conductor& conductor = answer.scene.conductors[i];
   return {{"position", components(conductor.position, answer.scene.dimension())},
           {"radius", conductor.radius},
-          {"group", answer.field.groups.id[i]},
+          {"group", answer.field.group_of_body[i]},
           {"potential", answer.potential(i)},
           {"charge", answer.charge(i)},
           {"force", components(answer.force[i], answer.scene.dimension())}};
@@ -213,8 +217,8 @@ void print_json(const Answer& answer) {
   json["conductors"] = nlohmann::ordered_json::array();
   for (int i = 0; i < answer.size(); ++i) json["conductors"].push_back(conductor_json(answer, i));
   json["electrodes"] = nlohmann::ordered_json::array();
-  for (const auto& [name, potential, charge] : terminals(answer))
-    json["electrodes"].push_back({{"name", name}, {"potential", potential}, {"charge", charge}});
+  for (const auto& [name, potential, charge, group] : terminals(answer))
+    json["electrodes"].push_back({{"name", name}, {"potential", potential}, {"charge", charge}, {"group", group}});
   json["energy"] = answer.energy();
   if (!answer.in_space()) json["depth"] = answer.depth();
   json["units"] = {{"position", "m"}, {"radius", "m"}, {"potential", "V"}, {"charge", "C"},

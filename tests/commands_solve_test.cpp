@@ -119,6 +119,77 @@ TEST_CASE("solve --json: the two disks of the shipped scene") {
   CHECK(matrix[0][1].get<double>() == near(-matrix[1][1].get<double>(), 1e-8));
 }
 
+namespace {
+
+/// Rock salt: eight charged grains in a periodic cube, 1.5 d0 apart.
+std::string rock_salt(const std::string& effects) {
+  std::string scene = "[reference]\n[domain]\nsize = [3, 3, 3]\n";
+  for (const char* side : {"left", "right", "bottom", "top", "front", "back"})
+    scene += std::string(side) + " = \"periodic\"\n";
+  for (int i = 0; i < 8; ++i)
+    scene += fmt::format("[[conductor]]\nposition = [{}, {}, {}]\nradius = 0.5\ncharge = {}\n", 0.1 + 1.5 * (i & 1),
+                         0.2 + 1.5 * (i >> 1 & 1), 0.3 + 1.5 * (i >> 2), (i ^ i >> 1 ^ i >> 2) & 1 ? -1 : 1);
+  return scene + "[effects.linear_contact]\n" + effects;
+}
+
+}  // namespace
+
+TEST_CASE("solve: charged grains have the energy and the potentials of rock salt") {
+  const Folder folder;
+  constexpr double madelung = 1.747564594633182, strength = 0.3;
+  for (const std::string sum : {"mesh", "ewald"}) {
+    CAPTURE(sum);
+    folder.write("salt.toml", rock_salt("[effects.coulomb]\nstrength = 0.3\naccuracy = 1e-7\nsum = \"" + sum + "\"\n"));
+    const Ended ended = run(folder, "solve salt.toml --json");
+    REQUIRE_MESSAGE(ended.status == 0, ended.err);
+    const json answer = json::parse(ended.out);
+    CHECK(answer["method"] == sum);
+    CHECK(answer["units"]["energy"] == "m0 v0^2");
+    CHECK(answer["energy"].get<double>() == near(-4 * strength * madelung / 1.5, 1e-6));
+    REQUIRE(answer["conductors"].size() == 8);
+    for (const json& grain : answer["conductors"]) {
+      CHECK(grain["potential"].get<double>() * grain["charge"].get<double>() == near(-madelung / 1.5, 1e-6));
+      for (const double force : grain["force"]) CHECK(std::abs(force) < 1e-6);  // by symmetry
+      CHECK_FALSE(grain.contains("dipole"));
+    }
+  }
+  const std::string table = run(folder, "solve salt.toml").out;
+  CHECK(contains(table, fmt::format("energy      {:.7g} m0 v0^2", -4 * strength * madelung / 1.5)));
+}
+
+TEST_CASE("solve: forces on polarized grains are the slope of the energy") {
+  const Folder folder;
+  for (const std::string degree : {"1", "3"}) {
+    CAPTURE(degree);
+    folder.write("salt.toml", rock_salt("[effects.coulomb]\nsum = \"ewald\"\naccuracy = 1e-9\n"
+                                        "[effects.induced_dipoles]\npolarizability = 0.05\ntolerance = 1e-9\n"
+                                        "degree = " +
+                                        degree + "\n"));
+    const auto solved = [&](double x) {
+      const Ended ended =
+          run(folder, fmt::format("solve salt.toml --json --set conductor[0].position=[{},0.2,0.3]", x));
+      REQUIRE_MESSAGE(ended.status == 0, ended.err);
+      return json::parse(ended.out);
+    };
+    const json here = solved(0.3);
+    constexpr double h = 1e-3;  // its square over that of the distance is the error of the difference
+    const double slope = (solved(0.3 + h)["energy"].get<double>() - solved(0.3 - h)["energy"].get<double>()) / (2 * h);
+    CHECK(here["conductors"][0]["force"][0].get<double>() == near(-slope, 1e-5));
+    CHECK(here["conductors"][0]["dipole"].size() == 3);
+  }
+}
+
+TEST_CASE("solve: what is for conductors is refused of charged grains") {
+  const Folder folder;
+  folder.write("salt.toml", rock_salt("[effects.coulomb]\n"));
+  check_refused(run(folder, "solve salt.toml --capacitance"), "--capacitance is for scenes of conductors");
+  check_refused(run(folder, "solve salt.toml --field f.hdf"), "--field is for scenes of conductors");
+  check_refused(run(folder, "solve salt.toml --picture p.png"), "--picture is for scenes of conductors");
+  check_refused(run(folder, "solve salt.toml --device cuda"), "--device cuda is for scenes of conductors");
+  folder.write("neutral.toml", rock_salt(""));
+  check_refused(run(folder, "solve neutral.toml"), "[effects.coulomb]");
+}
+
 TEST_CASE("solve's table has the numbers of its JSON") {
   const Folder folder;
   folder.write("small.toml", small_scene);

@@ -16,6 +16,7 @@
 #include "src/commands/field_problem.hpp"
 #include "src/commands/output.hpp"
 #include "src/commands/scratch_folder.hpp"
+#include "src/commands/solve_grains.hpp"
 #include "src/effects/conductor_frame.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/groups.hpp"
@@ -384,8 +385,19 @@ void solve_in_plane(Answer& answer, const SolveArguments& request) {
   if (request.capacitance) answer.capacitance = capacitances(*solver, answer);
 }
 
-Answer solve(const SolveArguments& request) {
-  Answer answer{.scene = read_scene_for(request.scene, request.device, request.settings)};
+/// Throws InputError for options that need conductors or a grid.
+void check_for_grains(const SolveArguments& request) {
+  const auto refuse_it = [](const char* option) {
+    throw InputError(fmt::format("{} is for scenes of conductors: leave it out for charged grains", option));
+  };
+  if (request.capacitance) refuse_it("--capacitance");
+  if (!request.field.empty()) refuse_it("--field");
+  if (!request.picture.empty()) refuse_it("--picture");
+  if (request.device == name_of(FieldDevice::cuda)) refuse_it("--device cuda");
+}
+
+Answer solve(const SolveArguments& request, Scene scene) {
+  Answer answer{.scene = std::move(scene)};
   effects::check_processes(&answer.scene.field_table);
   answer.field = make_field_problem(answer.scene);
   answer.in_space() ? solve_in_space(answer, request) : solve_in_plane(answer, request);
@@ -397,12 +409,12 @@ Answer solve(const SolveArguments& request) {
 Command solve_command() {
   auto request = std::make_shared<SolveArguments>();
   return {"solve",
-          "Solves the field of a scene's first instant once",
+          "Solves the field of a scene's first instant once, of conductors or of charged grains",
           {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
            device_argument(request->device),
            set_argument(request->settings),
            {"--capacitance", &request->capacitance, "the capacitance matrix as well: one more solve a group"},
-           {"--json", &request->json, "print JSON (SI units) in place of a table"},
+           {"--json", &request->json, "print JSON (SI units, reduced ones of grains) in place of a table"},
            {"--field", &request->field,
             "write potential and bodies to this file (VTKHDF; ParaView opens it if its name ends in .hdf)"},
            {"--picture", &request->picture, "draw potential and conductors into this file: .png, .pdf or .svg"},
@@ -411,7 +423,12 @@ Command solve_command() {
             if (!request->field.empty()) check_output("--field", request->field, request->overwrite);
             if (!request->picture.empty()) check_picture("--picture", request->picture);
             if (!request->picture.empty()) check_output("--picture", request->picture, request->overwrite);
-            const Answer answer = solve(*request);
+            Scene scene = read_scene_for(request->scene, request->device, request->settings);
+            if (scene.reference) {
+              check_for_grains(*request);
+              return solve_grains(scene, request->json);
+            }
+            const Answer answer = solve(*request, std::move(scene));
             request->json ? print_json(answer) : print_table(answer);
             print_warnings(warnings_of(answer));
           }};

@@ -1,0 +1,125 @@
+#include "src/commands/solve_grains.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "solvers/error.hpp"
+#include "solvers/neighbours/pairs.hpp"
+#include "solvers/stopwatch.hpp"
+#include "src/commands/output.hpp"
+#include "src/effects/coulomb.hpp"
+#include "src/effects/induced_dipoles.hpp"
+#include "src/model/frame.hpp"
+
+namespace lichtenberg {
+namespace {
+
+/// In the scene's reduced units.
+struct GrainAnswer {
+  Bodies bodies;
+  std::vector<double> potential;  ///< q0/d0, of all other charges and dipoles at a grain's centre
+  std::vector<Vec3> force;        ///< m0 v0^2/d0
+  std::vector<Vec3> dipole;       ///< q0 d0; empty without [effects.induced_dipoles]
+  double energy = 0;              ///< m0 v0^2
+  std::string method;
+  std::optional<double> accuracy;  ///< asked for, where the sum has one
+  std::vector<std::string> warnings;
+  double seconds = 0;
+};
+
+void describe_method(const Scene& scene, GrainAnswer& answer) {
+  const auto& options = *scene.effects.find<effects::CoulombOptions>();
+  const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
+  if (dipoles && dipoles->degree > 1) {
+    answer.method = fmt::format("multipoles to degree {}", dipoles->degree);
+    answer.accuracy = dipoles->tolerance;
+    return;
+  }
+  answer.method = name_of(options.sum);
+  if (options.sum == effects::CoulombSum::mesh || options.sum == effects::CoulombSum::ewald)
+    answer.accuracy = options.accuracy;
+}
+
+GrainAnswer find_forces(const Scene& scene) {
+  if (!scene.effects.has("coulomb"))
+    throw InputError(
+        fmt::format("{} has no table [effects.coulomb], so its grains have no field to solve", scene.path));
+  if (scene.conductors.empty()) throw InputError(fmt::format("{} has no grains to solve the field of", scene.path));
+  GrainAnswer answer{.bodies = make_bodies(scene)};
+  answer.bodies.charge = initial_charges(scene);
+  describe_method(scene, answer);
+  {
+    const Stopwatch watch(answer.seconds);
+    const effects::Coulomb coulomb(scene);
+    std::vector<Pair> pairs;
+    if (const auto range = coulomb.needs().neighbour_range)
+      pairs = pairs_closer_than(spheres<3>(answer.bodies), *range);
+    const State state{.bodies = answer.bodies, .neighbours = pairs};
+    answer.energy = coulomb.stored_energy(state);
+    Frame frame;
+    coulomb.add_columns(state, frame);
+    answer.potential = frame.reals("coulomb_potential");
+    answer.force = frame.vectors("coulomb_force");
+    if (scene.effects.has("induced_dipoles")) answer.dipole = frame.vectors("dipole");
+    answer.warnings = coulomb.warnings();
+  }
+  return answer;
+}
+
+std::array<double, 3> components(Vec3 v) { return {v.x, v.y, v.z}; }
+
+void print_json(const GrainAnswer& answer) {
+  nlohmann::ordered_json json;
+  json["conductors"] = nlohmann::ordered_json::array();
+  for (int i = 0; i < answer.bodies.size(); ++i) {
+    nlohmann::ordered_json grain = {{"position", components(position_in_space(answer.bodies, i))},
+                                    {"radius", answer.bodies.radius[i]},
+                                    {"charge", answer.bodies.charge[i]},
+                                    {"potential", answer.potential[i]},
+                                    {"force", components(answer.force[i])}};
+    if (!answer.dipole.empty()) grain["dipole"] = components(answer.dipole[i]);
+    json["conductors"].push_back(std::move(grain));
+  }
+  json["energy"] = answer.energy;
+  json["units"] = {{"position", "d0"},      {"radius", "d0"},    {"charge", "q0"},     {"potential", "q0/d0"},
+                   {"force", "m0 v0^2/d0"}, {"dipole", "q0 d0"}, {"energy", "m0 v0^2"}};
+  json["method"] = answer.method;
+  if (answer.accuracy) json["accuracy"] = {{"asked", *answer.accuracy}};
+  json["warnings"] = answer.warnings;
+  json["seconds"] = {{"solve", answer.seconds}};
+  fmt::print("{}\n", json.dump(2));
+}
+
+std::string columns_of(Vec3 v, const char* format) {
+  std::string text;
+  for (const double component : components(v)) text += fmt::format(fmt::runtime(format), component);
+  return text;
+}
+
+void print_table(const GrainAnswer& answer) {
+  const bool dipoles = !answer.dipole.empty();
+  fmt::print("{:>9} {:>11} {:>11} {:>11} {:>11} {:>13} {:>17} {:>13} {:>13} {:>13}{}\n", "grain", "x (d0)", "y (d0)",
+             "z (d0)", "radius (d0)", "charge (q0)", "potential (q0/d0)", "force x", "force y", "force z",
+             dipoles ? fmt::format(" {:>13} {:>13} {:>13}", "dipole x", "dipole y", "dipole z") : "");
+  for (int i = 0; i < answer.bodies.size(); ++i)
+    fmt::print("{:>9}{} {:>11.4g} {:>13.6g} {:>17.7g}{}{}\n", i,
+               columns_of(position_in_space(answer.bodies, i), " {:>11.6g}"), answer.bodies.radius[i],
+               answer.bodies.charge[i], answer.potential[i], columns_of(answer.force[i], " {:>13.6g}"),
+               dipoles ? columns_of(answer.dipole[i], " {:>13.6g}") : "");
+  fmt::print("\nenergy      {:.7g} m0 v0^2\n", answer.energy);
+  fmt::print("units       forces in m0 v0^2/d0{}\n", dipoles ? ", dipoles in q0 d0" : "");
+  fmt::print("method      {}{}\n", answer.method,
+             answer.accuracy ? fmt::format(", accuracy {:g}", *answer.accuracy) : "");
+  fmt::print("seconds     {:.4f}\n", answer.seconds);
+}
+
+}  // namespace
+
+void solve_grains(const Scene& scene, bool json) {
+  const GrainAnswer answer = find_forces(scene);
+  json ? print_json(answer) : print_table(answer);
+  print_warnings(answer.warnings);
+}
+
+}  // namespace lichtenberg

@@ -40,7 +40,7 @@ Scene cube_of(const std::vector<Vec3>& places, double accuracy) {
   for (const Vec3 place : places) scene.conductors.push_back({.position = place, .radius = radius});
   scene.mechanics.position_tolerance = 1e-3 * radius;
   scene.mechanics.largest_step = 0.1;
-  scene.field_table = FieldOptions{.method = FieldMethod::spheres, .tolerance = accuracy, .moving_tolerance = accuracy};
+  scene.field_table = FieldOptions{.method = FieldMethod::spheres, .moving_tolerance = accuracy};
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add<effects::StokesDragOptions>();
   return scene;

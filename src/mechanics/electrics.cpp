@@ -22,12 +22,14 @@ std::vector<double> with_terminals(std::vector<double> charge, const Scene& scen
   return charge;
 }
 
-/// The error of a charge that a step may leave, over the largest charge; infinite if no accuracy is asked for. Steps are
-/// of second order: where each leaves t of a decay, t goes like the cube of its length, and all together leave C t^(2/3),
-/// with C of .09 to .2 (tests/circuit_test.cpp, an electrode behind a resistor). With 5 a^(3/2) that is .6 a at most.
+/// The error of a charge that a step may leave, over the largest charge; infinite if no accuracy is asked for. Steps
+/// are of second order: where each leaves t of a decay, t goes like the cube of its length, and all together leave C
+/// t^(2/3), with C of .09 to .2 (tests/circuit_test.cpp, an electrode behind a resistor). With 5 a^(3/2) that is .6 a
+/// at most.
 double charge_tolerance(const FieldOptions& field) {
-  const bool of_results = field.method == FieldMethod::spheres || field.method == FieldMethod::multipole;
-  const double asked = field.chosen_for ? field.chosen_for->asked : of_results ? field.moving_tolerance : INFINITY;
+  // In space field.accuracy is both tolerances.
+  const bool in_space = field.method == FieldMethod::spheres && field.tolerance == field.moving_tolerance;
+  const double asked = field.chosen_for ? field.chosen_for->asked : in_space ? field.tolerance : INFINITY;
   return 5 * std::pow(asked, 1.5);
 }
 

@@ -136,6 +136,7 @@ class Analyser {
 template <class Analysis>
 void analyse(const Analysis& analyser, const Result& result, const AnalyseArguments& request) {
   const auto found = request.frame ? std::vector{analyser.one(*request.frame)} : analyser.all();
+  warn_if_changed(result.file());
   request.json ? print_analysis_json(analyser.run(), found) : print_analysis(analyser.run(), found);
   const std::vector<Column> columns = columns_of(analyser.run(), found);
   if (!request.csv.empty()) {
@@ -169,7 +170,6 @@ std::string why_not_stored(const std::string& path) {
 void analyse(AnalyseArguments& request) {
   read_in_child({request.file});
   const Result result(request.file);
-  warn_if_changed(result.file());
   if (request.frame && (*request.frame < 0 || *request.frame >= result.frames()))
     throw InputError(fmt::format("--frame {} is not in {}: it has frames 0 to {}", *request.frame, result.path(),
                                  result.frames() - 1));

@@ -174,11 +174,11 @@ std::vector<double> logarithmic_range(double first, double last, int count) {
 GasCourse::GasCourse(const std::string& path, double warm_up) : path_(path) {
   try {
     const ResultFile file(path, "compared with theory");
-    warn_if_changed(file);
     if (!hdf5::exists(file.file(), "gas/time"))
       throw InputError(path + " holds no course of a gas that a theory could be compared with");
     for (const std::string group : {"gas", "analysis"})
       if (hdf5::exists(file.file(), group + "/time")) read(file.file(), group, warm_up);
+    warn_if_changed(file);
   } catch (const hdf5::Error& error) {
     throw InputError(fmt::format("{} is damaged: the course of its gas cannot be read ({}); run its scene again", path,
                                  error.what()));

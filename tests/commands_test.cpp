@@ -46,6 +46,70 @@ TEST_CASE("help explains the program, a command and the scene") {
   CHECK(run("help scene").out == lichtenberg::scene_help());
 }
 
+TEST_CASE("other spellings: help, completion and the manual page know them") {
+  const Folder folder;
+  const std::string completion = run("help completion").out, page = run("help man").out;
+  for (const std::string command :
+       {"run", "plot", "film", "view", "export", "network", "theory", "work-precision", "ensemble"})
+    CHECK_MESSAGE(contains(run("help " + command).out, "--out,--output"), command);
+  CHECK(contains(completion, "--out --output"));
+  CHECK(contains(page, "\\-\\-out, \\-\\-output"));
+  CHECK(contains(run("help plot").out, "--colour,--color"));
+  CHECK(contains(page, "\\-\\-colour, \\-\\-color"));
+  CHECK(contains(run("help export").out, "--frames,--frame"));
+  CHECK_FALSE(contains(run("help plot").out, "--frames,--frame"));  // which has a --frame of its own
+  for (const std::string command : {"solve", "analyse", "network", "ensemble", "theory", "work-precision"})
+    CHECK_MESSAGE(contains(run("help " + command).out, "--json [=FILE]"), command);
+  CHECK(contains(page, "\\-\\-json\\fR[=FILE]"));
+  CHECK(contains(page, ".SS help"));
+}
+
+TEST_CASE("a wrong word: what is near is suggested, and nothing that is far") {
+  check_refused(run("analyze x.h5"), "there is no command `analyze`; did you mean `analyse`?");
+  check_refused(run("help plt"), "there is no help on `plt`; did you mean `plot`?");
+  check_refused(run("plot x.h5 --colur charge"), "plot has no option --colur; did you mean --colour?");
+  check_refused(run("solve x.toml --capacitence"), "solve has no option --capacitence; did you mean --capacitance?");
+  check_refused(run("run x.toml y.toml"), "run has no use for `y.toml`; `lichtenberg help run` says what is allowed");
+  check_refused(run("help electrode"), "did you mean `help scene electrode`?");
+  check_refused(run("help gravity"), "did you mean `help scene gravity`?");
+  for (const std::string far : {"electrode", "simulate", "zzz"}) {
+    const Ended ended = run(far);
+    CHECK(ended.status == 2);
+    CHECK_FALSE(contains(ended.err, "did you mean"));
+    CHECK(contains(ended.err, "there is no command `" + far + "`; `lichtenberg help` lists them all"));
+  }
+  const Ended option = run("run x.toml --json");
+  CHECK(option.status == 2);
+  CHECK(contains(option.err, "run has no option --json; `lichtenberg help run` says what is allowed"));
+}
+
+TEST_CASE("--json prints in place of the table, and with a file writes beside it") {
+  const Folder folder;
+  folder.write("small.toml", small_scene);
+  const json printed = json::parse(run(folder, "solve small.toml --json").out);
+  CHECK(json::parse(run(folder, "solve --json small.toml").out)["energy"] == printed["energy"]);
+  int number = 0;
+  for (const std::string option : {"--json=1.json", "--json 2.json"}) {
+    const Ended ended = run(folder, "solve small.toml " + option);
+    CHECK(ended.status == 0);
+    CHECK(ended.out.starts_with(run(folder, "solve small.toml").out.substr(0, 40)));
+    CHECK(json::parse(text_of(folder / (std::to_string(++number) + ".json")))["energy"] == printed["energy"]);
+    check_refused(run(folder, "solve small.toml " + option), "exists");
+    CHECK(run(folder, "solve small.toml --overwrite " + option).status == 0);
+  }
+  check_refused(run(folder, "solve small.toml --json=small.toml --overwrite"), "is what is read");
+  check_refused(run(folder, "solve small.toml --json=a.hdf --field a.hdf"), "a.hdf cannot be written twice");
+  for (const std::string overwrite : {"", " --overwrite"})
+    CHECK(run(folder, "solve small.toml --json=3.json --field a.hdf" + overwrite).status == 0);
+  const Ended stability = run(folder, "theory stability --json");
+  CHECK(json::parse(stability.out)["theory"] == "stability");
+  CHECK(json::parse(run(folder, "theory stability --json --plot").out)["theory"] == "stability");
+  const Ended words = run(folder, "theory stability --json any-name");
+  CHECK(words.status == 0);
+  CHECK_FALSE(words.out.starts_with("{"));
+  CHECK(json::parse(text_of(folder / "any-name"))["theory"] == "stability");
+}
+
 TEST_CASE("--version names the commit") {
   const Ended result = run("--version");
   CHECK(result.status == 0);
@@ -313,6 +377,11 @@ TEST_CASE("bash completes commands, options and files; man has a page") {
   CHECK(completed("lichtenberg ana") == "analyse\n");
   CHECK(completed("lichtenberg run --res") == "--resume\n");
   CHECK(completed("lichtenberg run compl") == "completion.sh\n");
+  CHECK(completed("lichtenberg plot --col") == "--colour --color\n");
+  CHECK(completed("lichtenberg run --device \"\"") == "cpu cuda\n");
+  CHECK(completed("lichtenberg theory haf") == "haff\n");
+  CHECK(completed("lichtenberg help sc") == "scene\n");
+  CHECK(completed("lichtenberg hel") == "help\n");
   const std::string page = run("help man").out;
   CHECK(page.starts_with(".TH LICHTENBERG 1"));
   CHECK(contains(page, ".SS run SCENE [OPTIONS]"));

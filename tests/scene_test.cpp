@@ -193,6 +193,17 @@ TEST_CASE("edit distance") {
   CHECK(nearest("grond", {"wire", "ground"}) == "ground");
 }
 
+TEST_CASE("likely word: a slip or a beginning is found, a far word is not") {
+  const std::vector<std::string> words{"run", "network", "analyse", "work-precision", "film"};
+  CHECK(likely("analyze", words) == "analyse");
+  CHECK(likely("analysis", words) == "analyse");  // s -> e after i -> s: two replacements and one deletion
+  CHECK(likely("work", words) == "work-precision");
+  CHECK(likely("rnu", words) == "run");
+  CHECK_FALSE(likely("electrode", words));
+  CHECK_FALSE(likely("xy", words));  // two edits would change it whole
+  CHECK_FALSE(likely("run", {}));
+}
+
 TEST_CASE("wrong unit or type") {
   check_refused("domain.size = [\"5.12 cm\", \"5.12 cm\"]\n",
                 {"test.toml:1:", "domain.size = [\"5.12 cm\", \"5.12 cm\"]", "wrong unit or type", "two numbers [x, y]",

@@ -16,8 +16,8 @@ def parser():
     for name in ("view", "export"):
         command = kinds.add_parser(name)
         command.add_argument("file")
-        command.add_argument("--out")
-        command.add_argument("--frames")
+        command.add_argument("--out", "--output")
+        command.add_argument("--frames", "--frame")
         command.add_argument("--overwrite", action="store_true")
         if name == "export":
             command.add_argument("--to", choices=formats, required=True)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -24,7 +25,8 @@ namespace {
 struct AnalyseArguments {
   std::string file, csv;
   std::optional<int> frame;
-  bool json = false, overwrite = false;
+  bool overwrite = false;
+  JsonTarget json;
   std::string not_stored;  ///< why what is found is printed only; empty: it is stored
 };
 
@@ -137,7 +139,8 @@ template <class Analysis>
 void analyse(const Analysis& analyser, const Result& result, const AnalyseArguments& request) {
   const auto found = request.frame ? std::vector{analyser.one(*request.frame)} : analyser.all();
   warn_if_changed(result.file());
-  request.json ? print_analysis_json(analyser.run(), found) : print_analysis(analyser.run(), found);
+  if (!request.json.printed()) print_analysis(analyser.run(), found);
+  if (!request.json.word.empty()) request.json.put(analysis_json(analyser.run(), found), 1);
   const std::vector<Column> columns = columns_of(analyser.run(), found);
   if (!request.csv.empty()) {
     const std::string text = csv_of(columns, found.size());
@@ -147,7 +150,7 @@ void analyse(const Analysis& analyser, const Result& result, const AnalyseArgume
   if (!request.not_stored.empty())
     return fmt::print(stderr, "lichtenberg: nothing is stored: {}\n", request.not_stored);
   result.put_analysis(columns);
-  if (!request.json) fmt::print("stored         {}:/analysis, all {} frames\n", request.file, found.size());
+  if (!request.json.printed()) fmt::print("stored         {}:/analysis, all {} frames\n", request.file, found.size());
 }
 
 /// The same, and at the end why the result may be unsafe to use.
@@ -174,7 +177,7 @@ void analyse(AnalyseArguments& request) {
     throw InputError(fmt::format("--frame {} is not in {}: it has frames 0 to {}", *request.frame, result.path(),
                                  result.frames() - 1));
   request.not_stored = why_not_stored(request.file);
-  check_outputs({request.csv}, {request.file}, request.overwrite);
+  check_outputs({request.csv, request.json.file()}, {request.file}, request.overwrite);
   Scene scene = result.scene();
   if (scene.reference) return analyse_and_warn(GasAnalyser(result, std::move(scene)), result, request);
   analyse_and_warn(Analyser(result, std::move(scene)), result, request);
@@ -188,9 +191,9 @@ Command analyse_command() {
           "Finds and stores the topology of a run, or how warm, charged and clustered a gas is, frame by frame",
           {{"RESULT", &request->file, "result file of a run (.h5); gets the group /analysis", {.required = true}},
            {"--frame", &request->frame, "only the frame of this index, from 0, and nothing is stored"},
-           {"--json", &request->json, "print JSON (SI units; of grains, those of their scene) in place of a table"},
+           json_argument(request->json, "SI units; of grains, those of their scene"),
            {"--csv", &request->csv, "CSV file to write too, a line a frame"},
-           {"--overwrite", &request->overwrite, "replace that file if it exists"}},
+           {"--overwrite", &request->overwrite, "replace the files of --csv and --json if they exist"}},
           [request] { analyse(*request); }};
 }
 

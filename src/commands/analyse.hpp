@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,6 +46,6 @@ std::vector<Column> columns_of(const AnalysedRun& run, const std::vector<FrameAn
 /// A line for each frame, and all there is of the last of them.
 void print_analysis(const AnalysedRun& run, const std::vector<FrameAnalysis>& frames);
 
-void print_analysis_json(const AnalysedRun& run, const std::vector<FrameAnalysis>& frames);
+nlohmann::ordered_json analysis_json(const AnalysedRun& run, const std::vector<FrameAnalysis>& frames);
 
 }  // namespace lichtenberg

@@ -468,7 +468,7 @@ void print_analysis(const AnalysedGas& run, const GasFrames& frames) {
   print_growth(size_growth(run, frames, dense_size_of), "dense cells: S");
 }
 
-void print_analysis_json(const AnalysedGas& run, const GasFrames& frames) {
+nlohmann::ordered_json analysis_json(const AnalysedGas& run, const GasFrames& frames) {
   const Histogram &speeds = frames.back().speeds, &charges = frames.back().charges;
   const analysis::DensityClusters& density = frames.back().gas.density;
   nlohmann::ordered_json json{{"file", run.file},
@@ -487,7 +487,7 @@ void print_analysis_json(const AnalysedGas& run, const GasFrames& frames) {
   json["notes"] = run.notes;
   json["null"] = missing_reasons(run);
   add_frames(json, columns_of(run, frames), frames);
-  fmt::print("{}\n", json.dump(1));
+  return json;
 }
 
 }  // namespace lichtenberg

@@ -3,6 +3,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -89,6 +90,6 @@ class GasAnalyser {
 // As of conductors (analyse.hpp).
 std::vector<Column> columns_of(const AnalysedGas& run, const std::vector<GasFrame>& frames);
 void print_analysis(const AnalysedGas& run, const std::vector<GasFrame>& frames);
-void print_analysis_json(const AnalysedGas& run, const std::vector<GasFrame>& frames);
+nlohmann::ordered_json analysis_json(const AnalysedGas& run, const std::vector<GasFrame>& frames);
 
 }  // namespace lichtenberg

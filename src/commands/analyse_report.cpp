@@ -245,7 +245,7 @@ void print_analysis(const AnalysedRun& run, const Frames& frames) {
   print_power(last);
 }
 
-void print_analysis_json(const AnalysedRun& run, const Frames& frames) {
+nlohmann::ordered_json analysis_json(const AnalysedRun& run, const Frames& frames) {
   nlohmann::ordered_json json{{"file", run.file},
                               {"title", run.title},
                               {"conductors", run.conductors},
@@ -253,7 +253,7 @@ void print_analysis_json(const AnalysedRun& run, const Frames& frames) {
                               {"contacts_recorded", run.contacts_recorded},
                               {"warnings", run.warnings}};
   add_frames(json, columns_of(run, frames), frames);
-  fmt::print("{}\n", json.dump(1));
+  return json;
 }
 
 }  // namespace lichtenberg

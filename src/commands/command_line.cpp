@@ -46,27 +46,51 @@ std::vector<Command> all_commands() {
           network_command(), theory_command(), work_precision_command(), ensemble_command()};
 }
 
+/// "; did you mean `plot`?", or nothing if none of the words is near.
+std::string suggestion(const std::string& word, const std::vector<std::string>& known) {
+  const std::optional<std::string> found = likely(word, known);
+  return found ? fmt::format("; did you mean `{}`?", *found) : "";
+}
+
 void check_command(const CLI::App& program, const std::string& command) {
   std::vector<std::string> known;
   for (const CLI::App* subcommand : program.get_subcommands({})) known.push_back(subcommand->get_name());
   if (std::find(known.begin(), known.end(), command) != known.end()) return;
-  throw InputError(fmt::format("there is no command `{}`; did you mean `{}`? `lichtenberg help` lists them all",
-                               command, nearest(command, known)));
+  const std::string meant = suggestion(command, known);
+  throw InputError(fmt::format("there is no command `{}`{} `lichtenberg help` lists them all", command,
+                               meant.empty() ? ";" : meant));
 }
 
-CLI::Option* add(CLI::App& subcommand, const Argument& argument) {
+/// Joins `--json FILE` to `--json=FILE` where the word after such an option is its value: CLI11 never takes it for one.
+void join_optional_values(std::vector<std::string>& arguments) {
+  const std::vector<Command> commands = all_commands();
+  const auto command = std::ranges::find(commands, arguments.front(), &Command::name);
+  if (command == commands.end()) return;
+  for (std::size_t k = 1; k + 1 < arguments.size(); ++k) {
+    const auto argument = std::ranges::find(command->arguments, arguments[k], &Argument::name);
+    if (argument == command->arguments.end() || !argument->rule.value_optional) continue;
+    const std::string& next = arguments[k + 1];
+    if (next.empty() || next.starts_with('-') || !(argument->rule.value_follows || next.ends_with(".json"))) continue;
+    arguments[k] += "=" + next;
+    arguments.erase(arguments.begin() + static_cast<std::ptrdiff_t>(k) + 1);
+  }
+}
+
+CLI::Option* add(CLI::App& subcommand, const std::string& names, const Argument& argument) {
   return std::visit(
-      [&](auto* target) {
-        if constexpr (std::is_same_v<decltype(target), bool*>)
-          return subcommand.add_flag(argument.name, *target, argument.help);
-        else
-          return subcommand.add_option(argument.name, *target, argument.help);
+      [&]<class Target>(Target* target) {
+        if constexpr (std::is_same_v<Target, bool>) return subcommand.add_flag(names, *target, argument.help);
+        if constexpr (std::is_same_v<Target, std::string>)
+          if (argument.rule.value_optional)
+            return subcommand.add_flag(names, *target, argument.help)->option_text("[=FILE]");
+        return subcommand.add_option(names, *target, argument.help);
       },
       argument.target);
 }
 
-void declare(CLI::App& subcommand, const Argument& argument) {
-  CLI::Option* option = add(subcommand, argument);
+void declare(CLI::App& subcommand, const Command& command, const Argument& argument) {
+  CLI::Option* option =
+      add(subcommand, fmt::format("{}", fmt::join(names_of(argument, command), ",")), argument);
   const ArgumentRule& rule = argument.rule;
   option->required(rule.required);
   if (option->get_type_size() > 0)  // a flag has no value
@@ -84,9 +108,26 @@ void declare(CLI::App& subcommand, const Argument& argument) {
 
 void declare(CLI::App& program, const Command& command) {
   CLI::App* subcommand = program.add_subcommand(command.name, command.help);
-  for (const Argument& argument : command.arguments) declare(*subcommand, argument);
+  for (const Argument& argument : command.arguments) declare(*subcommand, command, argument);
   subcommand->callback(command.act);
 }
+
+bool is_part_of_scene(const std::string& word) {
+  try {
+    return !scene_help(word).empty();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+[[noreturn]] void refuse_topic(const std::string& topic, const std::vector<std::string>& topics) {
+  const std::string meant =
+      is_part_of_scene(topic) ? fmt::format("; did you mean `help scene {}`?", topic) : suggestion(topic, topics);
+  throw InputError(fmt::format("there is no help on `{}`{} The topics are {}; `help scene` has tables and keys of a scene",
+                               topic, meant.empty() ? "." : meant, fmt::join(topics, ", ")));
+}
+
+std::vector<Command> described_commands();
 
 std::string help_text(const CLI::App& program, const std::string& topic, const std::string& part) {
   if (!part.empty() && topic != "scene")
@@ -95,25 +136,37 @@ std::string help_text(const CLI::App& program, const std::string& topic, const s
   if (topic.empty())
     return program.get_formatter()->make_help(&program, program.get_name(), CLI::AppFormatMode::Normal);
   if (topic == "scene") return scene_help(part);
-  if (topic == "completion") return bash_completion(all_commands());
-  if (topic == "man") return manual_page(all_commands());
+  if (topic == "completion") return bash_completion(described_commands());
+  if (topic == "man") return manual_page(described_commands());
   std::vector<std::string> topics{"scene", "completion", "man"};
   for (const CLI::App* command : program.get_subcommands({})) {
     if (command->get_name() == topic) return command->help(program.get_name());
     topics.push_back(command->get_name());
   }
-  throw InputError(fmt::format("there is no help on `{}`; did you mean `{}`? The topics are {}", topic,
-                               nearest(topic, topics), fmt::join(topics, ", ")));
+  refuse_topic(topic, topics);
 }
 
-Command help_command(const CLI::App& program) {
+/// `program`: whose help it prints.
+Command help_command(const CLI::App* program) {
   auto words = std::make_shared<std::array<std::string, 2>>();
   auto& [topic, part] = *words;
+  std::vector<std::string> topics{"scene", "completion", "man"};
+  for (const Command& command : all_commands()) topics.push_back(command.name);
   return {"help",
           "Explains a command, or with `help scene` every key of a scene file",
-          {{"TOPIC", &topic, "a command, scene, completion (a script for bash) or man (a manual page)"},
+          {{"TOPIC",
+            &topic,
+            "a command, scene, completion (a script for bash) or man (a manual page)",
+            {.offered = topics}},
            {"PART", &part, "of a scene: a table, an effect or a key, as in `help scene field`"}},
-          [&program, words] { fmt::print("{}", help_text(program, (*words)[0], (*words)[1])); }};
+          [program, words] { fmt::print("{}", help_text(*program, (*words)[0], (*words)[1])); }};
+}
+
+/// For completion and the manual page, which run none of them.
+std::vector<Command> described_commands() {
+  std::vector<Command> commands = all_commands();
+  commands.push_back(help_command(nullptr));
+  return commands;
 }
 
 void declare(CLI::App& program) {
@@ -125,7 +178,21 @@ void declare(CLI::App& program) {
       "(share/lichtenberg/scenes where it is installed); then explain, run or solve it.\n"
       "Everything after --petsc goes to PETSc, as in --petsc -field_ksp_view.");
   for (const Command& command : all_commands()) declare(program, command);
-  declare(program, help_command(program));
+  declare(program, help_command(&program));
+}
+
+/// What is left over when all that a command knows has been read.
+[[noreturn]] void refuse_rest(const CLI::App& program, const std::string& help) {
+  const CLI::App* command = program.get_subcommands().empty() ? &program : program.get_subcommands().front();
+  const std::string word = program.remaining(true).front(), name = word.substr(0, word.find('='));
+  if (!name.starts_with('-'))
+    throw InputError(fmt::format("{} has no use for `{}`; `{}` says what is allowed", command->get_name(), word, help));
+  std::vector<std::string> known;
+  for (const CLI::Option* option : command->get_options())
+    for (const std::string& each : option->get_lnames()) known.push_back(each);
+  std::optional<std::string> meant = likely(name.substr(name.find_first_not_of('-')), known);
+  throw InputError(fmt::format("{} has no option {}{} `{}` says what is allowed", command->get_name(), name,
+                               meant ? fmt::format("; did you mean --{}?", *meant) : ";", help));
 }
 
 void dispatch(std::vector<std::string> arguments) {
@@ -138,6 +205,7 @@ void dispatch(std::vector<std::string> arguments) {
     check_command(program, arguments.front());
     help += " " + arguments.front();
   }
+  join_optional_values(arguments);
   try {
     std::reverse(arguments.begin(), arguments.end());  // CLI11 reads the arguments from the back
     program.parse(arguments);
@@ -145,6 +213,8 @@ void dispatch(std::vector<std::string> arguments) {
     std::ostringstream words;
     program.exit(request, words, words);  // --help, --version
     fmt::print("{}", words.str());
+  } catch (const CLI::ExtrasError&) {
+    refuse_rest(program, help);
   } catch (const CLI::ParseError& error) {
     throw InputError(fmt::format("{}; `{}` says what is allowed", error.what(), help));
   }

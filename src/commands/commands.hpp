@@ -15,7 +15,10 @@ struct ArgumentRule {
   bool comma_separated = false;      ///< a list in one word
   bool repeated = false;             ///< a list of which each value has the option's name before it
   bool default_shown = false;        ///< in the help: what the target holds
+  bool value_optional = false;       ///< of a text, as in --json or --json=FILE; without a value it becomes "true"
+  bool value_follows = false;        ///< beside: the next word is that value unless it begins with a dash
   std::vector<std::string> allowed;  ///< values; empty: all
+  std::vector<std::string> offered;  ///< by completion, of a word that may be any
   std::string excluded;              ///< an earlier option of the command that cannot be given with this one
 };
 

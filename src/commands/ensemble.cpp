@@ -22,6 +22,7 @@
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/interruption.hpp"
+#include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
 #include "src/commands/streams.hpp"
 #include "src/effects/read_scene.hpp"
@@ -40,7 +41,8 @@ struct Arguments {
   std::string scene, folder, conductors, share, device;
   std::vector<std::string> vary, settings;
   int seeds = 1, jobs = 0;
-  bool json = false, quiet = false;
+  JsonTarget json;
+  bool quiet = false;
 };
 
 Variation read_variation(const std::string& written) {
@@ -185,7 +187,8 @@ void report(const Arguments& request, const std::vector<Member>& members, const 
     write_atomically(what, std::as_bytes(std::span(text)));
   }
   print_warnings(warnings_of(members));
-  if (request.json) return fmt::print("{}\n", json.dump(1));
+  request.json.put(json, 1);
+  if (request.json.printed()) return;
   fmt::print("{} {} {} of {} runs of {}{}\n", what, share.is_all() ? "and the result files beside it hold" : "holds",
              count(members, MemberState::finished), members.size(), request.scene,
              share.is_all() ? ""
@@ -196,7 +199,8 @@ void report(const Arguments& request, const std::vector<Member>& members, const 
 }
 
 void run_ensemble(Arguments request) {
-  if (!request.json) output_is_optional();
+  if (!request.json.printed()) output_is_optional();
+  check_outputs({request.json.file()}, {request.scene}, false);
   if (parallel::process_count() > 1)
     throw InputError("ensemble runs processes of its own, one a member: leave mpirun out");
   if (request.folder.empty()) request.folder = fs::path(request.scene).stem().string() + "-ensemble";
@@ -253,7 +257,7 @@ Command ensemble_command() {
        {"--share", &request->share,
         "K/N: run the Kth of N shares of the members only, as in 3/8, so that N machines on one file system work side "
         "by side; the same command without it makes the table"},
-       {"--json", &request->json, "print what ensemble.json holds in place of the table"},
+       json_argument(request->json, "what ensemble.json in the folder holds as well"),
        {"--quiet", &request->quiet, "show no progress"}},
       [request] { run_ensemble(*request); }};
 }

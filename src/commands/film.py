@@ -170,7 +170,7 @@ def main():
     parser.add_argument("--out", required=True, help="film to write, .mp4")
     parser.add_argument("--frames", help="indices, from 0, separated by commas (default: all)")
     parser.add_argument("--rate", type=float, default=15, help="frames a second")
-    parser.add_argument("--colour", help="what particles are coloured by")
+    parser.add_argument("--colour", "--color", help="what particles are coloured by")
     parser.add_argument("--range", help="LOW,HIGH: of the colours")
     parser.add_argument("--cmap", help="matplotlib's name of a colour map")
     parser.add_argument("--cut", help="AXIS=PLACE: of a scene in space what lies behind")

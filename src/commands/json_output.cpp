@@ -68,16 +68,29 @@ void check_outputs(const std::vector<std::string>& written, const std::vector<st
   }
 }
 
+void JsonTarget::put(const nlohmann::ordered_json& json, int indent) const {
+  if (printed()) return fmt::print("{}\n", json.dump(indent));
+  if (!word.empty()) write_json(word, json);
+}
+
+Argument json_argument(JsonTarget& target, const std::string& what, bool file_follows) {
+  return {"--json",
+          &target.word,
+          fmt::format("print JSON in place of the table, or write it to a FILE beside the table: {}", what),
+          {.value_optional = true, .value_follows = file_follows}};
+}
+
 void write_json(const std::string& path, const nlohmann::ordered_json& json) {
   const std::string text = json.dump(1) + "\n";
   write_atomically(path, std::as_bytes(std::span(text)));
 }
 
-void draw_json(const std::string& script, const nlohmann::ordered_json& json, const std::string& picture) {
+void draw_json(const std::string& script, const nlohmann::ordered_json& json, const std::string& picture,
+               bool silently) {
   const TemporaryFile data;
   write_json(data.path, json);
   draw(script, {data.path, "--out", picture});
-  fmt::print("\n{} shows it\n", picture);
+  if (!silently) fmt::print("\n{} shows it\n", picture);
 }
 
 }  // namespace lichtenberg

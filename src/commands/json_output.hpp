@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "src/commands/commands.hpp"
+
 namespace lichtenberg {
 
 /// Throws InputError if this file to write is one of those that are read, by whatever name. Empty ones are none.
@@ -14,11 +16,26 @@ void check_not_read(const std::string& file, const std::vector<std::string>& rea
 /// other file unless these may be overwritten.
 void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite);
 
+/// What `--json[=FILE]` asks for: JSON on standard output in place of a table, or in a file beside the table.
+struct JsonTarget {
+  std::string word;  ///< empty: no JSON, "true": printed, else the file
+
+  bool printed() const { return word == "true"; }
+  std::string file() const { return printed() ? "" : word; }
+  /// Nothing if none was asked for. Throws Failure if the disk does not take it.
+  void put(const nlohmann::ordered_json& json, int indent) const;
+};
+
+/// The option itself; `what` it holds. `file_follows`: the next word is the FILE even if it does not end in .json, as
+/// earlier versions had it.
+Argument json_argument(JsonTarget& target, const std::string& what, bool file_follows = false);
+
 /// Whole or not at all. Throws Failure if the disk does not take it.
 void write_json(const std::string& path, const nlohmann::ordered_json& json);
 
-/// Has a script of this folder draw what the JSON holds into a picture, and says so. Throws Failure if it does not: all
-/// else that was asked for is to be done before.
-void draw_json(const std::string& script, const nlohmann::ordered_json& json, const std::string& picture);
+/// Has a script of this folder draw what the JSON holds into a picture, and says so unless `silently`. Throws Failure
+/// if it does not: all else that was asked for is to be done before.
+void draw_json(const std::string& script, const nlohmann::ordered_json& json, const std::string& picture,
+               bool silently = false);
 
 }  // namespace lichtenberg

@@ -13,6 +13,7 @@
 #include "solvers/network/resistor.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/draw.hpp"
+#include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
 #include "src/commands/packing_network.hpp"
 #include "src/commands/reading.hpp"
@@ -27,7 +28,8 @@ struct NetworkArguments {
   std::optional<std::string> model;
   std::optional<std::string> between;
   std::optional<double> voltage;
-  bool json = false, no_picture = false, no_save = false, overwrite = false;
+  JsonTarget json;
+  bool no_picture = false, no_save = false, overwrite = false;
 };
 
 /// What the command line says comes before what the scene says, key by key. The scene's parameters are for its own
@@ -149,8 +151,8 @@ nlohmann::ordered_json network_json(const SolvedNetwork& solved) {
   return json;
 }
 
-void print_json(const NetworkArguments& request, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks,
-                const std::string& why_no_contact) {
+nlohmann::ordered_json json_of(const NetworkArguments& request, const PackingFrame& frame,
+                               const std::vector<SolvedNetwork>& networks, const std::string& why_no_contact) {
   nlohmann::ordered_json json = {{"file", request.file},
                                  {"frame", frame.frame},
                                  {"particles", frame.packing.size()},
@@ -159,7 +161,7 @@ void print_json(const NetworkArguments& request, const PackingFrame& frame, cons
                                  {"networks", nlohmann::ordered_json::array()}};
   for (const SolvedNetwork& solved : networks) json["networks"].push_back(network_json(solved));
   if (!why_no_contact.empty()) json["no_contact_network"] = why_no_contact;
-  fmt::print("{}\n", json.dump(2));
+  return json;
 }
 
 // One electrode to all particles
@@ -197,8 +199,8 @@ void print_table(const std::vector<ResistancesToAll>& found) {
   fmt::print("\n");
 }
 
-void print_json(const NetworkArguments& request, const PackingFrame& frame,
-                const std::vector<ResistancesToAll>& found) {
+nlohmann::ordered_json json_of(const NetworkArguments& request, const PackingFrame& frame,
+                               const std::vector<ResistancesToAll>& found) {
   nlohmann::ordered_json json = {{"file", request.file},
                                  {"frame", frame.frame},
                                  {"particles", frame.packing.size()},
@@ -219,7 +221,7 @@ void print_json(const NetworkArguments& request, const PackingFrame& frame,
     }
     json["networks"].push_back(one);
   }
-  fmt::print("{}\n", json.dump(2));
+  return json;
 }
 
 void check_one_to_all(const NetworkArguments& request) {
@@ -231,18 +233,20 @@ void check_one_to_all(const NetworkArguments& request) {
   };
   if (request.voltage) refuse("--voltage");
   if (!request.picture.empty()) refuse("--out");
-  if (request.overwrite) refuse("--overwrite");
+  if (request.overwrite && request.json.file().empty()) refuse("--overwrite");
 }
 
 void measure_to_all(const NetworkArguments& request, const std::string& electrode) {
   check_one_to_all(request);
+  check_outputs({request.json.file()}, {request.file}, request.overwrite);
   const PackingFrame frame = read_packing(request.file, request.frame);
   warn_if_changed(*frame.file);
   NetworkOptions options = options_for(request, frame.scene);
   options.between = electrode;
   std::vector<ResistancesToAll> found;
   for (const NetworkModel model : models_of(options)) found.push_back(resistances_to_all(frame, model, options));
-  request.json ? print_json(request, frame, found) : print_table(found);
+  if (!request.json.printed()) print_table(found);
+  request.json.put(json_of(request, frame, found), 2);
   print_warnings(frame.warnings);
 }
 
@@ -283,6 +287,7 @@ void measure(const NetworkArguments& request) {
   warn_if_changed(*frame.file);
   if (!request.no_save) check_writable(request.file);
   if (draws(request)) check_output("--out", picture_of(request), request.overwrite);
+  check_outputs({request.json.file(), draws(request) ? picture_of(request) : ""}, {request.file}, request.overwrite);
   const NetworkOptions options = options_for(request, frame.scene);
   std::vector<NetworkModel> models = models_of(options);
   std::string why_no_contact;
@@ -291,10 +296,8 @@ void measure(const NetworkArguments& request) {
   std::vector<SolvedNetwork> networks;
   for (const NetworkModel model : models) networks.push_back(solve_network(frame, model, options, voltage));
   if (!request.no_save) save_networks(request.file, frame, networks, !why_no_contact.empty());
-  if (request.json)
-    print_json(request, frame, networks, why_no_contact);
-  else
-    print_tables(networks, why_no_contact);
+  if (!request.json.printed()) print_tables(networks, why_no_contact);
+  request.json.put(json_of(request, frame, networks, why_no_contact), 2);
   if (draws(request)) draw_networks(request, frame.warnings, networks);
   print_warnings(frame.warnings);
 }
@@ -332,10 +335,10 @@ Command network_command() {
        {"--frame", &request->frame, "index of the frame, from 0 (default: the last)"},
        {"--out", &request->picture,
         "picture to write, .png, .pdf or .svg (default: FILE-network.png, with what was asked for in its name)"},
-       {"--overwrite", &request->overwrite, "replace the picture if it exists"},
+       {"--overwrite", &request->overwrite, "replace the picture and the file of --json if they exist"},
        {"--no-picture", &request->no_picture, "draw nothing"},
        {"--no-save", &request->no_save, "leave the result file as it is; draws nothing"},
-       {"--json", &request->json, "print JSON (SI units), every node and resistor, in place of a table"}});
+       json_argument(request->json, "SI units, every node and resistor")});
   command.act = [request] { measure(*request); };
   return command;
 }

@@ -196,7 +196,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("files", nargs="+", help="result files of runs (.h5)")
     parser.add_argument("--frames", help="indices, from 0, separated by commas (default: the last)")
-    parser.add_argument("--colour", help="what particles are coloured by")
+    parser.add_argument("--colour", "--color", help="what particles are coloured by")
     parser.add_argument("--range", help="LOW,HIGH: of the colours (default: that of the whole run)")
     parser.add_argument("--cmap", help="matplotlib's name of a colour map")
     parser.add_argument("--cut", help="AXIS=PLACE: of a scene in space what lies behind, seen from the eye")

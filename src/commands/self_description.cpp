@@ -1,7 +1,11 @@
 #include "src/commands/self_description.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
+#include <utility>
 #include <variant>
 
 #include "src/version.hpp"
@@ -9,14 +13,47 @@
 namespace lichtenberg {
 namespace {
 
+/// Other spellings, and names of earlier versions.
+constexpr std::array<std::pair<const char*, const char*>, 5> other_names{
+    {{"--out", "--output"},
+     {"--colour", "--color"},
+     {"--frames", "--frame"},
+     {"--resistance-per-length", "--resistance_per_length"},
+     {"--sheet-resistance", "--sheet_resistance"}}};
+
 bool is_option(const Argument& argument) { return argument.name.starts_with("-"); }
 bool is_flag(const Argument& argument) { return std::holds_alternative<bool*>(argument.target); }
 
-std::string options_of(const Command& command) {
-  std::string words;
+std::vector<std::string> values_of(const Argument& argument) {
+  std::vector<std::string> values = argument.rule.allowed;
+  values.insert(values.end(), argument.rule.offered.begin(), argument.rule.offered.end());
+  return values;
+}
+
+/// Names of options, and what may stand in place of one that is told by its place.
+std::string words_of(const Command& command) {
+  std::vector<std::string> words;
+  for (const Argument& argument : command.arguments) {
+    const std::vector<std::string> more = is_option(argument) ? names_of(argument, command) : values_of(argument);
+    words.insert(words.end(), more.begin(), more.end());
+  }
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
+/// Cases of a command and the option before the word.
+std::string cases_of_values(const Command& command) {
+  std::string cases;
   for (const Argument& argument : command.arguments)
-    if (is_option(argument)) words += (words.empty() ? "" : " ") + argument.name;
-  return words;
+    if (is_option(argument) && !argument.rule.allowed.empty())
+      for (const std::string& name : names_of(argument, command))
+        cases += fmt::format("    \"{} {}\") words=\"{}\" ;;\n", command.name, name,
+                             fmt::join(argument.rule.allowed, " "));
+  return cases;
+}
+
+std::string value_in_words(const Argument& argument) {
+  if (!is_option(argument) || is_flag(argument)) return "";
+  return argument.rule.value_optional ? "[=FILE]" : " VALUE";
 }
 
 /// Text as roff has it: a dash that can be copied, no backslash and no dot that would be a request.
@@ -36,35 +73,50 @@ std::string roff(const std::string& text) {
 std::string section_of(const Command& command) {
   std::string synopsis, options;
   for (const Argument& argument : command.arguments) {
-    const std::string value = is_option(argument) && !is_flag(argument) ? " VALUE" : "";
     if (!is_option(argument)) synopsis += argument.rule.required ? " " + argument.name : " [" + argument.name + "]";
-    options += fmt::format(".TP\n\\fB{}\\fR{}\n{}\n", roff(argument.name), value, roff(argument.help));
+    options += fmt::format(".TP\n\\fB{}\\fR{}\n{}\n",
+                           roff(fmt::format("{}", fmt::join(names_of(argument, command), ", "))),
+                           value_in_words(argument), roff(argument.help));
   }
   return fmt::format(".SS {}{} [OPTIONS]\n{}.\n{}", command.name, synopsis, roff(command.help), options);
 }
 
 }  // namespace
 
+std::vector<std::string> names_of(const Argument& argument, const Command& command) {
+  std::vector<std::string> names{argument.name};
+  for (const auto& [name, other] : other_names)
+    if (argument.name == name && std::ranges::find(command.arguments, other, &Argument::name) == command.arguments.end())
+      names.emplace_back(other);
+  return names;
+}
+
 std::string bash_completion(const std::vector<Command>& commands) {
-  std::string names, cases;
+  std::string names, cases, values;
   for (const Command& command : commands) {
-    names += command.name + " ";
-    cases += fmt::format("    {}) words=\"{}\" ;;\n", command.name, options_of(command));
+    names += (names.empty() ? "" : " ") + command.name;
+    cases += fmt::format("    {}) words=\"{}\" ;;\n", command.name, words_of(command));
+    values += cases_of_values(command);
   }
   return fmt::format(R"(# Completion of lichtenberg for bash: source this file.
 _lichtenberg() {{
-  local current=${{COMP_WORDS[COMP_CWORD]}} words="{}help"
+  local current=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD - 1]}} words="{}" command=
   if [[ $COMP_CWORD -gt 1 ]]; then
-    words=""
-    case ${{COMP_WORDS[1]}} in
+    words="" command=${{COMP_WORDS[1]}}
+    case $command in
 {}    esac
   fi
+  local options=$words
+  case "$command $before" in
+{}  esac
   COMPREPLY=($(compgen -W "$words" -- "$current"))
-  if [[ $COMP_CWORD -gt 1 && $current != -* ]]; then COMPREPLY=($(compgen -f -- "$current")); fi
+  if [[ $words == "$options" && $command && $command != help && $current != -* ]]; then
+    COMPREPLY+=($(compgen -f -- "$current"))
+  fi
 }}
 complete -o filenames -F _lichtenberg lichtenberg ./lichtenberg
 )",
-                     names, cases);
+                     names, cases, values);
 }
 
 std::string manual_page(const std::vector<Command>& commands) {

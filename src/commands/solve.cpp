@@ -14,6 +14,7 @@
 #include "src/commands/device.hpp"
 #include "src/commands/draw.hpp"
 #include "src/commands/field_problem.hpp"
+#include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
 #include "src/commands/scratch_folder.hpp"
 #include "src/commands/solve_grains.hpp"
@@ -30,7 +31,8 @@ namespace {
 struct SolveArguments {
   std::string scene, field, picture, device;
   std::vector<std::string> settings;
-  bool capacitance = false, json = false, overwrite = false;
+  bool capacitance = false, overwrite = false;
+  JsonTarget json;
 };
 
 /// An electrode or a side that is one: what holds it and what it carries.
@@ -211,7 +213,7 @@ nlohmann::ordered_json capacitance_json(const Answer& answer) {
   return {{"groups", names}, {"matrix", rows}};
 }
 
-void print_json(const Answer& answer) {
+nlohmann::ordered_json json_of(const Answer& answer) {
   const laplace::LaplaceSolution& solution = answer.solution;
   const FieldOptions& field = answer.scene.field();
   nlohmann::ordered_json json;
@@ -238,7 +240,7 @@ void print_json(const Answer& answer) {
       {"setup", solution.seconds.setup}, {"solve", solution.seconds.solve}, {"forces", solution.seconds.forces}};
   if (!answer.capacitance.names.empty()) json["capacitance"] = capacitance_json(answer);
   json["warnings"] = warnings_of(answer);
-  fmt::print("{}\n", json.dump(2));
+  return json;
 }
 
 /// Fills in the solution, and what was chosen for it. Returns its solver.
@@ -414,22 +416,27 @@ Command solve_command() {
            device_argument(request->device),
            set_argument(request->settings),
            {"--capacitance", &request->capacitance, "the capacitance matrix as well: one more solve a group"},
-           {"--json", &request->json, "print JSON (SI units, reduced ones of grains) in place of a table"},
+           json_argument(request->json, "SI units, reduced ones of grains"),
            {"--field", &request->field,
             "write potential and bodies to this file (VTKHDF; ParaView opens it if its name ends in .hdf)"},
            {"--picture", &request->picture, "draw potential and conductors into this file: .png, .pdf or .svg"},
-           {"--overwrite", &request->overwrite, "replace the files of --field and --picture if they exist"}},
+           {"--overwrite", &request->overwrite, "replace the files of --field, --picture and --json if they exist"}},
           [request] {
             if (!request->field.empty()) check_output("--field", request->field, request->overwrite);
             if (!request->picture.empty()) check_picture("--picture", request->picture);
             if (!request->picture.empty()) check_output("--picture", request->picture, request->overwrite);
+            const std::string json = request->json.file();
+            if (!json.empty() && json == request->field)
+              throw InputError(fmt::format("{} cannot be written twice: name another file", json));
+            check_outputs({json, request->picture}, {request->scene}, request->overwrite);
             Scene scene = read_scene_for(request->scene, request->device, request->settings);
             if (scene.reference) {
               check_for_grains(*request);
               return solve_grains(scene, request->json);
             }
             const Answer answer = solve(*request, std::move(scene));
-            request->json ? print_json(answer) : print_table(answer);
+            if (!request->json.printed()) print_table(answer);
+            request->json.put(json_of(answer), 2);
             print_warnings(warnings_of(answer));
           }};
 }

@@ -69,7 +69,7 @@ GrainAnswer find_forces(const Scene& scene) {
 
 std::array<double, 3> components(Vec3 v) { return {v.x, v.y, v.z}; }
 
-void print_json(const GrainAnswer& answer) {
+nlohmann::ordered_json json_of(const GrainAnswer& answer) {
   nlohmann::ordered_json json;
   json["conductors"] = nlohmann::ordered_json::array();
   for (int i = 0; i < answer.bodies.size(); ++i) {
@@ -88,7 +88,7 @@ void print_json(const GrainAnswer& answer) {
   if (answer.accuracy) json["accuracy"] = {{"asked", *answer.accuracy}};
   json["warnings"] = answer.warnings;
   json["seconds"] = {{"solve", answer.seconds}};
-  fmt::print("{}\n", json.dump(2));
+  return json;
 }
 
 std::string columns_of(Vec3 v, const char* format) {
@@ -116,9 +116,10 @@ void print_table(const GrainAnswer& answer) {
 
 }  // namespace
 
-void solve_grains(const Scene& scene, bool json) {
+void solve_grains(const Scene& scene, const JsonTarget& json) {
   const GrainAnswer answer = find_forces(scene);
-  json ? print_json(answer) : print_table(answer);
+  if (!json.printed()) print_table(answer);
+  json.put(json_of(answer), 2);
   print_warnings(answer.warnings);
 }
 

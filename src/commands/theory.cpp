@@ -28,7 +28,8 @@ namespace lichtenberg {
 namespace {
 
 struct TheoryArguments {
-  std::string name, result, scene, json, csv, picture, field;
+  std::string name, result, scene, csv, picture, field;
+  JsonTarget json;
   std::vector<std::string> settings;
   std::optional<double> restitution, charge_number;
   std::optional<int> cells, seed;
@@ -267,7 +268,7 @@ void check_theory(const TheoryArguments& request) {
   if (request.seed && *request.seed < 0) throw InputError(fmt::format("--seed is 0 or more, not {}", *request.seed));
   if (!request.picture.empty() && !request.plot) throw InputError("--out is for the picture that --plot draws");
   if (request.plot) check_picture("--out", theory_picture(request));
-  check_outputs({request.json, request.csv, request.field, request.plot ? theory_picture(request) : ""},
+  check_outputs({request.json.file(), request.csv, request.field, request.plot ? theory_picture(request) : ""},
                 {request.result, request.scene}, request.overwrite);
 }
 
@@ -276,10 +277,10 @@ void tell_theory(const TheoryArguments& request) {
   if (!request.result.empty()) read_in_child({request.result});
   const TheoryAnswer answer = answer_to(request);
   const std::string source = source_of(request);
-  print_answer(answer, source);
-  if (!request.json.empty()) write_json(request.json, json_of(answer, source));
+  if (!request.json.printed()) print_answer(answer, source);
+  if (!request.json.word.empty()) request.json.put(json_of(answer, source), 1);
   if (!request.csv.empty()) write_csv(request.csv, answer);
-  if (request.plot) draw_json("theory.py", json_of(answer, source), theory_picture(request));
+  if (request.plot) draw_json("theory.py", json_of(answer, source), theory_picture(request), request.json.printed());
 }
 
 }  // namespace
@@ -300,7 +301,7 @@ Command theory_command() {
        set_argument(request->settings),
        {"--plot", &request->plot, "draw it too"},
        {"--out", &request->picture, "picture to write (default: SCENE, RESULT or theory, with -NAME.png)"},
-       {"--json", &request->json, "JSON file to write, with all rows"},
+       json_argument(request->json, "all rows", true),
        {"--csv", &request->csv, "CSV file to write, with all rows"},
        {"--restitution", &request->restitution,
         "of stability and hydrodynamics, in place of the gas's (default without one: .7)"},

@@ -21,7 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Arguments {
-  std::string scene, json, picture;
+  std::string scene, picture;
+  JsonTarget json;
   std::vector<std::string> settings;
   bool time = false, overwrite = false;
   work_precision::Request request;
@@ -33,15 +34,15 @@ void check(const Arguments& arguments) {
   if (arguments.time && !arguments.request.sizes.empty())
     throw InputError("--sizes goes with the field, not with --time: there the scene's field.cells holds");
   if (!(arguments.request.seconds > 0)) throw InputError("--seconds must be positive");
-  check_picture("--output", arguments.picture);
-  check_output("--output", arguments.picture, arguments.overwrite);
+  check_picture("--out", arguments.picture);
+  check_output("--out", arguments.picture, arguments.overwrite);
   check_outputs({arguments.picture}, {arguments.scene}, arguments.overwrite);
-  if (arguments.json.empty()) return;
-  check_output("--json", arguments.json, arguments.overwrite);
-  if (fs::absolute(arguments.json).lexically_normal() == fs::absolute(arguments.picture).lexically_normal())
-    throw InputError(
-        fmt::format("--json {0}: the picture is written to {0}; give one of them another name", arguments.json));
-  check_outputs({arguments.json}, {arguments.scene}, arguments.overwrite);
+  const std::string json = arguments.json.file();
+  if (json.empty()) return;
+  check_output("--json", json, arguments.overwrite);
+  if (fs::absolute(json).lexically_normal() == fs::absolute(arguments.picture).lexically_normal())
+    throw InputError(fmt::format("--json {0}: the picture is written to {0}; give one of them another name", json));
+  check_outputs({json}, {arguments.scene}, arguments.overwrite);
 }
 
 std::string default_picture(const Arguments& arguments) {
@@ -76,10 +77,10 @@ void sweep(Arguments arguments) {
   const Scene scene = read_scene(arguments.scene, settings_of(arguments.settings));
   const work_precision::Circumstances circumstances = work_precision::circumstances(scene);
   const work_precision::Diagram diagram = sweep_for(scene, arguments.time)(scene, arguments.request);
-  work_precision::print(diagram, circumstances);
+  if (!arguments.json.printed()) work_precision::print(diagram, circumstances);
   const nlohmann::ordered_json json = work_precision::to_json(diagram, circumstances);
-  if (!arguments.json.empty()) write_json(arguments.json, json);
-  if (!diagram.points.empty()) draw_json("work_precision.py", json, arguments.picture);
+  arguments.json.put(json, 1);
+  if (!diagram.points.empty()) draw_json("work_precision.py", json, arguments.picture, arguments.json.printed());
 }
 
 }  // namespace
@@ -102,8 +103,8 @@ Command work_precision_command() {
             "cells along the longer side (default: 128,256,512,1024,2048)",
             {.comma_separated = true}},
            {"--seconds", &request.seconds, "leave out what is expected to take longer", {.default_shown = true}},
-           {"--json", &arguments->json, "write all figures to this file"},
-           {"--output", &arguments->picture,
+           json_argument(arguments->json, "all figures", true),
+           {"--out", &arguments->picture,
             "picture to write: .png, .pdf or .svg (default: the scene's name with -work-precision.png, or "
             "-time-precision.png)"},
            {"--overwrite", &arguments->overwrite, "replace files that exist"}},

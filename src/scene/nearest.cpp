@@ -37,6 +37,15 @@ std::string nearest(std::string_view word, const std::vector<std::string>& words
   return closest(words, [&](const std::string& known) { return edit_distance(word, known); });
 }
 
+std::optional<std::string> likely(std::string_view word, const std::vector<std::string>& words) {
+  if (words.empty()) return {};
+  const auto begins_with_it = [&](const std::string& known) { return word.size() >= 3 && known.starts_with(word); };
+  if (std::ranges::count_if(words, begins_with_it) == 1) return *std::ranges::find_if(words, begins_with_it);
+  const std::string found = nearest(word, words);
+  const int size = static_cast<int>(word.size()), distance = edit_distance(word, found);
+  return distance <= std::max(2, size / 3) && distance < size ? std::optional(found) : std::nullopt;
+}
+
 std::string nearest_path(std::string_view path, const std::vector<std::string>& known) {
   constexpr int in_another_table = 3;
   // What stands in [effects] itself is meant to be an effect, and no key of one.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +12,10 @@ int edit_distance(std::string_view a, std::string_view b);
 
 /// The word with the smallest edit distance to `word`; the first of equals. `words` must not be empty.
 std::string nearest(std::string_view word, const std::vector<std::string>& words);
+
+/// The one of `words` that the writer of `word` may have meant: one that begins with it, if no other does, or the
+/// nearest, if it is two edits or a third of the word away. Empty if all are farther. `words` may be empty.
+std::optional<std::string> likely(std::string_view word, const std::vector<std::string>& words);
 
 /// The known path (as in "field.cells") that the writer of `path` most likely meant: the nearest by edit distance,
 /// where a key of exactly the same name in another table counts as three edits away.

@@ -422,6 +422,9 @@ def check_result(file, path):
     for name in ("scene", "scene/text", "scene/domain/size", "particles/conductors/radius"):
         if name not in file:
             raise InputError(f"{path} is damaged or incomplete: /{name} is missing")
+    places, radius = file.get("particles/conductors/position/value"), file["particles/conductors/radius"]
+    if isinstance(places, h5py.Dataset) and isinstance(radius, h5py.Dataset) and radius.shape != places.shape[1:2]:
+        raise InputError(f"{path} is damaged: its radii are not one for each of its particles")
 
 
 def damage(error):

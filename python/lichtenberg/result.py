@@ -422,9 +422,12 @@ def check_result(file, path):
     for name in ("scene", "scene/text", "scene/domain/size", "particles/conductors/radius"):
         if name not in file:
             raise InputError(f"{path} is damaged or incomplete: /{name} is missing")
-    places, radius = file.get("particles/conductors/position/value"), file["particles/conductors/radius"]
-    if isinstance(places, h5py.Dataset) and isinstance(radius, h5py.Dataset) and radius.shape != places.shape[1:2]:
-        raise InputError(f"{path} is damaged: its radii are not one for each of its particles")
+    rows = file["particles/conductors/radius"].shape
+    for name, column in file["particles/conductors"].items():
+        dataset = column.get("value") if isinstance(column, h5py.Group) else column
+        expected = file[times].shape + rows if isinstance(column, h5py.Group) else rows
+        if name != "box" and dataset is not None and dataset.shape[: len(expected)] != expected:
+            raise InputError(f"{path} is damaged: {name} has not one row for each particle")
 
 
 def damage(error):

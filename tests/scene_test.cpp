@@ -23,6 +23,28 @@
 using namespace lichtenberg;
 using namespace lichtenberg::scene_texts;
 
+namespace {
+
+/// A value of the key's type in which each number is `number`; empty where no real number belongs there.
+std::string with_number(const Key& key, const std::string& number) {
+  const std::string pair = "[" + number + ", " + number + "]";
+  const Overloaded text{
+      []<class T>(const T&) { return std::string(); },
+      [&](At<double>) { return number; },
+      [&](At<std::optional<double>>) { return number; },
+      [&](At<std::optional<Interval>>) { return number; },
+      [&](At<Vec2>) { return pair; },
+      [&](At<Coordinates>) { return pair; },
+      [&](At<std::optional<Coordinates>>) { return pair; },
+      [&](At<std::vector<double>>) { return pair; },
+      [&](At<std::optional<Region>>) { return "[" + pair + ", " + pair + "]"; },
+      [&](At<DomainSide>) { return "{ potential = " + number + " }"; },
+  };
+  return std::visit(text, key.place);
+}
+
+}  // namespace
+
 TEST_CASE("every value lands where it belongs") {
   const Scene s = parse(R"(
 title = "All of it"
@@ -233,7 +255,7 @@ TEST_CASE("wrong unit or type") {
 TEST_CASE("ranges") {
   check_refused(box + "[[conductor]]\nposition = [0.01, 0.01]\nradius = -0.001\n",
                 {"test.toml:5:", "conductor.radius = -0.001", "a number in m, greater than 0"});
-  check_refused("domain.size = [0.04, 0]\n", {"domain.size", "at least 1e-100 and at most 1e+100"});
+  check_refused("domain.size = [0.04, 0]\n", {"domain.size", "at least 1e-50 and at most 1e+50"});
   check_refused("domain.size = [0.04, nan]\n", {"domain.size", "is not allowed"});
   check_refused(box + disk("[inf, 0.01]"), {"conductor.position", "is not allowed"});
   check_refused(box + disk("[0.01, 0.01]", "charge = nan\n"), {"conductor.charge = nan", "is not allowed"});
@@ -350,12 +372,14 @@ TEST_CASE("a tolerance of places is no finer than they are told apart") {
   check_refused(with("1e-300"), {"test.toml:4:", "mechanics.position_tolerance = 1e-300 m", "told apart to 1e-12 m"});
   check_refused(with("0.99e-12"), {"at least that is allowed"});
   CHECK(refusal(with("1.01e-12")) == "");
+  check_refused(with("0.0401"), {"mechanics.position_tolerance = 0.0401 m", "at most 0.04 m"});
+  CHECK(refusal(with("0.04")) == "");
 }
 
 TEST_CASE("domains whose cubes are no numbers, and those in which gaps are lost in rounding, are refused") {
   const std::string world = "field.cells = 64\nmedium.relative_permittivity = 4.7\n" + disk("[0.01, 0.01]");
-  check_refused("domain.size = [1e300, 1e300]\n" + world, {"test.toml:1:", "domain.size", "at most 1e+100"});
-  check_refused("domain.size = [1, 1e-101]\n" + world, {"domain.size", "at least 1e-100"});
+  check_refused("domain.size = [1e300, 1e300]\n" + world, {"test.toml:1:", "domain.size", "at most 1e+50"});
+  check_refused("domain.size = [1, 1e-51]\n" + world, {"domain.size", "at least 1e-50"});
   check_refused("domain.size = [2.1e6, 2.1e6]\n" + world,
                 {"test.toml:1:", "domain.size = 2.1e+06 m along its longest side", "a conductor of diameter 0.002 m"});
   CHECK(refusal("domain.size = [1.9e6, 1.9e6]\n" + world) == "");
@@ -389,8 +413,29 @@ TEST_CASE("frames must be told apart") {
 
 TEST_CASE("times whose squares underflow are refused") {
   const std::string scene = box + "field.cells = 64\n" + disk("[0.01, 0.01]");
-  check_refused(scene + "[stop]\ntime = 1e-300\n", {"stop.time = 1e-300", "at least 1e-100"});
-  check_refused(scene + "[mechanics]\nlargest_step = 1e-300\n", {"mechanics.largest_step = 1e-300", "at least 1e-100"});
+  check_refused(scene + "[stop]\ntime = 1e-300\n", {"stop.time = 1e-300", "at least 1e-50"});
+  check_refused(scene + "[mechanics]\nlargest_step = 1e-300\n", {"mechanics.largest_step = 1e-300", "at least 1e-50"});
+}
+
+TEST_CASE("a number of any key: a size beyond its bounds is refused by name") {
+  const Schema schema(effects::all_kinds());
+  int numeric = 0;
+  for (const Table& table : schema.tables())
+    for (const Key& key : table.keys)
+      for (const std::string size : {"1.7e308", "1e101", "-1e101", "1e-101", "5e-324"}) {
+        const std::string written = with_number(key, size);
+        if (written.empty()) continue;
+        ++numeric;
+        const bool in_domain = table.path == "domain";
+        const std::string domain = in_domain && key.name == "size" ? "" : "size = [0.04, 0.02]\n";
+        const std::string line = key.name + " = " + written + "\n";
+        check_refused("[domain]\n" + domain +
+                          (in_domain                                  ? line
+                           : table.kind == Table::Kind::repeated ? "[[" + table.path + "]]\n" + line
+                                                                 : "[" + table.path + "]\n" + line),
+                      {path_in(table, key.name) + " = ", "is not allowed"});
+      }
+  CHECK(numeric > 5 * 80);
 }
 
 TEST_CASE("help lists every key with its unit and default") {
@@ -412,7 +457,7 @@ TEST_CASE("help lists every key with its unit and default") {
   // One of each kind in full: unit, range, default from the scene's own initial values.
   CHECK(has(help, "an integer, at least 8 and at most 32768; default: 512"));
   CHECK(has(help, "a number in Pa, greater than 0; default: 2e+11"));
-  CHECK(has(help, "two numbers [x, y] or three [x, y, z] in m, at least 1e-100 and at most 1e+100; required"));
+  CHECK(has(help, "two numbers [x, y] or three [x, y, z] in m, at least 1e-50 and at most 1e+50; required"));
 }
 
 TEST_CASE("no key stands twice in the schema") {

@@ -3,6 +3,7 @@ import csv
 import io
 import json
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -36,45 +37,80 @@ def export(source, to, out=None, frames=None, overwrite=False):
     return out
 
 
-ENDS = {"vtk": (".vtp", ".pvd", ".vti"), "csv": (".csv",)}  # of the files of a format
-
-
 def write_folder(out, to, write):
-    """Whole or not at all: what an earlier export left there goes, once all is written. Throws InputError for a folder that
-    holds anything else."""
+    """Whole or not at all. Of a folder that is there it replaces the files that it writes and those that an earlier export
+    listed. Throws InputError for a folder that holds anything else."""
     out = Path(out)  # which has no slash at its end
-    strange = [name for name in (os.listdir(out) if os.path.isdir(out) else []) if not name.endswith(ENDS[to])]
-    if strange:
-        raise InputError(f"{out} holds {strange[0]}, which no export to {to} left there: give --out another name")
-    partial, before = f"{out}.partial-{os.getpid()}", f"{out}.before-{os.getpid()}"
+    check_plain(out)
+    partial, before = Path(f"{out}.partial-{os.getpid()}"), Path(f"{out}.before-{os.getpid()}")
+    make_folder(partial)
     try:
-        write(make_folder(partial))
-        if os.path.isdir(out):
-            os.rename(out, before)
-        try:
-            os.rename(partial, out)
-        except BaseException:
-            if os.path.isdir(before):
-                os.rename(before, out)
-            raise
+        write(partial)
+        check_replaced(out, to, set(os.listdir(partial)))
+        replace_folder(out, partial, before)
     except OSError as error:
         raise Failure(f"{out} cannot be written ({error.strerror})") from None
     finally:
-        for folder in (partial, before):
-            shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def check_plain(folder):
+    """Throws InputError unless all that it holds are plain files."""
+    for entry in os.scandir(folder) if folder.is_dir() else []:
+        if not entry.is_file(follow_symlinks=False):
+            raise InputError(f"{folder} holds {entry.name}, which is no plain file and no part of an export: give --out another name")
+
+
+def check_replaced(folder, to, written):
+    """Throws InputError if it holds a file that is neither among those `written` nor listed there by an earlier export."""
+    check_plain(folder)
+    known = written | (listed_files(folder) if to == "vtk" else set())
+    strange = sorted(set(os.listdir(folder)) - known) if folder.is_dir() else []
+    if strange:
+        raise InputError(f"{folder} holds {strange[0]}, which this export to {to} does not write: give --out another name")
+
+
+def listed_files(folder):
+    """The collections of an earlier export to vtk, the files that they list, and its field."""
+    found = set()
+    for kind in KINDS:
+        path = folder / f"{kind}.pvd"
+        if path.is_file():
+            names = re.findall(r'file="([^"]*)"', path.read_text(encoding="utf-8", errors="replace"))
+            found |= {path.name, *(name for name in names if re.fullmatch(rf"{kind}-\d+\.vtp", name))}
+    return found | {"field.vti"} if found else found
+
+
+def replace_folder(out, partial, before):
+    """Puts `partial` in the place of `out`, whose files go. What came there in the meantime stays in `before`."""
+    names = os.listdir(out) if out.is_dir() else None
+    if names is not None:
+        os.rename(out, before)
+    try:
+        os.rename(partial, out)
+    except BaseException:
+        if names is not None:
+            os.rename(before, out)
+        raise
+    if names is not None:
+        for name in names:
+            os.unlink(before / name)
+        os.rmdir(before)
 
 
 def make_folder(path):
+    """Throws Failure, also where it is there."""
     try:
         if os.path.islink(path):  # files would go to where it leads
             os.unlink(path)
-        Path(path).mkdir(exist_ok=True)
+        path.mkdir()
     except OSError as error:
         raise Failure(f"{path} cannot be made ({error.strerror})") from None
-    return Path(path)
 
 
 # ---- VTK ----
+
+KINDS = ("particles", "contacts", "tree")  # of collections and their files
 
 
 def write_vtk(result, frames, folder):
@@ -170,6 +206,8 @@ def write_csv(result, frames, folder):
     contacts = [index for index in chosen if index in result.frames_with_contacts]
     if contacts:
         write_table(folder / "contacts.csv", (contact_rows(result.frame(index)) for index in contacts))
+    elif result.frames_with_contacts:  # of other frames: the file is there whichever are chosen
+        write_table(folder / "contacts.csv", {"frame": [], "particle": [], "other": []})
     observables = {"time": result.time[chosen], **{name: values[chosen] for name, values in result.observables.items()}}
     write_table(folder / "observables.csv", {"frame": np.array(chosen), **spread(observables, result.terminals)})
     for name, table in result.tables.items():

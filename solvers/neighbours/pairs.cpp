@@ -101,7 +101,9 @@ class Cells {
     return inside >= 0 && inside < period_[k] ? inside : 0;
   }
   int column(double x, int k) const {
-    return static_cast<int>(std::clamp((x - low_[k]) * columns_a_metre_[k], 0.0, count_[k] - 1.0));
+    // Not std::clamp: infinity times 0, of a distance without end, is no number, and the only column is 0.
+    const double at = (x - low_[k]) * columns_a_metre_[k];
+    return at > 0 ? static_cast<int>(std::min(at, count_[k] - 1.0)) : 0;
   }
   Columns columns_within(double x, double distance, int k) const {
     const double far = distance + slack * side_[k];

@@ -301,7 +301,6 @@ void check(const Draft& draft) {
 
 void complete(const Draft& draft, Scene& scene) {
   const auto* source = scene.effects.find<CurrentSourceOptions>();
-  check_charges(draft);
   check_ground(draft, scene, source && source->current != 0 ? "effects.current_source" : "");
   if (!scene.effects.has<ContactDischargeOptions>()) check_touching(draft, scene);
   auto* field = std::get_if<FieldOptions>(&scene.field_table);

@@ -21,14 +21,26 @@ using namespace granular;
 
 namespace {
 
-/// Time that is so late that a step is within its rounding stands still.
+/// More than any computer takes. The time of one more is still told apart by rounding.
+constexpr double most_steps = 1e12;
+
 void check_shortest(const Scene& scene) {
   const double step = scene.mechanics.step, end = scene.stop.time;
-  if (std::isfinite(end) && !(end + step > end))
+  if (std::isfinite(end) && !(end <= most_steps * step))
     throw InputError(
-        fmt::format("{}: mechanics.step = {:g} is too short for time to go on up to stop.time = {:g}: a longer step or "
-                    "an earlier end is needed",
-                    scene.path, step, end));
+        fmt::format("{}: mechanics.step = {:g} is too short for stop.time = {:g}: that makes {:.2g} steps, and at most "
+                    "{:g} are allowed",
+                    scene.path, step, end, end / step, most_steps));
+}
+
+/// Throws Failure if time would all but stand still.
+void check_pace(const Gas& gas, double end, double step) {
+  if ((end - gas.time()) <= most_steps * step) return;
+  throw Failure(
+      fmt::format("{}: time does not advance any more: at t = {:.6g} t0 the fastest grain has {:.3g} v0, which allows "
+                  "steps of {:.2g} t0, and from there to t = {:g} t0 that makes more than {:g}; lower temperatures, "
+                  "smaller charges or softer contacts are needed",
+                  gas.scene().path, gas.time(), gas.fastest(), step, end, most_steps));
 }
 
 }  // namespace
@@ -144,7 +156,7 @@ struct GranularMotion::Implementation {
   /// One step towards `time`, and no farther than to the end of the stage.
   void step(double time) {
     const double end = std::min(time, stage_end), before = this->time();
-    device ? step_there(end) : step_here(end);
+    if (before < end) device ? step_there(end) : step_here(end);
     if (!(this->time() > before) && before < end)
       throw Failure(
           fmt::format("{}: time does not go on from t = {:.9g} t0: a step there is shorter than rounding of "
@@ -153,7 +165,9 @@ struct GranularMotion::Implementation {
     if (this->time() >= stage_end) leave_stage();
   }
   void step_here(double end) {
-    const double left = end - here.time(), count = std::ceil(left / integrator->longest_step(here));
+    const double left = end - here.time(), longest = integrator->longest_step(here);
+    check_pace(here, end, longest);
+    const double count = std::ceil(left / longest);
     integrator->step(here, count <= 1 ? end : here.time() + left / count);
   }
   void step_there(double end) {

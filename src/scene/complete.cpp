@@ -309,7 +309,13 @@ void check_position_tolerance(const Draft& draft, double smallest_radius) {
   const Vec3 size = draft.scene.domain.size;
   const double least = std::max(touching_slack * smallest_radius,
                                 std::numeric_limits<double>::epsilon() * std::max({size.x, size.y, size.z}));
-  if (draft.position_tolerance.value_or(least) >= least) return;
+  const double most = std::max({size.x, size.y, size.z}), given = draft.position_tolerance.value_or(least);
+  if (given > most)
+    refuse(draft.scene.path, draft.line("mechanics.position_tolerance"),
+           fmt::format("mechanics.position_tolerance = {:g} m is not allowed: it must be at most {:g} m, the domain's "
+                       "longest side",
+                       given, most));
+  if (given >= least) return;
   refuse(draft.scene.path, draft.line("mechanics.position_tolerance"),
          fmt::format("mechanics.position_tolerance = {:g} m is not allowed: places are told apart to {:.2g} m, {:g} of "
                      "the smallest radius or the rounding of the domain's size, and at least that is allowed",

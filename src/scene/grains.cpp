@@ -236,6 +236,18 @@ void check_sizes(const Draft& draft, const Scene& scene) {
                        shortest, largest));
 }
 
+/// A stage that is over before the clock has moved is none.
+void check_stages(const Draft& draft) {
+  constexpr double least = 1e-12;  // of its end: thousands of the last digits of time
+  double end = 0;
+  for (const Stage& stage : draft.scene.stages)
+    if (end += stage.duration; stage.duration < least * end)
+      refuse(draft.scene.path, draft.line("stage"),
+             fmt::format("stage.duration = {:g} t0 is not allowed in a stage that ends at {:g} t0: it must be at least "
+                         "{:g} times that, or its time is lost in rounding",
+                         stage.duration, end, least));
+}
+
 /// Gaussian velocities whose momenta add up to 0, scaled to have the temperature exactly.
 void set_temperature(Scene& scene, std::size_t first, std::size_t end, double temperature) {
   const int d = scene.dimension();
@@ -262,8 +274,8 @@ void set_temperature(Scene& scene, std::size_t first, std::size_t end, double te
 }  // namespace
 
 void complete_grains(const Draft& draft, Scene& scene) {
+  check_stages(draft);
   check_sizes(draft, scene);
-  check_charges(draft);
   for (const PopulationDraft& population : draft.populations) check_charges(draft, population);
   constexpr std::size_t few = 64;  // the work of cvode's events grows with their square
   if (scene.mechanics.integrator == Integrator::cvode && scene.conductors.size() > few)

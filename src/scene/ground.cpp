@@ -7,25 +7,6 @@
 
 namespace lichtenberg {
 
-namespace {
-
-/// Forces and energies are its square over permittivities and lengths, which must be numbers.
-void check_size(const Draft& draft, const std::string& key, int line, double charge) {
-  constexpr double most = 1e50;
-  if (std::abs(charge) > most)
-    refuse(draft.scene.path, line,
-           fmt::format("{} = {:g} {} is not allowed: it must be between {:g} and {:g}", key, charge,
-                       draft.scene.reference ? "q0" : "C", -most, most));
-}
-
-}  // namespace
-
-void check_charges(const Draft& draft) {
-  for (const ConductorDraft& c : draft.conductors) check_size(draft, "conductor.charge", c.line, c.charge.value_or(0));
-  for (const PopulationDraft& p : draft.populations) check_size(draft, "population.charge", p.line, p.charge);
-  for (const GroupDraft& g : draft.groups) check_size(draft, "group.charge", g.line, g.charge.value_or(0));
-}
-
 void check_ground(const Draft& draft, const Scene& scene, const std::string& source) {
   const bool grounded =
       scene.domain.open ||

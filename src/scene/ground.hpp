@@ -12,7 +12,4 @@ namespace lichtenberg {
 /// does.
 void check_ground(const Draft& draft, const Scene& scene, const std::string& source);
 
-/// Refuses a charge so large that forces are no numbers.
-void check_charges(const Draft& draft);
-
 }  // namespace lichtenberg

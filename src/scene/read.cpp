@@ -83,6 +83,10 @@ class Reader {
       if (!read(node, value)) refuse_value(path, key, node, "has the wrong unit or type");
       if (!std::ranges::all_of(numbers(value), [&](double number) { return key.range.contains(number); }))
         refuse_value(path, key, node, "is not allowed");
+      if (!std::ranges::all_of(numbers(value), [&](double number) { return key.range.allows_size_of(number); }))
+        refuse_value(
+            path, key, node,
+            fmt::format("is not allowed, as its size is neither 0 nor from {:g} to {:g}", smallest_size, largest_size));
     };
     std::visit(Overloaded{[&](const AtChoice& at) {
                             std::string name;
@@ -164,6 +168,10 @@ std::string read_text(const std::string& path) {
   if (type == std::filesystem::file_type::not_found) throw InputError(path + ": there is no such scene file");
   if (error) throw InputError(path + ": this scene file cannot be read (" + error.message() + ")");
   if (type == std::filesystem::file_type::directory) throw InputError(path + " is a directory, not a scene file");
+  if (type != std::filesystem::file_type::regular) throw InputError(path + " is not a regular file, as a scene file is");
+  constexpr std::uintmax_t most = 100'000'000;  // B: a million bodies, one by one
+  if (const std::uintmax_t size = std::filesystem::file_size(path, error); !error && size > most)
+    throw InputError(fmt::format("{} has {} bytes: a scene file has at most {}", path, size, most));
   std::ifstream file(path, std::ios::binary);
   std::string text(std::istreambuf_iterator<char>(file), {});
   if (!file) throw InputError(path + ": this scene file cannot be read");

@@ -65,6 +65,13 @@ bool Range::contains(double value) const {
          (high_itself ? value <= high : value < high);
 }
 
+bool Range::allows_size_of(double value) const {
+  const double size = std::abs(value);
+  const double least = low > 0 ? std::min(low, smallest_size) : smallest_size;
+  const double most = std::isfinite(high) ? std::max(high, largest_size) : largest_size;
+  return size == 0 || (size >= least && size <= most);
+}
+
 std::string Range::text() const {
   std::vector<std::string> ends;
   if (std::isfinite(low)) ends.push_back(fmt::format("{} {:.10g}", low_itself ? "at least" : "greater than", low));

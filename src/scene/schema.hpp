@@ -59,6 +59,10 @@ struct Overloaded : Functions... {
 template <class... Functions>
 Overloaded(Functions...) -> Overloaded<Functions...>;
 
+/// The sizes that a number of a scene may have beside 0, in the unit of its key: products of a few of them, such as a mass
+/// or an energy, neither overflow nor vanish.
+inline constexpr double smallest_size = 1e-50, largest_size = 1e50;
+
 /// The finite numbers from low to high.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
@@ -66,6 +70,9 @@ struct Range {
   bool low_itself = true, high_itself = true;  ///< false: that end itself is not allowed
 
   bool contains(double value) const;
+  /// Whether the size of a number is 0 or from smallest_size to largest_size; an end that the range itself has beyond
+  /// them counts in their place.
+  bool allows_size_of(double value) const;
   /// As in "a number, greater than 0"; empty if every finite number is allowed.
   std::string text() const;
 };

@@ -13,7 +13,7 @@ namespace {
 
 using namespace ranges;
 
-constexpr Range times{.low = 1e-100};  // s; integrators multiply two of them
+constexpr Range times{.low = smallest_size};
 
 Table minimize() {
   return {

@@ -45,7 +45,7 @@ Table domain() {
               {.name = "size",
                .place = [](Draft& d) { return &d.domain_size; },
                .unit = "m",
-               .range = {.low = 1e-100, .high = 1e100},  // whose cubes are numbers
+               .range = {.low = smallest_size, .high = largest_size},
                .required = true,
                .help = "along x (left to right), y (bottom to top) and, in three dimensions, z (front to back)"},
               side<0>(help),

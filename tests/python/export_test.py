@@ -255,8 +255,46 @@ class OverwriteTest(unittest.TestCase):
         (out / "letter.txt").write_text("dear")
         status, _, complaint = runs.program("export", runs.seedling(), "--to", "csv", "--out", out, "--overwrite")
         self.assertEqual(status, 2)
-        self.assertIn("mine holds letter.txt, which no export to csv left there", complaint)
+        self.assertIn("mine holds letter.txt, which this export to csv does not write", complaint)
         self.assertEqual(os.listdir(out), ["letter.txt"])
+
+    def test_files_and_folders_that_no_export_wrote_stay(self):
+        def note(folder):
+            (folder / "notes.csv").write_text("mine")
+
+        def numbered(folder):
+            (folder / "particles-000099.vtp").write_text("mine")
+
+        def inner_folder(folder):
+            (folder / "dir.csv").mkdir()
+            (folder / "dir.csv" / "deep.txt").write_text("mine")
+
+        def named_as_written(folder):
+            (folder / "particles.csv").mkdir()
+
+        def link(folder):
+            (folder / "particles.csv").symlink_to("elsewhere.csv")
+
+        for to, add in (("csv", note), ("vtk", numbered), ("csv", inner_folder), ("csv", named_as_written), ("csv", link)):
+            for exported_before in (False, True):
+                with self.subTest(add=add.__name__, exported_before=exported_before):
+                    out = runs.FOLDER / f"{add.__name__}-{exported_before}"
+                    if exported_before:
+                        exported(runs.seedling(), to).rename(out)
+                        (out / "particles.csv").unlink(missing_ok=True)
+                    else:
+                        out.mkdir()
+                    add(out)
+                    before = sorted(path.relative_to(out) for path in out.rglob("*"))
+                    status, _, complaint = runs.program("export", runs.seedling(), "--to", to, "--out", out, "--overwrite")
+                    self.assertEqual(status, 2)
+                    self.assertEqual(complaint.count("\n"), 1, complaint)
+                    self.assertEqual(sorted(path.relative_to(out) for path in out.rglob("*")), before)
+
+    def test_frames_without_contacts_leave_the_table_of_contacts_empty(self):
+        out = exported(runs.packing(), "csv", "--frames", "0")
+        self.assertEqual(rows_of(out / "contacts.csv"), [])
+        self.assertEqual((out / "contacts.csv").read_text(), "frame,particle,other\n")
 
 
 def by_the_readme(path):

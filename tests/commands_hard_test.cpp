@@ -220,3 +220,72 @@ TEST_CASE("names and keys beyond all measure are refused in a sentence") {
   folder.write("deep.toml", "[" + keys + "]\n");
   check_refused(run_program(folder, "explain deep.toml"), 2, "deep.toml:1: a key of 1000 parts");
 }
+
+TEST_CASE("a scene file that is no plain file, or larger than scenes are, is refused") {
+  const Folder folder;
+  REQUIRE(run_shell(folder, "mkfifo pipe.toml; truncate -s 100000001 large.toml").status == 0);
+  for (const std::string command : {"run", "explain", "solve", "ensemble"}) {
+    const auto refused = [&](const std::string& file, const std::string& part) {
+      check_refused(run_shell(folder, "timeout -s KILL 60 LICHTENBERG " + command + " " + file), 2, part);
+    };
+    refused("/dev/zero", "/dev/zero is not a regular file");
+    refused("pipe.toml", "pipe.toml is not a regular file");
+    refused("large.toml", "large.toml has 100000001 bytes: a scene file has at most 100000000");
+  }
+}
+
+TEST_CASE("a limit of open files that is too low ends a command in a sentence") {
+  const Folder folder;
+  folder.write("scene.toml", lone_supply);
+  for (const std::string command : {"solve scene.toml", "run scene.toml", "--version"})
+    check_refused(run_shell(folder, "ulimit -n 12; LICHTENBERG " + command), 1,
+                  "only 12 files may be open at once (ulimit -n), and at least 64 are needed");
+  CHECK(run_shell(folder, "ulimit -n 64; LICHTENBERG solve scene.toml").status == 0);
+  CHECK(run_shell(folder, "ulimit -S -n 12; LICHTENBERG solve scene.toml").status == 0);  // it may raise that itself
+}
+
+TEST_CASE("control characters of a scene never reach the terminal") {
+  const Folder folder;
+  const auto silent = [](const Ended& ended) {
+    return !contains(ended.out + ended.err, "\x1b") && !contains(ended.out + ended.err, "\x07");
+  };
+  for (const std::string& text :
+       {"title = \"\\u001b]0;owned\\u0007\"\n" + lone_supply, "title = \"\\u009b31m\"\n" + lone_supply,
+        replaced(lone_supply, "shape = \"disk\"", "shape = \"disk\"\nname = \"\\u001b[31m\"")}) {
+    folder.write("scene.toml", text);
+    for (const std::string command : {"explain", "solve", "run"}) {
+      const Ended ended = run_program(folder, command + " scene.toml");
+      check_refused(ended, 2, "without control characters");
+      CHECK(silent(ended));
+    }
+  }
+  folder.write("scene.toml", "\"\\u001b[31m\" = 1\n" + lone_supply);
+  const Ended unknown = run_program(folder, "explain scene.toml");
+  check_refused(unknown, 2, "unknown key \\x1b[31m");
+  CHECK(silent(unknown));
+  CHECK(silent(run_shell(folder, "LICHTENBERG explain $'\\033[31m.toml'")));
+}
+
+TEST_CASE("a conductor below a cell: solve and run say so before any frame") {
+  const Folder folder;
+  folder.write("scene.toml", replaced(replaced(falling_wire, "1.324e-3", "1e-4"), "time = 1\n", "time = 1e-9\n"));
+  for (const std::string command : {"solve", "run"}) {  // a cell is 2.5e-4 m
+    const Ended ended = run_program(folder, command + " scene.toml");
+    CHECK(ended.status == 0);
+    CHECK_MESSAGE(contains(ended.out + ended.err, "disks below a cell: 1 of them"), ended.err);
+  }
+  folder.write("scene.toml", replaced(falling_wire, "time = 1\n", "time = 1e-9\n"));
+  CHECK_FALSE(contains(run_program(folder, "run scene.toml --overwrite").err, "below a cell"));
+}
+
+TEST_CASE("a folder that is removed during a run ends it, and the message says what is lost") {
+  const Folder folder;
+  folder.write("scene.toml", replaced(replaced(falling_wire, "time = 1\n", "time = 1e6\n"), "every = 0.01", "every = 1e-3"));
+  const Ended ended = run_shell(
+      folder,
+      "mkdir inner; timeout -s KILL 600 LICHTENBERG run scene.toml --out inner/x.h5 --quiet & run=$!; "
+      "while [ ! -e inner/x.h5 ] && kill -0 $run; do sleep 0.001; done; rm -rf inner; wait $run");
+  check_refused(ended, 1, "inner/x.h5 cannot be written");
+  CHECK(contains(ended.err, "is gone with the file, which was removed during the run"));
+  CHECK_FALSE(contains(ended.err, "stands"));
+}

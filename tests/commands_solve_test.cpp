@@ -308,6 +308,20 @@ TEST_CASE("solve --field writes a file, and replaces one only if told") {
   CHECK(run(folder, "solve small.toml --field field.vtkhdf --overwrite").status == 0);
   CHECK(is_hdf5());
   check_refused(run(folder, "solve small.toml --field no/such/folder/field.vtkhdf"), "no/such/folder");
+  CHECK(run(folder, "solve small.toml --field field.vtkhdf --overwrite").status == 0);  // one of its own again
+}
+
+TEST_CASE("solve --overwrite: neither the scene that is read nor a result is replaced") {
+  const Folder folder;
+  folder.write("small.toml", small_scene);
+  folder.write("run.toml", small_scene + "[stop]\ntime = 1e-6\n[output]\npicture = false\n[effects.stokes_drag]\n");
+  REQUIRE(run(folder, "run run.toml --quiet --set medium.viscosity=0.7").status == 0);
+  const std::string scene = text_of(folder / "small.toml"), result = text_of(folder / "run.h5");
+  check_refused(run(folder, "solve small.toml --field small.toml --overwrite"), "is what is read");
+  check_refused(run(folder, "solve small.toml --field run.h5 --overwrite"), "run.h5 is a result");
+  check_refused(run(folder, "solve small.toml --picture a.png --field a.png"), "cannot be written twice");
+  CHECK(text_of(folder / "small.toml") == scene);
+  CHECK(text_of(folder / "run.h5") == result);
 }
 
 TEST_CASE("electrodes alone are a scene: a plate capacitor has the charges and the capacitance that it must") {

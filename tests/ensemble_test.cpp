@@ -392,6 +392,8 @@ TEST_CASE("a command that cannot be used is one sentence and status 2, before an
   check_refused("neutral.toml --conductors 1 --vary population.count=2", "varied twice");
   check_refused("neutral.toml --conductors 2000,3000", "no member of this ensemble is possible");
   check_refused("neutral.toml --seeds 0", "--seeds");
+  check_refused("neutral.toml --seeds 1000000000", "--seeds 1000000000 is not allowed: it must be at most 100000");
+  check_refused("neutral.toml --seeds 60000 --conductors 1,2", "the ensemble has 120000 members: at most 100000");
   check_refused("neutral.toml --out neutral.toml", "neutral.toml");
 }
 

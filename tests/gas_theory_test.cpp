@@ -227,6 +227,20 @@ TEST_CASE("the barrier of grains that repel each other is fitted to a run, or no
     if (f["name"] == "fitted_barrier") CHECK(f["value"].is_null());
 }
 
+TEST_CASE("theory: --set without a scene file is refused, not ignored") {
+  const Folder folder;
+  folder.write("gas.toml", scene());
+  for (const auto& [command, sentence] : std::vector<std::pair<std::string, std::string>>{
+           {"theory haff --set nonsense.key=5", "--set changes a key of the scene that --scene names: it needs --scene"},
+           {"theory haff gas.h5 --set stop.time=5", "it needs --scene"},
+           {"theory haff --scene gas.toml --set nonsense.key=5", "nonsense.key is no key of a scene"}}) {
+    const Ended ended = run_program(folder, command);
+    INFO(ended.err);
+    CHECK(ended.status == 2);
+    CHECK(contains(ended.err, sentence));
+  }
+}
+
 TEST_CASE("what is read, results and what is no plain file are never written over") {
   const Folder folder;
   folder.write("gas.toml", scene());
@@ -299,7 +313,8 @@ TEST_CASE("theories outside of their range say what it is") {
     CHECK(ended.status == 1);
     CHECK_MESSAGE(contains(ended.err, "kinetic theory has no course of a gas that charges so fast"), ended.err);
   }
-  const std::string barely = "--set effects.viscoelastic_contact.dissipative=1e-300";
+  const std::string contact = "--set effects.viscoelastic_contact.";
+  const std::string barely = contact + "dissipative=1e-50 " + contact + "elastic=1e100";
   CHECK(contains(run_program(folder, "theory restitution --scene gas.toml " + barely).out, "negative at no speed"));
   folder.write("early.toml", replaced(scene(), "time = 1.5", "time = 0.5"));
   refused("haff --scene early.toml", "the run ends before its warm-up does");

@@ -162,6 +162,20 @@ TEST_CASE("a step that is too long, or so short that time stands still, is refus
   CHECK_THROWS_AS(GranularMotion(parse(box + grains + contact + verlet)), InputError);
 }
 
+TEST_CASE("time that stands still: a stage is refused, a run ends in a sentence") {
+  const auto of_stage = [](const std::string& duration, const std::string& more) {
+    return box + grains + contact + "[[stage]]\nduration = 0.5\n[[stage]]\nduration = " + duration + "\n" + more +
+           "[stop]\ntime = 0.6\n";
+  };
+  for (const std::string duration : {"1e-17", "4.9e-13"})
+    CHECK_MESSAGE(sentence_of(of_stage(duration, "")).find("is not allowed in a stage that ends at 0.5 t0") !=
+                      std::string::npos,
+                  sentence_of(of_stage(duration, "")));
+  CHECK(sentence_of(of_stage("1e-12", "")).empty());
+  const std::string still = sentence_of(of_stage("0.01", "temperature = 1e49\n"));
+  CHECK_MESSAGE(still.find("time does not advance any more: at t = 0.51 t0") != std::string::npos, still);
+}
+
 TEST_CASE("gases at the ends of what numbers can say move all the same") {
   const std::string end = "[stop]\ntime = 0.05\n";
   for (const std::string& scene :
@@ -215,8 +229,8 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
        "at least twice that is needed, or it would meet two images of another"},
       {box + few + contact + "[stop]\ntime = 1e12\n[output]\nevery = 1.0\n",
        "output.every = 1 t0 is not allowed: up to stop.time = 1e+12 t0 that makes 1e+12 frames"},
-      {box + few + "radius = 1e-100\n" + contact + coulomb,
-       "domain.size = 12 d0 along its longest side is not allowed with a grain of diameter 2e-100 d0: at most 1e+09 "
+      {box + few + "radius = 1e-40\n" + contact + coulomb,
+       "domain.size = 12 d0 along its longest side is not allowed with a grain of diameter 2e-40 d0: at most 1e+09 "
        "times that is, or contacts would be lost in rounding"},
       {box + few + contact + coulomb + "sum = \"shifted-force\"\ncutoff = 7\n",
        "effects.coulomb.cutoff = 7 is not allowed in this box: at most 6 is"},

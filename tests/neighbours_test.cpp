@@ -113,6 +113,17 @@ TEST_CASE("a periodic box shorter than twice the range is refused") {
   CHECK(pairs_closer_than(Spheres<2>{position, radius, periodic_box<2>(4, 0)}, 1.1).size() == 1);
 }
 
+TEST_CASE("a range beyond all places: every particle is every other's neighbour") {
+  const Crowd some = crowd(20, 2, 1, 0.01, 0.02, 0, 1);
+  const Spheres<2> spheres{some.position, some.radius};
+  const std::vector<double> reach(20, 1e300);
+  for (const double range : {1e3, 1e300, 1.7e308, double{INFINITY}}) {
+    CHECK(pairs_closer_than(spheres, range).size() == 20 * 19 / 2);
+    CHECK(pairs_within_reach(spheres, range, reach).size() == 20 * 19 / 2);
+    CHECK(ReachList().pairs(spheres, range, reach).size() == 20 * 19 / 2);
+  }
+}
+
 TEST_CASE("any number of threads finds the same pairs") {
   const Crowd some = crowd(20000, 3, 40, 0.3, 0.7, 0, 4);
   const Spheres<3> spheres{some.position, some.radius, periodic_box<3>(40)};

@@ -253,6 +253,31 @@ TEST_CASE("what cannot be drawn is refused with a sentence") {
     check_refused(folder, "plot scene.h5 --out /proc/a.png", "cannot be written");
 }
 
+TEST_CASE("results with a colon or a leading dash in their names are drawn") {
+  const RunFolder folder(plates);
+  REQUIRE(run_shell(folder, "cp scene.h5 a:b.h5; cp -- scene.h5 -c.h5").status == 0);
+  for (const std::string name : {"a:b", "-c"}) {
+    for (const std::string command : {"film --quiet", "plot", "plot --series --out series.png --overwrite", "view"}) {
+      const Ended ended = run_shell(folder, fmt::format("LICHTENBERG {} -- {}.h5", command, name));
+      CHECK_MESSAGE(ended.status == 0, command << " " << name << ": " << ended.err);
+    }
+    CHECK(fs::file_size(folder / (name + ".mp4")) > 0);
+    CHECK(fs::file_size(folder / (name + ".html")) > 0);
+  }
+  const Ended named = run_shell(folder, "LICHTENBERG film scene.h5 --quiet --out=-d:e.mp4");
+  CHECK_MESSAGE(named.status == 0, named.err);
+  CHECK(fs::file_size(folder / "-d:e.mp4") > 0);
+}
+
+TEST_CASE("a backend of matplotlib's environment that does not exist is no hindrance") {
+  const RunFolder folder(plates);
+  for (const std::string command : {"plot scene.h5 --overwrite", "plot scene.h5 --series --overwrite"}) {
+    const Ended ended = run_shell(folder, "MPLBACKEND=nonsense LICHTENBERG " + command);
+    CHECK_MESSAGE(ended.status == 0, ended.err);
+    CHECK_FALSE(contains(ended.err, "Traceback"));
+  }
+}
+
 TEST_CASE("an interrupted film leaves nothing behind, and no list of Python's calls") {
   const RunFolder folder(plates);
   folder.write(

@@ -233,7 +233,7 @@ TEST_CASE("charge needs a ground in an insulated box") {
 TEST_CASE("a charge whose square is no number is refused by its key") {
   const std::string start = box + electrostatics + grounded;
   check_refused(start + disk("[0.01, 0.01]", "charge = -1e308\n"),
-                {"test.toml:10: conductor.charge = -1e+308 C", "neither 0 nor from 1e-50 to 1e+50"});
+                {"test.toml:13: conductor.charge = -1e+308", "neither 0 nor from 1e-50 to 1e+50"});
   check_refused(start + "[[population]]\ncount = 1\nradius = 0.001\ncharge = 1e200\n", {"population.charge = 1e+200"});
   check_refused(start + "[[group]]\nname = \"g\"\ncharge = 1e200\n" + disk("[0.01, 0.01]", "group = \"g\"\n"),
                 {"group.charge = 1e+200"});

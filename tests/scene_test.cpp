@@ -369,7 +369,7 @@ TEST_CASE("a tolerance of places is no finer than they are told apart") {
   const auto with = [](const std::string& tolerance) {
     return box + "field.cells = 64\nmechanics.position_tolerance = " + tolerance + "\n" + disk("[0.01, 0.01]");
   };
-  check_refused(with("1e-300"), {"test.toml:4:", "mechanics.position_tolerance = 1e-300 m", "told apart to 1e-12 m"});
+  check_refused(with("1e-40"), {"test.toml:4:", "mechanics.position_tolerance = 1e-40 m", "told apart to 1e-12 m"});
   check_refused(with("0.99e-12"), {"at least that is allowed"});
   CHECK(refusal(with("1.01e-12")) == "");
   check_refused(with("0.0401"), {"mechanics.position_tolerance = 0.0401 m", "at most 0.04 m"});
@@ -424,7 +424,8 @@ TEST_CASE("a number of any key: a size beyond its bounds is refused by name") {
     for (const Key& key : table.keys)
       for (const std::string size : {"1.7e308", "1e101", "-1e101", "1e-101", "5e-324"}) {
         const std::string written = with_number(key, size);
-        if (written.empty()) continue;
+        const bool component_near_0 = written.starts_with("[") && size.find("e-") != std::string::npos;
+        if (written.empty() || (component_near_0 && key.range.contains(0))) continue;
         ++numeric;
         const bool in_domain = table.path == "domain";
         const std::string domain = in_domain && key.name == "size" ? "" : "size = [0.04, 0.02]\n";

@@ -7,7 +7,7 @@ import warnings
 from . import messages
 from . import view as page
 from .export import export, formats
-from .result import Failure, InputError, damage, default_output, load
+from .result import Failure, InputError, damage, default_output, load, printable
 
 
 def parser():
@@ -54,7 +54,7 @@ def main():
         sentence, status = str(error), 2 if isinstance(error, InputError) else 1
     except Exception as error:  # whatever a damaged file leads to
         sentence, status = f"{request.file} is damaged or incomplete ({damage(error)})", 2
-    messages.tell(f"lichtenberg: {' '.join(sentence.split())}")
+    messages.tell(f"lichtenberg: {printable(sentence)}")
     return status
 
 

@@ -286,7 +286,7 @@ def as_list(values):
 def export_ensemble(source, to, out, frames, overwrite):
     """members.csv, a row a run, and points.csv, a row a setting with means and half widths of 95 % confidence; with -2 and so
     on of further sweeps in the folder."""
-    tables = sorted(Path(source).glob("ensemble*.json"))
+    tables = [path for path in sorted(Path(source).glob("ensemble*.json")) if path.is_file()]
     if not tables:
         raise InputError(f"{source} is a folder without ensemble.json: give a result file, or the folder of an ensemble")
     if to != "csv" or frames is not None:

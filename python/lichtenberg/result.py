@@ -474,6 +474,11 @@ def frame_number(word, result, default):
     return checked_index(int(word), len(result), result.path)
 
 
+def printable(sentence):
+    """In one line, without characters that do something to a terminal: files of strangers have names of their own."""
+    return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in " ".join(sentence.split()))
+
+
 def default_output(path, suffix):
     return str(Path(path).with_suffix("")) + suffix
 

@@ -1,6 +1,7 @@
 #include "src/commands/command_line.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -235,8 +236,20 @@ void finish_output() {
 }
 
 int report(const std::exception& error, int status) {
-  fmt::print(stderr, "lichtenberg: {}\n", error.what());
+  fmt::print(stderr, "lichtenberg: {}\n", printable(error.what()));
   return status;
+}
+
+/// Throws Failure where so few files may be open at once that libraries would end the program.
+void ensure_open_files() {
+  constexpr rlim_t wanted = 1024, least = 64;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted) return;
+  limit.rlim_cur = std::min(wanted, limit.rlim_max);
+  setrlimit(RLIMIT_NOFILE, &limit);
+  if (limit.rlim_cur < least)
+    throw Failure(fmt::format("only {} files may be open at once (ulimit -n), and at least {} are needed",
+                              limit.rlim_cur, least));
 }
 
 /// The exit status that `work` or its error gives.
@@ -261,6 +274,7 @@ int run_command_line(std::vector<std::string> arguments) {
   prepare_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no larger is an error of writing, with a sentence
   const int status = status_of([&] {
+    ensure_open_files();
     parallel::set_petsc_options(take_petsc_options(arguments));
     laplace::SolverShares shares;
     const bool first = parallel::join_processes([&](parallel::Message& message) { shares(message); });

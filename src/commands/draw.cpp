@@ -80,7 +80,7 @@ void draw(const std::string& name, const std::vector<std::string>& arguments) {
 void draw_picture(const std::string& file, double& seconds) {
   const Stopwatch stopwatch(seconds);
   try {
-    draw("plot.py", {file, "--of-run"});
+    draw("plot.py", {as_word(file), "--of-run"});
   } catch (const Failure& failure) {
     fmt::print(stderr, "lichtenberg: {}\n", failure.what());
   }

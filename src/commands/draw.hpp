@@ -5,6 +5,9 @@
 
 namespace lichtenberg {
 
+/// The path of a file as a word that no program takes for an option.
+inline std::string as_word(const std::string& path) { return path.starts_with('-') ? "./" + path : path; }
+
 /// Runs a script of this folder (Python with matplotlib, plot.py also with h5py) with the given arguments, as on its
 /// command line, and waits for it. Its messages go to standard error. Throws Failure if it is not there or fails.
 void draw(const std::string& script, const std::vector<std::string>& arguments);

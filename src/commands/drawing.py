@@ -20,7 +20,7 @@ here = Path(__file__).resolve().parent
 sys.path[:0] = [str(here / "python"), str(here.parents[1] / "python")]  # as installed; in the source
 
 from lichtenberg import ground, messages
-from lichtenberg.result import TO_GROUND, UNCONNECTED, InputError, check_output, check_result, created, damage, identity
+from lichtenberg.result import TO_GROUND, UNCONNECTED, InputError, check_output, check_result, created, damage, identity, printable
 
 STEEL, INK, ISOLATED, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
 WARNING = "#b00020"
@@ -102,12 +102,14 @@ def report(path, work):
         sentence = str(error)
     except Exception as error:  # whatever a damaged file, or one that another program has changed, leads to
         sentence = f"{path} cannot be drawn: it is damaged or incomplete ({damage(error)})"
-    messages.tell(f"lichtenberg: {' '.join(sentence.split())}")
+    messages.tell(f"lichtenberg: {printable(sentence)}")
     return 2
 
 
 def read_json(path):
     """Throws InputError."""
+    if not Path(path).is_file():
+        raise InputError(f"{path} is no file")
     try:
         return json.loads(Path(path).read_text())
     except (OSError, ValueError) as error:

@@ -59,6 +59,8 @@ Variation read_variation(const std::string& written) {
 
 /// From the scene's own seed upward.
 Variation seeds_from(std::uint64_t first, int count) {
+  constexpr int most = 100'000;
+  if (count > most) throw InputError(fmt::format("--seeds {} is not allowed: it must be at most {}", count, most));
   Variation seeds{"seed", {}};
   for (int k = 0; k < count; ++k) seeds.values.push_back(std::to_string(first + static_cast<std::uint64_t>(k)));
   return seeds;
@@ -150,6 +152,8 @@ void report_failures(const std::vector<Member>& members) {
 
 /// Whether a table holds members that are none of these: that of another sweep, which must not be lost.
 bool holds_others(const std::string& table, const std::vector<Member>& members) {
+  std::error_code error;
+  if (!fs::is_regular_file(table, error)) return true;
   std::ifstream file(table);
   const auto json = nlohmann::json::parse(file, nullptr, false);
   if (!json.is_object() || !json.contains("members") || !json["members"].is_array()) return true;

@@ -44,6 +44,13 @@ std::string name_of(const std::vector<Setting>& settings, const std::string& sce
   return name.empty() ? std::filesystem::path(scene_path).stem().string() : name;
 }
 
+void check_count(const std::vector<Variation>& variations) {
+  constexpr double most = 100'000;
+  double count = 1;
+  for (const Variation& variation : variations) count *= static_cast<double>(variation.values.size());
+  if (count > most) throw InputError(fmt::format("the ensemble has {:g} members: at most {:g} are allowed", count, most));
+}
+
 std::vector<std::vector<Setting>> product(const std::vector<Variation>& variations) {
   std::vector<std::vector<Setting>> all{{}};
   for (const auto& [key, values] : variations) {
@@ -120,6 +127,7 @@ bool write_scene(const std::string& folder, Member& member) {
 
 std::vector<Member> make_members(const std::string& scene_path, const std::vector<Setting>& set,
                                  const std::vector<Variation>& variations, const std::string& folder) {
+  check_count(variations);
   const Scene scene = read_scene(scene_path, set);
   std::vector<Member> members;
   for (const std::vector<Setting>& settings : product(variations)) {

@@ -72,7 +72,7 @@ FrameFields solve_fields(const FilmArguments& request, const Result& result, con
   check_bytes(request.file);
   const Result result(request.file);
   const std::vector<int> frames = frames_of(request, result);
-  std::vector<std::string> arguments = {request.file, fmt::format("--frames={}", fmt::join(frames, ",")),
+  std::vector<std::string> arguments = {as_word(request.file), fmt::format("--frames={}", fmt::join(frames, ",")),
                                         fmt::format("--rate={}", request.rate)};
   for (const std::string& option : drawn.options()) arguments.push_back(option);
   if (request.quiet) arguments.emplace_back("--quiet");

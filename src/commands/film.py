@@ -70,7 +70,7 @@ class Ffmpeg:
         size = f"{pixels[0]}x{pixels[1]}"
         frames = ["-f", "rawvideo", "-pix_fmt", "rgba", "-s", size, "-r", f"{rate:g}", "-i", "-"]
         film = ["-c:v", "libx264", "-crf", CRF, "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"]
-        command = ["ffmpeg", "-y", "-loglevel", "error", *frames, *film, self.partial]
+        command = ["ffmpeg", "-y", "-loglevel", "error", *frames, *film, f"file:{self.partial}"]  # a name with a colon is no protocol
         try:
             os.close(drawing.created(self.partial))
         except OSError as error:

@@ -12,6 +12,8 @@ def hook(kind, error, trace):
 
 sys.excepthook = hook
 
+os.environ.pop("MPLBACKEND", None)  # pictures are drawn into files, and a name that matplotlib does not know ends its import
+
 
 def end_with(parent):
     """However that process ends, this one does. Elsewhere than on Linux it draws on."""

@@ -89,7 +89,7 @@ void draw_json(const std::string& script, const nlohmann::ordered_json& json, co
                bool silently) {
   const TemporaryFile data;
   write_json(data.path, json);
-  draw(script, {data.path, "--out", picture});
+  draw(script, {data.path, "--out=" + picture});
   if (!silently) fmt::print("\n{} shows it\n", picture);
 }
 

@@ -269,7 +269,7 @@ std::string picture_of(const NetworkArguments& request) {
 
 void draw_networks(const NetworkArguments& request, const std::vector<std::string>& warnings,
                    const std::vector<SolvedNetwork>& networks) {
-  std::vector<std::string> arguments = {request.file, "--out", picture_of(request), "--models"};
+  std::vector<std::string> arguments = {as_word(request.file), "--out=" + picture_of(request), "--models"};
   for (const SolvedNetwork& solved : networks) arguments.push_back(name_of(solved.model));
   for (const std::string& warning : warnings) arguments.push_back("--warning=" + warning);
   draw("network.py", arguments);

@@ -25,6 +25,12 @@ struct PlotArguments {
   DrawnFrames drawn;
 };
 
+std::vector<std::string> words_of(const std::vector<std::string>& files) {
+  std::vector<std::string> words;
+  for (const std::string& file : files) words.push_back(as_word(file));
+  return words;
+}
+
 /// Those asked for, which every run must have; empty: each run's last.
 std::string frames_asked(const PlotArguments& request) {
   return request.frame ? std::to_string(*request.frame) : request.drawn.frames;
@@ -42,7 +48,7 @@ std::vector<int> frames_of(const PlotArguments& request, const Result& result) {
     check_bytes(file);
     results.emplace_back(file);
   }
-  std::vector<std::string> arguments = request.files;
+  std::vector<std::string> arguments = words_of(request.files);
   for (const std::string& option : request.drawn.options()) arguments.push_back(option);
   std::string frames;
   for (const Result& result : results) frames = fmt::format("{}", fmt::join(frames_of(request, result), ","));
@@ -61,7 +67,7 @@ bool is_ensemble(const std::string& path) { return std::filesystem::is_directory
 bool names_ensemble(const std::vector<std::string>& files) { return std::ranges::any_of(files, is_ensemble); }
 
 [[noreturn]] void plot_series(const PlotArguments& request) {
-  std::vector<std::string> arguments = request.files;
+  std::vector<std::string> arguments = words_of(request.files);
   for (const std::string& file : request.files)
     if (!is_ensemble(file)) check_bytes(file);
   if (!request.observables.empty()) arguments.push_back("--observables=" + request.observables);

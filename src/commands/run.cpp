@@ -115,6 +115,17 @@ Recorder open_recorder(const RunArguments& request, const Scene& scene) {
   return Recorder::start(scene.output.file, scene, make_bodies(scene).mass, request.overwrite);
 }
 
+/// Throws Failure before a frame with numbers that are none is written.
+void check_finite(const Frame& frame) {
+  for (const char* name : {"position", "velocity", "charge", "force"}) {
+    const Column* column = frame.find(name);
+    const auto* values = column ? std::get_if<std::vector<double>>(&column->values) : nullptr;
+    if (values && !std::ranges::all_of(*values, [](double value) { return std::isfinite(value); }))
+      throw Failure(fmt::format("at {} a {} is no number any more: the scene's numbers are too large or too small",
+                                instant_in_words(frame.time, frame.time_unit), name));
+  }
+}
+
 /// A scene's run, from its start or its last checkpoint to its end.
 ///
 /// A checkpoint may make a motion forget what it cannot hold, which changes the last digits of what follows. So, unless
@@ -217,7 +228,11 @@ class Run {
     const std::int64_t index = frames_++;
     {
       const Stopwatch stopwatch(recording_seconds_);
-      backlog_.add([this, frame = std::exchange(frame_, nullptr)] { recorder_.add(frame()); });
+      backlog_.add([this, frame = std::exchange(frame_, nullptr)] {
+        Frame now = frame();
+        check_finite(now);
+        recorder_.add(std::move(now));
+      });
     }
     if (over_) return save(progress);
     if (index % scene_.output.checkpoint_every == 0) return save_later(progress);
@@ -369,7 +384,7 @@ Command run_command() {
             "start where the particles of this result (.h5) are, with their velocities and charges"},
            {"--frame", &request->frame, "of that result, from 0 (default: the last)"},
            {"--resume", &request->resume, "go on from the checkpoint in the result file"},
-           {"--overwrite", &request->overwrite, "replace the result file if it exists", {.excluded = "--resume"}},
+           {"--overwrite", &request->overwrite, "replace the result file and its pictures if they exist", {.excluded = "--resume"}},
            {"--quiet", &request->quiet, "print nothing but errors"}},
           [request] { run(*request); }};
 }

@@ -23,6 +23,7 @@
 #include "src/effects/groups.hpp"
 #include "src/model/bodies.hpp"
 #include "src/record/recorder.hpp"
+#include "src/record/result.hpp"
 #include "src/record/vtkhdf.hpp"
 
 namespace lichtenberg {
@@ -357,6 +358,19 @@ void draw_solution(const Answer& answer, std::optional<laplace::Field> field, co
   draw("plot.py", {file, "--colour=potential", "--out=" + picture, "--overwrite", "--quiet"});
 }
 
+/// Throws Failure if what was solved for holds a number that is none, before anything is printed or written of it.
+void check_finite(const Answer& answer) {
+  const auto finite = [](double value) { return std::isfinite(value); };
+  bool all = finite(answer.energy()) && std::ranges::all_of(answer.capacitance.matrix, finite);
+  for (int i = 0; i < answer.size(); ++i)
+    all = all && finite(answer.potential(i)) && finite(answer.charge(i)) && finite(norm(answer.force[i]));
+  if (!all)
+    throw Failure(
+        fmt::format("{}: potentials, charges, forces or the energy are too large or too small for floating-point "
+                    "numbers: potentials and charges nearer to 1 are needed",
+                    answer.scene.path));
+}
+
 void solve_in_space(Answer& answer, const SolveArguments& request) {
   if (!request.field.empty())
     throw InputError("--field is for scenes in two dimensions: that of spheres in space is not on a grid");
@@ -374,6 +388,7 @@ void solve_in_space(Answer& answer, const SolveArguments& request) {
                      .iterations = found.iterations,
                      .residual = found.residual,
                      .seconds = found.seconds};
+  check_finite(answer);
   if (!request.picture.empty()) draw_solution(answer, std::nullopt, request.picture);
   if (request.capacitance) answer.capacitance = capacitances(solver, answer);
 }
@@ -382,6 +397,7 @@ void solve_in_plane(Answer& answer, const SolveArguments& request) {
   const auto solver = solve_as_asked(answer);
   for (const Vec2 force : answer.solution.body_force) answer.force.push_back(in_space(answer.depth() * force));
   std::ranges::copy(answer.solution.side_charge, answer.side_charge.begin());
+  check_finite(answer);
   if (!request.field.empty()) write_field_vtkhdf(request.field, solver->field(), request.overwrite);
   if (!request.picture.empty()) draw_solution(answer, solver->field(), request.picture);
   if (request.capacitance) answer.capacitance = capacitances(*solver, answer);
@@ -398,11 +414,36 @@ void check_for_grains(const SolveArguments& request) {
   if (request.device == name_of(FieldDevice::cuda)) refuse_it("--device cuda");
 }
 
+bool is_result(const std::string& path) {
+  try {
+    const Result result(path);
+    return true;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+/// Before the work: that the files to be written can be, and replace neither what is read nor a result.
+void check_files(const SolveArguments& request) {
+  if (!request.picture.empty()) {
+    check_picture("--picture", request.picture);
+    if (request.picture == request.field)
+      throw InputError(request.field + " cannot be written twice: name another file");
+    check_output("--picture", request.picture, request.overwrite);
+  }
+  if (request.field.empty()) return;
+  check_not_read(request.field, {request.scene});
+  check_output("--field", request.field, request.overwrite);
+  if (is_result(request.field))
+    throw InputError(request.field + " is a result, and is left as it is: give --field another name");
+}
+
 Answer solve(const SolveArguments& request, Scene scene) {
   Answer answer{.scene = std::move(scene)};
   effects::check_processes(&answer.scene.field_table);
   answer.field = make_field_problem(answer.scene);
   answer.in_space() ? solve_in_space(answer, request) : solve_in_plane(answer, request);
+  check_finite(answer);  // its capacitances too
   return answer;
 }
 
@@ -422,9 +463,7 @@ Command solve_command() {
            {"--picture", &request->picture, "draw potential and conductors into this file: .png, .pdf or .svg"},
            {"--overwrite", &request->overwrite, "replace the files of --field, --picture and --json if they exist"}},
           [request] {
-            if (!request->field.empty()) check_output("--field", request->field, request->overwrite);
-            if (!request->picture.empty()) check_picture("--picture", request->picture);
-            if (!request->picture.empty()) check_output("--picture", request->picture, request->overwrite);
+            check_files(*request);
             const std::string json = request->json.file();
             if (!json.empty() && json == request->field)
               throw InputError(fmt::format("{} cannot be written twice: name another file", json));

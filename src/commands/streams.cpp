@@ -88,4 +88,21 @@ void end_by_closed_pipe() {
   raise(SIGPIPE);
 }
 
+std::string printable(std::string_view text) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string shown;
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    const unsigned char c = text[k], next = k + 1 < text.size() ? text[k + 1] : 0;
+    const bool control = (c < 0x20 && c != '\n' && c != '\t') || c == 0x7f;
+    const bool second_set = c == 0xc2 && next >= 0x80 && next < 0xa0;  // U+0080 to U+009F in UTF-8
+    if (!control && !second_set) {
+      shown += text[k];
+      continue;
+    }
+    const unsigned char code = control ? c : (++k, next);
+    shown += {'\\', 'x', digits[code / 16], digits[code % 16]};
+  }
+  return shown;
+}
+
 }  // namespace lichtenberg

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <string_view>
+
 namespace lichtenberg {
 
 /// Prepares standard input, output and error, once in a process, before any file is opened:
@@ -7,6 +10,10 @@ namespace lichtenberg {
 /// - a write to standard error or output that fails (a full disk, a closed pipe) throws nothing and ends nothing. That
 ///   of standard error is forgotten, that of standard output is kept for output_error().
 void prepare_streams();
+
+/// The text with control characters other than line ends and tabs written as \x1b, so that names of files and keys that
+/// a stranger chose do nothing to a terminal.
+std::string printable(std::string_view text);
 
 /// Says that the command's work stands in files, and that what it prints repeats it: then output that cannot be written
 /// is no failure of the command.

@@ -266,6 +266,8 @@ void check_theory(const TheoryArguments& request) {
   if ((request.cells || request.seed || request.space || request.separated || !request.field.empty()) && !flow)
     throw InputError("--cells, --seed, --space, --separated and --field are for theory hydrodynamics");
   if (request.seed && *request.seed < 0) throw InputError(fmt::format("--seed is 0 or more, not {}", *request.seed));
+  if (!request.settings.empty() && request.scene.empty())
+    throw InputError("--set changes a key of the scene that --scene names: it needs --scene");
   if (!request.picture.empty() && !request.plot) throw InputError("--out is for the picture that --plot draws");
   if (request.plot) check_picture("--out", theory_picture(request));
   check_outputs({request.json.file(), request.csv, request.field, request.plot ? theory_picture(request) : ""},

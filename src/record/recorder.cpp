@@ -516,9 +516,13 @@ std::string Recorder::put_together(const Milestone& milestone) {
 }
 
 std::string Recorder::what_stands() const {
-  if (saved_time_)
-    return fmt::format("what was saved up to {} stands, and --resume goes on from there",
-                       instant_in_words(*saved_time_, series_.empty() ? Frame{}.time_unit : series_[1].unit));
+  if (saved_time_) {
+    const std::string saved =
+        "what was saved up to " + instant_in_words(*saved_time_, series_.empty() ? Frame{}.time_unit : series_[1].unit);
+    std::error_code error;
+    return std::filesystem::exists(path_, error) ? saved + " stands, and --resume goes on from there"
+                                                 : saved + " is gone with the file, which was removed during the run";
+  }
   return std::filesystem::exists(path_) ? "the file that was to be overwritten stands" : "nothing was saved";
 }
 

@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <type_traits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -37,6 +39,11 @@ std::string found(const toml::node& node) {
 constexpr const char* floating_shape =
     "a floating conductor of this shape is an [[electrode]] with potential = 0 and series_resistance = 1e30 (ohm), "
     "which no charge passes";
+
+/// Whether one of a value's numbers may all but vanish beside the others: a component of a place or a velocity.
+template <class T>
+constexpr bool is_vector = std::is_same_v<T, Vec2> || std::is_same_v<T, Coordinates> ||
+                           std::is_same_v<T, std::optional<Coordinates>> || std::is_same_v<T, std::optional<Region>>;
 
 /// Walks a TOML document along the schema into a draft.
 class Reader {
@@ -83,7 +90,11 @@ class Reader {
       if (!read(node, value)) refuse_value(path, key, node, "has the wrong unit or type");
       if (!std::ranges::all_of(numbers(value), [&](double number) { return key.range.contains(number); }))
         refuse_value(path, key, node, "is not allowed");
-      if (!std::ranges::all_of(numbers(value), [&](double number) { return key.range.allows_size_of(number); }))
+      const auto has_size = [&](double number) {
+        return (is_vector<std::decay_t<decltype(value)>> && std::abs(number) < smallest_size) ||
+               key.range.allows_size_of(number);
+      };
+      if (!std::ranges::all_of(numbers(value), has_size))
         refuse_value(
             path, key, node,
             fmt::format("is not allowed, as its size is neither 0 nor from {:g} to {:g}", smallest_size, largest_size));

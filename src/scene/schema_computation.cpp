@@ -28,7 +28,7 @@ Table minimize() {
                "gradient, which end in the minimum that the gradient flow leads to. Others end in other minima"},
           {.name = "force_tolerance",
            .place = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
-           .range = accuracy,
+           .range = {.low = 1e-15, .high = 1, .high_itself = false},  // below it is rounding
            .help = "at rest: the largest net force on a particle, in units of stiffness over the mean diameter"},
           {.name = "max_iterations",
            .place = [](Draft& d) { return &d.scene.minimize.max_iterations; },

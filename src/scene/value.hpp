@@ -63,12 +63,21 @@ inline const char* type_name(const bool&) { return "true or false"; }
 inline std::string show(const bool& value) { return value ? "true" : "false"; }
 inline std::vector<double> numbers(const bool&) { return {}; }
 
+/// Whether a terminal would do something else with a text in UTF-8 than show it.
+inline bool has_control_characters(const std::string& text) {
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    const unsigned char c = text[k], next = k + 1 < text.size() ? text[k + 1] : 0;
+    if ((c < 0x20 && c != '\n' && c != '\t') || c == 0x7f || (c == 0xc2 && next >= 0x80 && next < 0xa0)) return true;
+  }
+  return false;
+}
+
 inline bool read(const toml::node& node, std::string& value) {
   if (!node.is_string()) return false;
   value = *node.value<std::string>();
-  return !value.empty();
+  return !value.empty() && !has_control_characters(value);
 }
-inline const char* type_name(const std::string&) { return "a text, not empty"; }
+inline const char* type_name(const std::string&) { return "a text, not empty, without control characters"; }
 inline std::string show(const std::string& value) { return '"' + value + '"'; }
 inline std::vector<double> numbers(const std::string&) { return {}; }
 

@@ -61,11 +61,24 @@ TEST_CASE("an error is measured in units of the largest potential difference, ch
   CHECK(largest_error(problem, other, solution, scales) == doctest::Approx(0.1));
   other.body_force[3] = {0, 0};
   CHECK(largest_error(problem, other, solution, scales) == doctest::Approx(0.1));
-  // What cancels by symmetry is measured against a thousandth of eps V, and of eps V^2 / L.
+  // However small the largest is, it is the unit; what rounding makes is no error.
   solution.body_charge.assign(4, 0);
   solution.body_force.assign(4, {0, 0});
-  CHECK(scales_of(problem, solution).charge == doctest::Approx(5e-3));
-  CHECK(scales_of(problem, solution).force == doctest::Approx(25e-3));
+  solution.body_charge[1] = 1e-6, solution.body_force[1] = {0, 1e-6};
+  const Scales small = scales_of(problem, solution);
+  CHECK(small.charge == 1e-6);
+  CHECK(small.force == 1e-6);
+  other = solution;
+  other.body_force[0] = {1e-8, 0};
+  CHECK(largest_error(problem, other, solution, small) == doctest::Approx(0.01));
+  other.body_force[0] = {0.9 * share_of_rounding * 25, 0};
+  other.body_charge[0] = 0.9 * share_of_rounding * 5;
+  CHECK(largest_error(problem, other, solution, small) == 0);
+  // Forces on electrodes are no unit.
+  other.body_force[0] = {0, 0}, other.body_force[1] = {0, 2e-6};
+  problem.movable = 1;
+  CHECK(scales_of(problem, solution).force == 0);
+  CHECK(largest_error(problem, other, solution, scales_of(problem, solution)) < 1e-4);
 }
 
 TEST_CASE("grids: whole cells across, for the coarser ones as well, and halved often") {
@@ -236,6 +249,49 @@ TEST_CASE("the method: the only one that can, the one asked for, or the cheaper"
   problem.bodies.push_back({Bar{{0.1, 0.8}, {0.2, 0.8}, 0.05}, 2});
   CHECK(foresee(problem, {.accuracy = 1e-2}).method == Method::cut_cell);
   CHECK_THROWS_AS(foresee(problem, {.accuracy = 1e-2, .method = Method::multipole}), InputError);
+}
+
+namespace {
+
+/// A neutral disk between plates, and a grounded one beside it or none.
+LaplaceProblem neutral_disk(bool beside_grounded) {
+  LaplaceProblem problem{.size = {0.032, 0.032}, .permittivity = 2e-11};
+  problem.sides[left] = {Side::Kind::electrode, beside_grounded ? 9.0 : 1000.0, {}};
+  problem.sides[right].kind = Side::Kind::electrode;
+  problem.groups = {{.charge = 0}};
+  problem.bodies = {{Disk{{0.014687708, 0.0158595154}, 0.000775}, 0}};
+  if (!beside_grounded) return problem;
+  problem.bodies = {{Disk{{0.0086826647, 0.0249779814}, 0.000554218}, 0},
+                    {Disk{{0.0148815666, 0.0090782972}, 0.001574038}, 1}};
+  problem.groups.push_back({.floating = false, .potential = 0});
+  problem.movable = 1;  // the other one is an electrode
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("one or two disks: small forces are as accurate as asked, or refused") {
+  for (const bool beside_grounded : {false, true}) {
+    CAPTURE(beside_grounded);
+    const LaplaceProblem problem = neutral_disk(beside_grounded);
+    const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-13}).solve(problem);
+    const Scales scales = scales_of(problem, exact);
+    for (const double accuracy : {1e-1, 1e-2, 1e-3}) {
+      CAPTURE(accuracy);
+      const AccurateSolution spectral = solve_to_accuracy(problem, {.accuracy = accuracy, .method = Method::multipole});
+      CHECK(largest_error(problem, spectral.solution, exact, scales) <= accuracy);
+      const AccuracyRequest request{.accuracy = accuracy, .method = Method::cut_cell, .most_cells = 768};
+      const std::string sentence = refusal(problem, request);
+      // The force of the lone one is a millionth of eps V^2 / L, beyond any grid.
+      if (!beside_grounded) CHECK(sentence != "");
+      if (sentence == "")
+        CHECK(largest_error(problem, solve_to_accuracy(problem, request).solution, exact, scales) <= accuracy);
+    }
+  }
+  const std::string sentence =
+      refusal(neutral_disk(false), {.accuracy = 0.01, .method = Method::cut_cell, .most_cells = 768});
+  CHECK(sentence.find("field.accuracy = 0.01 cannot be met") == 0);
+  CHECK(sentence.find("field.method = \"multipole\" can do it") != std::string::npos);
 }
 
 TEST_CASE("what cannot be met is refused, with what can") {

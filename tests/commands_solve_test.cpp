@@ -264,7 +264,7 @@ TEST_CASE("an accuracy that cannot be met is refused with what can") {
   close.replace(close.find("[11e-3, 8e-3]"), 13, "[7.0016e-3, 8e-3]");
   folder.write("close.toml", close);
   for (const std::string command : {"solve", "explain", "run"})
-    check_refused(run(folder, command + " close.toml"), "an accuracy of ");
+    check_refused(run(folder, command + " close.toml"), "field.accuracy = ");
 }
 
 TEST_CASE("other shapes than disks are refused by multipoles before any work") {

@@ -493,8 +493,11 @@ TEST_CASE("what no contact force keeps apart ends in a sentence that says what w
 }
 
 TEST_CASE("an accuracy out of reach at a gap is told with the degree that it would take, and with one that would do") {
-  Scene scene = cube_of({{0.03, 0.03, 0.03}, {0.03 + 9.01 * radius, 0.03, 0.03}}, 1e-12);
+  // Two small ones that feel each other's images in a large one.
+  Scene scene =
+      cube_of({{0.03, 0.03, 0.03}, {0.03 + 8.081 * radius, 0.03, 0.03}, {0.03, 0.03 + 8.081 * radius, 0.03}}, 1e-12);
   scene.conductors[0].radius = 8 * radius;
+  scene.conductors[1].radius = scene.conductors[2].radius = 0.08 * radius;
   scene.domain.sides[4].electrode = true;
   scene.groups = {{.name = "wired", .charge = 1e-12}};
   for (Conductor& conductor : scene.conductors) conductor.group = 0;

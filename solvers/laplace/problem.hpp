@@ -61,6 +61,7 @@ struct LaplaceProblem {
   std::vector<Body> bodies;
   std::vector<Group> groups;
   std::vector<Coupling> couplings;  ///< between groups; several between the same two add up
+  int movable = -1;  ///< forces matter on the first so many bodies; -1: on all. For measures of accuracy alone
 
   /// Whether an electrode side or a body has a given potential.
   bool has_fixed_conductor() const;

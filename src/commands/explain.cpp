@@ -146,8 +146,8 @@ void explain_accuracy(const Scene& scene) {
   if (!scene.field_accuracy()) return;
   fmt::print("  accuracy             {:g}: {} will do; `solve` and `run` measure the error and take more if need be\n",
              scene.field_accuracy()->asked,
-             scene.field().method == FieldMethod::multipole ? "this tolerance"
-                                                            : fmt::format("some {} cells", scene.field().cells));
+             scene.field().method == FieldMethod::cut_cell ? fmt::format("some {} cells", scene.field().cells)
+                                                           : "this tolerance");
 }
 
 /// Returns what the cost grows with.
@@ -285,10 +285,9 @@ void explain_spheres(const Scene& scene, const laplace::SphereProblem& problem, 
              moving = forecast(scene, problem, field.moving_tolerance);
   fmt::print("\nfield\n");
   fmt::print("  method               {}\n", method_in_words(field));
-  fmt::print(
-      "  tolerance            {:g} of a single solve, {:g} in a moving scene; aimed at, of the largest, not "
-      "estimated\n",
-      field.tolerance, field.moving_tolerance);
+  explain_accuracy(scene);
+  fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene{}\n", field.tolerance,
+             field.moving_tolerance, scene.field_accuracy() ? "" : "; aimed at, of the largest, not estimated");
   fmt::print("  spheres              {}, with {} floating group(s)\n", problem.spheres.size(),
              std::ranges::count(problem.groups, true, &laplace::Group::floating));
   fmt::print("  harmonics            {} of a single solve\n", in_words(single));

@@ -47,7 +47,7 @@ std::string method_in_words(const FieldOptions& field) {
 }
 
 std::string choice_in_words(const FieldOptions& field) {
-  const std::string grid = field.method == FieldMethod::multipole ? "" : fmt::format("{} cells, ", field.cells);
+  const std::string grid = field.method == FieldMethod::cut_cell ? fmt::format("{} cells, ", field.cells) : "";
   return fmt::format("{}, {}tolerance {:.2g}: an estimated error of {:.1e}, where {:g} is allowed",
                      name_of(field.method), grid, field.tolerance, field.chosen_for->estimate, field.chosen_for->asked);
 }

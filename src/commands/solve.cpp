@@ -228,11 +228,11 @@ nlohmann::ordered_json json_of(const Answer& answer) {
   json["units"] = {{"position", "m"}, {"radius", "m"}, {"potential", "V"}, {"charge", "C"},
                    {"force", "N"},    {"energy", "J"}, {"depth", "m"},     {"capacitance", "F"}};
   json["method"] = name_of(field.method);
-  if (field.chosen_for)
-    json["accuracy"] = {{"asked", field.chosen_for->asked},
-                        {"estimated_error", field.chosen_for->estimate},
-                        {"cells", field.cells},
-                        {"tolerance", field.tolerance}};
+  if (field.chosen_for) {
+    json["accuracy"] = {{"asked", field.chosen_for->asked}, {"estimated_error", field.chosen_for->estimate}};
+    if (!answer.in_space()) json["accuracy"]["cells"] = field.cells;
+    json["accuracy"]["tolerance"] = field.tolerance;
+  }
   json["unknowns"] = solution.unknowns;
   json["iterations"] = solution.iterations;
   if (solution.work > 0) json["work"] = solution.work;
@@ -255,6 +255,18 @@ std::unique_ptr<laplace::LaplaceSolver> solve_as_asked(Answer& answer) {
   }
   auto solver = effects::make_field_solver(answer.scene.field());
   answer.solution = solver->solve(answer.field.problem);
+  return solver;
+}
+
+/// Fills in what was chosen for spheres, and their solution. Returns the solver.
+laplace::SphereSolver solve_spheres_as_asked(Answer& answer, laplace::SphereSolution& solution) {
+  if (answer.scene.field_accuracy()) {
+    laplace::AccurateSpheres found = effects::solve_to_accuracy(answer.scene, answer.field.spheres);
+    solution = std::move(found.solution);
+    return std::move(found.solver);
+  }
+  laplace::SphereSolver solver = effects::make_sphere_solver(answer.scene.field(), answer.scene.conductors.size());
+  solution = solver.solve(answer.field.spheres);
   return solver;
 }
 
@@ -374,8 +386,8 @@ void check_finite(const Answer& answer) {
 void solve_in_space(Answer& answer, const SolveArguments& request) {
   if (!request.field.empty())
     throw InputError("--field is for scenes in two dimensions: that of spheres in space is not on a grid");
-  laplace::SphereSolver solver = effects::make_sphere_solver(answer.scene.field(), answer.scene.conductors.size());
-  laplace::SphereSolution found = solver.solve(answer.field.spheres);
+  laplace::SphereSolution found;
+  laplace::SphereSolver solver = solve_spheres_as_asked(answer, found);
   answer.force = std::move(found.sphere_force);
   answer.side_charge = found.side_charge;
   if (std::ranges::any_of(found.side_charge, [](double charge) { return std::isnan(charge); }))

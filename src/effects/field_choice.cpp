@@ -12,6 +12,7 @@
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/current_source.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/effects/floating_spheres.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -33,13 +34,37 @@ bool multipoles_can_follow(Scene scene) {
   }
 }
 
-/// As at the start, charged as after the first frame's time.
-laplace::LaplaceProblem typical_problem(const Scene& scene) {
-  const Bodies bodies = make_bodies(scene);
+/// Charges after the first frame's time.
+NodeCharges typical_charges(const Scene& scene) {
   NodeCharges charges{.charge = initial_charges(scene)};
   if (const auto* source = scene.effects.find<CurrentSourceOptions>())
     for (double& charge : charges.charge) charge += source->current * scene.output.every;
-  return make_laplace_problem(scene, bodies, groups_at_start(scene, bodies), charges);
+  return charges;
+}
+
+/// The problem of the start, with these charges.
+laplace::LaplaceProblem typical_problem(const Scene& scene) {
+  const Bodies bodies = make_bodies(scene);
+  return make_laplace_problem(scene, bodies, groups_at_start(scene, bodies), typical_charges(scene));
+}
+
+/// Its counterpart in space.
+laplace::SphereProblem typical_sphere_problem(const Scene& scene) {
+  const Bodies bodies = make_bodies(scene);
+  laplace::SphereProblem problem =
+      make_sphere_problem(scene, bodies, groups_at_start(scene, bodies), typical_charges(scene));
+  if (!problem.couplings.empty() && !problem.has_ground()) neutralize(problem.groups);
+  return problem;
+}
+
+/// Whether the start has a field: if not, the run says why in the scene's own terms.
+bool can_be_solved(const laplace::SphereProblem& problem) {
+  try {
+    problem.check();
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 }  // namespace
@@ -95,7 +120,24 @@ FieldOptions field_chosen(const FieldRequest& asked, const laplace::Choice& choi
           .chosen_for = FieldAccuracy{asked.accuracy, choice.estimate}};
 }
 
+laplace::AccurateSpheres solve_to_accuracy(Scene& scene, const laplace::SphereProblem& problem) {
+  FieldOptions& field = scene.field();
+  laplace::AccurateSpheres found = laplace::solve_to_accuracy(problem, field.chosen_for->asked, [&](double tolerance) {
+    FieldOptions options = field;
+    options.tolerance = tolerance;
+    return make_sphere_solver(options, problem.spheres.size());
+  });
+  field.tolerance = field.moving_tolerance = found.tolerance;
+  field.chosen_for->estimate = found.estimate;
+  return found;
+}
+
 Scene with_field_chosen(Scene scene) {
+  if (scene.dimension() == 3 && scene.field_accuracy()) {
+    const laplace::SphereProblem problem = typical_sphere_problem(scene);
+    if (can_be_solved(problem)) solve_to_accuracy(scene, problem);
+    return scene;
+  }
   const FieldRequest* asked = scene.field_request();
   if (!asked || !scene.effects.has<FloatingConductorsOptions>()) return scene;
   const laplace::LaplaceProblem problem = typical_problem(scene);

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "solvers/laplace/accuracy/accuracy.hpp"
+#include "solvers/laplace/spheres/accuracy.hpp"
 #include "src/effects/groups.hpp"
 #include "src/model/bodies.hpp"
 #include "src/scene/scene.hpp"
@@ -28,6 +29,10 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run);
 
 /// What is asked for, with what was chosen for it.
 FieldOptions field_chosen(const FieldRequest& asked, const laplace::Choice& choice);
+
+/// Solves the field of the scene's spheres, which asks for an accuracy, and keeps the tolerance that this takes as the
+/// scene's. Throws as the solver does.
+laplace::AccurateSpheres solve_to_accuracy(Scene& scene, const laplace::SphereProblem& problem);
 
 /// The scene with its field chosen for a run, if it asks for an accuracy. Estimates are made where the conductors are
 /// at the start, with the charge that they have after the first output.every. Throws InputError if the accuracy cannot

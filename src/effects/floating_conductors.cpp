@@ -69,6 +69,7 @@ void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGro
     *body++ = {electrode.shape, static_cast<int>(problem.groups.size())};
     problem.groups.push_back({.floating = false, .potential = electrode.potential});
   }
+  problem.movable = bodies.size();
   problem.couplings.clear();
   add_couplings(groups, charges, nodes.of_node, scene.medium.depth, problem.groups, problem.couplings);
 }

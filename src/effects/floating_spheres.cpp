@@ -86,12 +86,15 @@ laplace::SphereProblem make_sphere_problem(const Scene& scene, const Bodies& bod
     problem.spheres.push_back({clear_of_sides(position_in_space(bodies, i), bodies.radius[i], groups.potential[i],
                                               at_side[i] != 0, scene.domain),
                                bodies.radius[i], nodes.of_node[i]});
+  problem.movable = bodies.size();
   int node = bodies.size();
   for (const Electrode& electrode : scene.electrodes)
     problem.spheres.push_back(
         {electrode.centre(), std::get<Disk>(electrode.shape).radius,
          electrode.series_resistance > 0 ? nodes.of_node[node++] : group_at(electrode.potential, problem.groups)});
-  keep_contacts_apart(scene, charges.resistors, scene.field().moving_tolerance, problem.spheres);
+  const FieldAccuracy* accuracy = scene.field_accuracy();
+  keep_contacts_apart(scene, charges.resistors, accuracy ? accuracy->asked : scene.field().moving_tolerance,
+                      problem.spheres);
   add_couplings(groups, charges, nodes.of_node, 1, problem.groups, problem.couplings);
   return problem;
 }

@@ -152,7 +152,9 @@ FieldTable field_of(const Draft& draft, int cells) {
   if (draft.scene.dimension() == 3) {
     options.method = FieldMethod::spheres;
     fill_in_tolerances(draft, options);
-    if (given.accuracy) options.tolerance = options.moving_tolerance = *given.accuracy;
+    if (!given.accuracy) return options;
+    options.tolerance = options.moving_tolerance = *given.accuracy;  // or less: effects::with_field_chosen
+    options.chosen_for = {.asked = *given.accuracy, .estimate = *given.accuracy};
     return options;
   }
   if (given.accuracy)

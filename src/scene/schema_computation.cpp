@@ -60,11 +60,12 @@ Table field() {
            .computed_default = "none; cells and tolerances count",
            .help =
                "chooses cells, tolerances and, unless given, the method, so that no error is larger: of a potential "
-               "over the largest difference of potentials, of a conductor's charge over the largest (what resistors "
-               "carry in time, too), of a force on a "
-               "disk over the largest. Errors are estimated: a run is chosen for at its start, for gaps down to "
-               "contact_discharge's, and checked at checkpoints. In three dimensions they are aimed at and not "
-               "estimated: where forces all but cancel it is some times as much"},
+               "over the largest difference of potentials (of spheres without walls, from infinity too), of a "
+               "conductor's charge over the largest (what resistors carry in time, too), of a force on a conductor "
+               "over the largest there, however small it is (what is below 1e-11 of eps V^2, V being the largest "
+               "difference, is rounding and no error). Errors are measured: `solve` refuses what cannot be met, a run "
+               "is chosen for at its start, in the plane for gaps down to contact_discharge's, and there checked at "
+               "checkpoints"},
           {.name = "method",
            .place = [](Draft& d) { return &d.field.method; },
            .computed_default = "\"cut-cell\"; in three dimensions \"spheres\"",

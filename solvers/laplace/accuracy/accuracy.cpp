@@ -20,7 +20,7 @@ namespace {
 
 /// CG's error in the energy norm, in units of the accuracy: in potentials and forces it can be 100 times as large.
 constexpr double linear_share = 1e-4;
-constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1;
+constexpr double finest_tolerance = 1e-13, coarsest_accuracy = 0.1;
 
 constexpr double estimate_over_error = 2.5;  // of the cut-cell method, mostly
 
@@ -51,9 +51,11 @@ double cut_cell_tolerance(double accuracy) { return std::max(linear_share * accu
 
 double refusal_margin(double estimate) { return 1.5 * estimate; }
 
-[[noreturn]] void refuse(double accuracy, const std::string& why, double possible) {
-  throw InputError(fmt::format("an accuracy of {:g} cannot be met: {} about {:.1e} would be possible", accuracy, why,
-                               refusal_margin(possible)));
+[[noreturn]] void refuse(double accuracy, const std::string& why, double possible, const std::string& instead = "") {
+  const double told = refusal_margin(possible);
+  const std::string can = told <= coarsest_accuracy ? fmt::format("about {:.1e}", told) : "not even 0.1";
+  throw InputError(
+      fmt::format("field.accuracy = {:g} cannot be met: {} {} would be possible{}", accuracy, why, can, instead));
 }
 
 /// Solutions of one problem on grids of different fineness, each solved once.
@@ -105,9 +107,31 @@ MultipoleOptions multipole_options(const Choice& choice) {
   return {.tolerance = choice.tolerance, .results_only = true, .cells = choice.cells};
 }
 
-/// The tolerance, or more where what the solution says of itself is more.
-double multipole_estimate(const Choice& choice, const LaplaceSolution& solution) {
-  return std::max(choice.tolerance, solution.residual);
+bool are_charges_given(const LaplaceProblem& problem) {
+  std::vector<int> members(problem.groups.size());
+  for (const Body& body : problem.bodies) ++members[body.group];
+  return std::ranges::all_of(problem.bodies, [&](const Body& body) {
+    return problem.groups[body.group].floating && members[body.group] == 1;
+  });
+}
+
+/// N/m, on any disk, or a small one: the error of forces is a share of that.
+double largest_force(const LaplaceProblem& problem, const Scales& scales, const LaplaceSolution& solution) {
+  double largest = small_values(problem, scales).force;
+  for (std::size_t b = 0; b < problem.bodies.size(); ++b)
+    if (std::holds_alternative<Disk>(problem.bodies[b].shape))
+      largest = std::max(largest, norm(solution.body_force[b]));
+  return largest;
+}
+
+/// The tolerance, or more where what the solution says of itself is more, or where charges or forces are small.
+double multipole_estimate(const LaplaceProblem& problem, const Choice& choice, const LaplaceSolution& solution) {
+  const Scales scales = scales_of(problem, solution);
+  const double small_charge = are_charges_given(problem) ? 0 : small_values(problem, scales).charge;
+  const double largest = largest_force(problem, scales, solution);
+  const double of_force = largest > scales.force ? scales.error_of_force(choice.tolerance * largest) : 0;
+  return std::max(
+      {choice.tolerance, solution.residual, scales.error_of_charge(choice.tolerance * small_charge), of_force});
 }
 
 /// The unknowns of the multipole method if it can solve the problem at all.
@@ -175,7 +199,7 @@ AccurateSolution solve_by_multipoles(const LaplaceProblem& problem, const Accura
     choice.tolerance = std::max(finer * choice.tolerance, finest_tolerance);
     auto solver = std::make_unique<MultipoleSolver>(multipole_options(choice));
     LaplaceSolution solution = solver->solve(problem);
-    choice.estimate = multipole_estimate(choice, solution);
+    choice.estimate = multipole_estimate(problem, choice, solution);
     if (choice.estimate <= request.accuracy) return {choice, std::move(solver), std::move(solution)};
     least = std::min(least, choice.estimate);
     if (choice.tolerance == finest_tolerance)
@@ -193,6 +217,14 @@ int next_grid(const Grids& grids, int cells, int most, double excess, double ord
   return std::min(grids.at_least(static_cast<int>(cells * std::clamp(growth, least_growth, most_growth))), most);
 }
 
+/// Conjugate gradients stop at a share of the field's energy, beside which forces may be small: less by how small.
+double share_of_largest_force(const LaplaceProblem& problem, const LaplaceSolution& solution) {
+  const Scales scales = scales_of(problem, solution);
+  if (scales.potential == 0) return 1;
+  constexpr double least = 1e-3;
+  return std::clamp(scales.force / largest_force(problem, scales, solution), least, 1.0);
+}
+
 /// Conjugate gradients stop at a share of the potentials, and what counts is how these differ: less, where all are far
 /// from 0 and near to each other.
 double differences_over_level(const LaplaceProblem& problem, const LaplaceSolution& solution) {
@@ -204,6 +236,15 @@ double differences_over_level(const LaplaceProblem& problem, const LaplaceSoluti
   return differences < level ? differences / level : 1;
 }
 
+/// Words of a refusal about small forces, and about the method that can resolve them.
+std::string instead_of_grids(const LaplaceProblem& problem, double accuracy, const LaplaceSolution& solution) {
+  std::string text;
+  if (share_of_largest_force(problem, solution) < 1)
+    text = "; the largest force on a conductor is small beside what it is left of";
+  if (multipoles_possible(problem, accuracy)) text += "; field.method = \"multipole\" can do it";
+  return text;
+}
+
 AccurateSolution solve_on_grids(const LaplaceProblem& problem, const AccuracyRequest& request, Choice choice) {
   const Grids grids(problem.size);
   const int most = grids.at_most(request.most_cells);
@@ -212,7 +253,8 @@ AccurateSolution solve_on_grids(const LaplaceProblem& problem, const AccuracyReq
   constexpr int cheap = 1024;
   choice.cells = std::min({choice.cells, most, grids.at_least(cheap)});
   const LaplaceSolution rough = GridSolutions(problem, options).on(choice.cells / 16 * 4);
-  choice.tolerance = std::max(choice.tolerance * differences_over_level(problem, rough), finest_tolerance);
+  const double finer = differences_over_level(problem, rough) * share_of_largest_force(problem, rough);
+  choice.tolerance = std::max(choice.tolerance * finer, finest_tolerance);
   options.tolerance = choice.tolerance;
   GridSolutions solutions(problem, options);
   const double order = order_of(problem);
@@ -221,9 +263,11 @@ AccurateSolution solve_on_grids(const LaplaceProblem& problem, const AccuracyReq
   while ((choice.estimate = harder * solutions.error(choice.cells)) > request.accuracy) {
     const bool regular = gap * choice.cells > regular_from;
     const int next = next_grid(grids, choice.cells, most, choice.estimate / request.accuracy, order, regular);
-    if (next == 0)
+    if (next == 0) {
+      const double possible = choice.estimate * std::pow(static_cast<double>(choice.cells) / most, order);
       refuse(request.accuracy, fmt::format("with {} cells along the longer side, the most possible here,", most),
-             choice.estimate * std::pow(static_cast<double>(choice.cells) / most, order));
+             possible, instead_of_grids(problem, request.accuracy, solutions.on(choice.cells)));
+    }
     choice.cells = next;
   }
   const LaplaceSolution solution = solutions.on(choice.cells);
@@ -233,9 +277,9 @@ AccurateSolution solve_on_grids(const LaplaceProblem& problem, const AccuracyReq
 }  // namespace
 
 Choice foresee(const LaplaceProblem& problem, const AccuracyRequest& request) {
-  if (!(request.accuracy >= finest_accuracy && request.accuracy <= coarsest_tolerance))
+  if (!(request.accuracy >= finest_accuracy && request.accuracy <= coarsest_accuracy))
     throw InputError(fmt::format("an accuracy of {:g} is not allowed: it must be between {:g} and {:g}",
-                                 request.accuracy, finest_accuracy, coarsest_tolerance));
+                                 request.accuracy, finest_accuracy, coarsest_accuracy));
   if (request.method == Method::multipole) {
     const Choice choice = foresee_multipole(problem, request);
     multipole_unknowns(problem, multipole_options(choice));
@@ -257,7 +301,7 @@ Choice foresee(const LaplaceProblem& problem, const AccuracyRequest& request) {
 
 double estimated_error(const LaplaceProblem& problem, const Choice& choice, const CutCellOptions& cut_cell) {
   if (choice.method == Method::multipole)
-    return multipole_estimate(choice, MultipoleSolver(multipole_options(choice)).solve(problem));
+    return multipole_estimate(problem, choice, MultipoleSolver(multipole_options(choice)).solve(problem));
   CutCellOptions options = cut_cell;
   options.tolerance = choice.tolerance;
   return GridSolutions(problem, options).error(choice.cells);

@@ -90,6 +90,7 @@ double forces_left_out(const Solved& solved, const LaplaceSolution& solution) {
   evaluate_bodies(setting, shorter, without);
   double worst = 0;
   for (int i = 0; i < setting.arrangement.disks; ++i) {
+    if (!has_force(setting.problem, i)) continue;
     const double decay = setting.arrangement.decay[i];
     worst = std::max(worst, decay * decay * norm(solution.body_force[i] - without.body_force[i]));
   }
@@ -110,9 +111,12 @@ double estimate_of_results(const Solved& solved, const KrylovResult& krylov, con
   const Scales scales = scales_of(problem, solution);
   if (scales.potential == 0) return 0;
   double unit = scales.potential;
-  if (std::ranges::any_of(solution.body_charge, [](double charge) { return charge != 0; }))
-    unit = std::min(unit, scales.charge / (2 * std::numbers::pi * problem.permittivity));
-  return std::max(50 * krylov.residual * krylov.scale / unit, 5 * forces_left_out(solved, solution) / scales.force);
+  if (std::ranges::any_of(solution.body_charge, [](double charge) { return charge != 0; })) {
+    const double least = small_share * problem.permittivity * scales.potential;
+    unit = std::min(unit, std::max(scales.charge, least) / (2 * std::numbers::pi * problem.permittivity));
+  }
+  return std::max(50 * krylov.residual * krylov.scale / unit,
+                  scales.error_of_force(5 * forces_left_out(solved, solution)));
 }
 
 }  // namespace

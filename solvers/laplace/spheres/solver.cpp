@@ -108,6 +108,8 @@ std::vector<PointField> SphereSolver::field(std::span<const Vec3> points) const 
   const Implementation& my = *implementation_;
   if (!my.system) throw Failure("the field of spheres is asked for before anything has been solved");
   const System& system = *my.system;
+  if (!system.fields().reflections().empty())
+    throw Failure("the field at points is not known beside a sphere that is this much larger than its neighbour");
   std::vector<PointField> result(points.size());
   std::vector<Vec3> places;
   std::vector<std::size_t> outside;

@@ -41,6 +41,7 @@ struct SphereProblem {
   std::vector<Sphere> spheres;
   std::vector<Group> groups;
   std::vector<Coupling> couplings;  ///< as in LaplaceProblem, capacitance in F
+  int movable = -1;                 ///< as in LaplaceProblem, spheres
 
   /// Whether an electrode or free space (whose V is 0 far away) takes what charge there is.
   bool grounded() const;
@@ -89,8 +90,8 @@ struct PointField {
 
 struct SphereOptions {
   /// Error of potentials, charges and forces that is aimed at, relative to the largest difference of potentials, charge
-  /// and force; 1e-12 to 0.1. Nothing estimates what comes out; where forces all but cancel it is up to some times as
-  /// much (README.md).
+  /// and force; 1e-12 to 0.1. Where forces all but cancel it is some times as much: solve_to_accuracy (accuracy.hpp)
+  /// measures what comes out and keeps it.
   double accuracy = 1e-3;
   int degree =
       0;  ///< of the harmonics on all spheres, up to 200; 0: what the accuracy takes. Gaps are not treated apart then

@@ -10,6 +10,7 @@
 #include "solvers/laplace/spheres/far_field.hpp"
 #include "solvers/laplace/spheres/first_guess.hpp"
 #include "solvers/laplace/spheres/given_charges.hpp"
+#include "solvers/laplace/spheres/reflections.hpp"
 
 namespace lichtenberg::laplace::spheres {
 
@@ -35,6 +36,7 @@ class Fields {
 
   const std::vector<Site>& sites() const { return sites_; }
   const std::vector<ClosePair>& close_pairs() const { return close_pairs_; }
+  const std::vector<Reflection>& reflections() const { return reflections_; }
   double narrowness() const { return narrowness_; }  ///< close_pairs.hpp
   void add(const double* multipoles, double* local, parallel::Team& team) const;
   /// Does so for eight fields at once, [harmonic][field].
@@ -54,9 +56,19 @@ class Fields {
   std::vector<NearPair> near_pairs(const std::vector<Site>& targets) const;
   FarImages far_images(double target_radius, double accuracy) const;
   void choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs, parallel::Team& team);
+  /// Harmonics that the neighbours of a sphere ask for.
+  struct Wanted {
+    double degree = 0;
+    double possible = 0;  ///< accuracy that the largest degree is enough for
+    void raise(double to, double possible_then);
+  };
+  void choose_reflecting(const SphereProblem& problem, const std::vector<NearPair>& lopsided,
+                         std::vector<Wanted>& wanted);
   std::vector<NearPair> narrow_gaps(const SphereProblem& problem, const std::vector<NearPair>& pairs,
-                                    std::vector<double>& degree);
-  void take(const std::vector<double>& degree);
+                                    const std::vector<NearPair>& lopsided, std::vector<Wanted>& wanted);
+  void take(const std::vector<Wanted>& wanted);
+  template <class T>
+  void add_reflections(const T* multipoles, T* local) const;
   bool is_enough_for(const NearPair& pair) const;
 
   Mirrors mirrors_;
@@ -64,6 +76,7 @@ class Fields {
   int fixed_degree_;  ///< 0: none
   std::vector<Site> sites_;
   std::vector<ClosePair> close_pairs_;
+  std::vector<Reflection> reflections_;
   double narrowness_ = 1;
   double range_ = 0;  ///< of images that act one by one, if there are no cells; 0: none does
   std::unique_ptr<Cells> cells_;
@@ -128,6 +141,7 @@ class System {
   int first_coupling() const { return harmonics_size() + static_cast<int>(fields_->close_pairs().size()); }
   template <class T>
   void add_close_pairs(const T* x, const T* multipoles, T* y) const;
+  void add_reflected_forces(const double* multipoles, SphereSolution& solution) const;
   void add_tail_forces(const double* x, const double* multipoles, SphereSolution& solution) const;
   Answer answer(const std::vector<double>& x, const std::vector<double>& multipoles,
                 const std::vector<double>& missed) const;

@@ -134,6 +134,23 @@ void Translation::apply(const Ways& ways, int source_degree, int target_degree, 
                 [&](const Lanes* from, Lanes* to) { along_axis(source_degree, target_degree, from, to); });
 }
 
+void Translation::in_pair_frame(const Ways& ways, int degree, const double* factor, Lanes* value,
+                                Lanes* scratch) const {
+  const int side = degree + 1;
+  const auto multiply = [&](const Lanes* from, Lanes* to) {
+    for (int m = 0; m <= degree; ++m)
+      for (int t = m; t <= degree; ++t) {
+        const double* row = factor + (static_cast<std::size_t>(m) * side + t) * side;
+        Lanes cosine{}, sine{};
+        for (int s = m; s <= degree; ++s) cosine += row[s] * from[at(s, m)], sine += row[s] * from[at(s, -m)];
+        const double half_turn = m & 1 ? -1 : 1;  // as in the constructor
+        to[at(t, m)] = half_turn * cosine;
+        if (m > 0) to[at(t, -m)] = half_turn * sine;
+      }
+  };
+  in_axis_frame(ways, degree, degree, value, scratch, multiply);
+}
+
 void Translation::shift(const Ways& ways, const Lanes& length, bool outward, int degree, int new_degree, Lanes* value,
                         Lanes* scratch) const {
   in_axis_frame(ways, degree, new_degree, value, scratch,

@@ -29,6 +29,9 @@ class Translation {
   /// degree; overwrites both arrays, of harmonics(larger degree) each.
   void apply(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch) const;
 
+  /// Multiplies by matrices factor[m][t][t'], up to the degree, in the frame whose z is the way.
+  void in_pair_frame(const Ways& ways, int degree, const double* factor, Lanes* value, Lanes* scratch) const;
+
   /// Moves the centre of multipoles (`outward`) or of local coefficients: value_l goes into degrees t >= l times the
   /// length to the power t - l, or the other way round into t <= l times its power l - t. `ways` lead from the new
   /// centre of multipoles to the old one, and for local coefficients from the old one to the new one. Factors are those

@@ -1,0 +1,139 @@
+#include "solvers/laplace/spheres/accuracy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "solvers/error.hpp"
+#include "solvers/larger.hpp"
+
+namespace lichtenberg::laplace {
+namespace {
+
+double longest_side(const SphereProblem& problem) {
+  if (!problem.free_space) return std::max({problem.box.lengths.x, problem.box.lengths.y, problem.box.lengths.z});
+  Vec3 low{INFINITY, INFINITY, INFINITY}, high = low * -1.0;
+  for (const Sphere& sphere : problem.spheres)
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], sphere.centre[k] - sphere.radius);
+      high[k] = std::max(high[k], sphere.centre[k] + sphere.radius);
+    }
+  return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+}
+
+int movable(const SphereProblem& problem) {
+  return problem.movable < 0 ? static_cast<int>(problem.spheres.size()) : problem.movable;
+}
+
+}  // namespace
+
+Scales scales_of(const SphereProblem& problem, const SphereSolution& solution) {
+  std::vector<double> potentials = solution.group_potential;
+  if (problem.free_space) potentials.push_back(0);
+  for (int side = 0; side < 6 && !problem.free_space; ++side)
+    if (problem.box.sides[side] == Boundary::electrode) potentials.push_back(problem.side_potential[side]);
+  Scales scales;
+  scales.potential = largest_difference(potentials);
+  const double unit = share_of_rounding * problem.permittivity * scales.potential;
+  scales.charge_rounding = unit * longest_side(problem);
+  scales.force_rounding = unit * scales.potential;
+  for (const double charge : solution.sphere_charge) scales.charge = std::max(scales.charge, std::abs(charge));
+  for (int i = 0; i < movable(problem); ++i) scales.force = std::max(scales.force, norm(solution.sphere_force[i]));
+  if (movable(problem) == 0) scales.force = INFINITY;
+  return scales;
+}
+
+double largest_error(const SphereProblem& problem, const SphereSolution& solution, const SphereSolution& reference,
+                     const Scales& scales) {
+  if (scales.potential == 0) return 0;
+  double worst = 0;
+  for (std::size_t g = 0; g < reference.group_potential.size(); ++g)
+    worst = larger(worst, std::abs(solution.group_potential[g] - reference.group_potential[g]) / scales.potential);
+  for (std::size_t i = 0; i < reference.sphere_charge.size(); ++i) {
+    worst = larger(worst, scales.error_of_charge(std::abs(solution.sphere_charge[i] - reference.sphere_charge[i])));
+    if (static_cast<int>(i) < movable(problem))
+      worst = larger(worst, scales.error_of_force(norm(solution.sphere_force[i] - reference.sphere_force[i])));
+  }
+  return worst;
+}
+
+namespace {
+
+constexpr double finest_tolerance = 1e-12;
+
+/// Error of charges and forces that no solution exceeds at a tolerance of one, in units of the largest: the potential
+/// scale V makes charges of 4 pi eps R V on a sphere, and fields of V / R at its charge and V / R^2 at its dipole.
+double sensitivity(const SphereProblem& problem, const SphereSolution& solution, const Scales& scales) {
+  std::vector<int> members(problem.groups.size());
+  for (const Sphere& sphere : problem.spheres) ++members[sphere.group];
+  double charge = 0, force = 0;
+  for (std::size_t i = 0; i < problem.spheres.size(); ++i) {
+    const auto& [centre, radius, group, permittivity] = problem.spheres[i];
+    const bool is_given = problem.groups[group].floating && members[group] == 1;
+    if (!is_given) charge = std::max(charge, 4 * std::numbers::pi * problem.permittivity * radius * scales.potential);
+    if (static_cast<int>(i) < movable(problem))
+      force = std::max(force, (std::abs(solution.sphere_charge[i]) + norm(solution.sphere_dipole[i]) / radius) *
+                                  scales.potential / radius);
+  }
+  return std::max(charge / std::max(scales.charge, scales.charge_rounding),
+                  force / std::max(scales.force, scales.force_rounding));
+}
+
+/// Errors that solutions have are this share of what the sensitivity says, or less.
+constexpr double likely_share = 1e-3;
+
+/// A solution that is at least ten times as accurate as asked, and what it tells of coarser ones. Empty if the method
+/// refuses the harmonics.
+std::optional<SphereSolution> reference_for(const SphereProblem& problem, double accuracy, double coarser,
+                                            const std::function<SphereSolver(double)>& solver_for) {
+  constexpr double finer = 0.1, most_finer = 1e-3;
+  double tolerance = std::max(finer * coarser, finest_tolerance);
+  try {
+    for (;;) {
+      SphereSolution solution = solver_for(tolerance).solve(problem);
+      const Scales scales = scales_of(problem, solution);
+      if (tolerance == finest_tolerance || scales.potential == 0) return solution;
+      const double needed = finer * accuracy / (likely_share * sensitivity(problem, solution, scales));
+      if (tolerance <= needed) return solution;
+      tolerance = std::max({needed, most_finer * tolerance, finest_tolerance});
+    }
+  } catch (const InputError&) {
+  } catch (const Failure&) {
+  }
+  return std::nullopt;
+}
+
+[[noreturn]] void refuse(double accuracy, double possible) {
+  throw InputError(
+      fmt::format("field.accuracy = {:g} cannot be met: rounding ends the digits of spheres here, and "
+                  "about {:.1e} would be possible",
+                  accuracy, possible));
+}
+
+}  // namespace
+
+AccurateSpheres solve_to_accuracy(const SphereProblem& problem, double accuracy,
+                                  const std::function<SphereSolver(double)>& solver_for) {
+  constexpr double margin = 0.8, least_finer = 0.5, most_finer = 1e-2;
+  for (double tolerance = accuracy;;) {
+    AccurateSpheres found{tolerance, accuracy, solver_for(tolerance), {}};
+    double finer = least_finer;
+    try {
+      found.solution = found.solver.solve(problem);
+      const std::optional<SphereSolution> reference = reference_for(problem, accuracy, tolerance, solver_for);
+      if (!reference) return found;
+      found.estimate = largest_error(problem, found.solution, *reference, scales_of(problem, *reference));
+      if (found.estimate <= margin * accuracy) return found;
+      if (tolerance == finest_tolerance) refuse(accuracy, found.estimate);
+      finer = std::clamp(margin * accuracy / found.estimate, most_finer, least_finer);
+    } catch (const Failure&) {  // what a coarse tolerance leaves out can make the matrix indefinite
+      if (tolerance == finest_tolerance) throw;
+    }
+    tolerance = std::max(finer * tolerance, finest_tolerance);
+  }
+}
+
+}  // namespace lichtenberg::laplace

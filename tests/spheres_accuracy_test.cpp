@@ -1,0 +1,84 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/spheres/accuracy.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::laplace;
+
+namespace {
+
+AccurateSpheres solve(const SphereProblem& problem, double accuracy) {
+  return solve_to_accuracy(problem, accuracy, [](double tolerance) { return SphereSolver({.accuracy = tolerance}); });
+}
+
+/// A neutral sphere, and 27 radii from it a charged one.
+SphereProblem far_apart() {
+  SphereProblem problem{.free_space = true, .permittivity = 4.16e-11};
+  problem.spheres = {{{0, 0, 0}, 7.45e-4, 0}, {{0.0101, 0.0044, 0.0181}, 7.75e-4, 1}};
+  problem.groups = {{.charge = 0}, {.charge = -8.5e-11}};
+  return problem;
+}
+
+/// A neutral sphere between plates, nearer to a wall.
+SphereProblem near_wall() {
+  SphereProblem problem{.permittivity = 4.16e-11};
+  problem.box.lengths = {0.0084, 0.0084, 0.0084};
+  problem.box.sides[0] = problem.box.sides[1] = Boundary::electrode;
+  problem.side_potential[1] = 2000;
+  problem.spheres = {{{0.00436, 0.000788, 0.004816}, 7.75e-4, 0}};
+  problem.groups = {{.charge = 0}};
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("spheres: a charge far from a neutral sphere feels its images") {
+  const SphereProblem problem = far_apart();
+  const double q = problem.groups[1].charge, d = norm(problem.spheres[1].centre), r = problem.spheres[0].radius;
+  // A point charge is drawn by Kelvin's image and its opposite in the centre. A radius of the charge changes it by less than
+  // (r / d)^3 of it, 3e-5.
+  const double image = r * d / std::pow(d * d - r * r, 2) - r / std::pow(d, 3);
+  const double force = q * q / (4 * std::numbers::pi * problem.permittivity) * image;
+  for (const double accuracy : {1e-1, 1e-2, 1e-3}) {
+    CAPTURE(accuracy);
+    const AccurateSpheres found = solve(problem, accuracy);
+    CHECK(found.estimate <= accuracy);
+    for (const int sphere : {0, 1}) {
+      const Vec3 towards = problem.spheres[1].centre * ((sphere == 0 ? 1 : -1) * force / d);
+      CHECK(norm(found.solution.sphere_force[sphere] - towards) <= (accuracy + 3e-5) * force);
+    }
+  }
+}
+
+TEST_CASE("spheres: the largest error is below the accuracy asked for") {
+  for (const SphereProblem& problem : {far_apart(), near_wall()}) {
+    const SphereSolution exact = SphereSolver({.accuracy = 1e-12}).solve(problem);
+    for (const double accuracy : {1e-1, 1e-2, 1e-3, 1e-6}) {
+      CAPTURE(accuracy);
+      const AccurateSpheres found = solve(problem, accuracy);
+      const double error = largest_error(problem, found.solution, exact, scales_of(problem, exact));
+      CHECK(error <= accuracy);
+      CHECK(error <= found.estimate + 0.2 * accuracy);  // measured beside a solution ten times as accurate
+    }
+  }
+}
+
+TEST_CASE("spheres: a force that is 0 by symmetry asks for no digits") {
+  SphereProblem problem = near_wall();
+  problem.spheres[0].centre = problem.box.lengths * 0.5;
+  for (const double accuracy : {1e-2, 1e-8}) CHECK(solve(problem, accuracy).estimate <= accuracy);
+}
+
+TEST_CASE("spheres: potentials are measured from infinity in free space") {
+  SphereProblem problem = far_apart();
+  problem.spheres.pop_back(), problem.groups.pop_back();
+  problem.groups[0].charge = 1e-10;
+  const AccurateSpheres found = solve(problem, 1e-3);
+  const double potential = 1e-10 / (4 * std::numbers::pi * problem.permittivity * problem.spheres[0].radius);
+  CHECK(found.solution.group_potential[0] == doctest::Approx(potential).epsilon(1e-3));
+  CHECK(scales_of(problem, found.solution).potential == found.solution.group_potential[0]);
+}

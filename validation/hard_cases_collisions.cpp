@@ -31,7 +31,9 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-double stiffness(double young) { return 4.0 / 3.0 * effects::contact_modulus(young, 0.3) * std::sqrt(radius / 2); }
+double stiffness(double young) {
+  return 4.0 / 3.0 * effects::contact_modulus({young, 0.3}, {young, 0.3}) * std::sqrt(radius / 2);
+}
 
 /// Two equal spheres that meet with the relative speed v. Where they stop, all energy is elastic:
 ///   m_eff v^2 / 2 = 2/5 k overlap^(5/2),   m_eff = m / 2,   k = 4/3 E* sqrt(R / 2);

@@ -94,7 +94,7 @@ double crossing_time(double between, double gap) {
     (way(middle) < gap ? before : after) = middle;
   }
   const double speed = w * (2 * std::exp(-before / tau) - 1);
-  const double k = 4.0 / 3.0 * effects::contact_modulus(200e9, 0.3) * std::sqrt(radius);
+  const double k = 4.0 / 3.0 * effects::contact_modulus({200e9, 0.3}, {200e9, 0.3}) * std::sqrt(radius);
   const double touching = 2.943275 * std::pow(5 * mass * speed * speed / (4 * k), 0.4) / speed;
   return before + touching + (between + gap) / w + (1 - speed / w) * tau;
 }

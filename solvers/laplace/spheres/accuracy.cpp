@@ -85,11 +85,10 @@ double sensitivity(const SphereProblem& problem, const SphereSolution& solution,
 /// Errors that solutions have are this share of what the sensitivity says, or less.
 constexpr double likely_share = 1e-3;
 
-/// A solution that is at least ten times as accurate as asked, and what it tells of coarser ones. Empty if the method
-/// refuses the harmonics.
-std::optional<SphereSolution> reference_for(const SphereProblem& problem, double accuracy, double coarser,
-                                            const std::function<SphereSolver(double)>& solver_for) {
-  constexpr double finer = 0.1, most_finer = 1e-3;
+/// Solves to `finer` of the accuracy asked or better. Returns nothing if the method refuses the harmonics.
+std::optional<SphereSolution> finer_solution(const SphereProblem& problem, double accuracy, double coarser,
+                                             double finer, const std::function<SphereSolver(double)>& solver_for) {
+  constexpr double most_finer = 1e-3;
   double tolerance = std::max(finer * coarser, finest_tolerance);
   try {
     for (;;) {
@@ -104,6 +103,19 @@ std::optional<SphereSolution> reference_for(const SphereProblem& problem, double
   } catch (const Failure&) {
   }
   return std::nullopt;
+}
+
+/// The reference for a solution at the tolerance `coarser`: ten times as accurate as asked, or at least twice where the
+/// method refuses more. Throws InputError if it refuses that, too.
+SphereSolution reference_for(const SphereProblem& problem, double accuracy, double coarser,
+                             const std::function<SphereSolver(double)>& solver_for) {
+  for (const double finer : {0.1, 0.3, 0.5})
+    if (std::optional<SphereSolution> found = finer_solution(problem, accuracy, coarser, finer, solver_for))
+      return *std::move(found);
+  throw InputError(
+      fmt::format("field.accuracy = {:g} cannot be checked: spheres refuse a finer solution to compare with here; "
+                  "field.tolerance in place of field.accuracy solves without a check",
+                  accuracy));
 }
 
 [[noreturn]] void refuse(double accuracy, double possible) {
@@ -123,9 +135,8 @@ AccurateSpheres solve_to_accuracy(const SphereProblem& problem, double accuracy,
     double finer = least_finer;
     try {
       found.solution = found.solver.solve(problem);
-      const std::optional<SphereSolution> reference = reference_for(problem, accuracy, tolerance, solver_for);
-      if (!reference) return found;
-      found.estimate = largest_error(problem, found.solution, *reference, scales_of(problem, *reference));
+      const SphereSolution reference = reference_for(problem, accuracy, tolerance, solver_for);
+      found.estimate = largest_error(problem, found.solution, reference, scales_of(problem, reference));
       if (found.estimate <= margin * accuracy) return found;
       if (tolerance == finest_tolerance) refuse(accuracy, found.estimate);
       finer = std::clamp(margin * accuracy / found.estimate, most_finer, least_finer);

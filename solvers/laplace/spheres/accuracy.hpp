@@ -22,8 +22,8 @@ struct AccurateSpheres {
 };
 
 /// Solves at tolerances from `accuracy` down until the error, measured beside a finer solution, is at most `accuracy`.
-/// `solver_for` makes a solver of a tolerance. Throws InputError if rounding does not allow it, or as
-/// SphereSolver::solve does.
+/// `solver_for` makes a solver of a tolerance. Throws InputError if rounding does not allow it or
+/// no finer solution can be had, or as SphereSolver::solve does.
 AccurateSpheres solve_to_accuracy(const SphereProblem& problem, double accuracy,
                                   const std::function<SphereSolver(double tolerance)>& solver_for);
 

@@ -8,9 +8,8 @@ namespace lichtenberg::laplace::spheres {
 
 /// A small conducting sphere beside a much larger one calls for harmonics on the large one that go with the ratio of
 /// radii. Those beyond the large one's degree answer to the small one alone: eliminated from the system they are a
-/// reflection of the small one's multipoles back to it, b -= W a. With z from the large sphere to the small one, of
-/// each
-/// m
+/// reflection of the small one's multipoles back to it, b -= W a. With z from the large sphere to the small one, for
+/// each m
 ///
 ///   W_tt' = (-1)^(t+t') R_s/R_L sum over l > degree of g_tl g_t'l,
 ///   g_tl = sqrt(C(l+t, l+m) C(l+t, l-m)) (R_L/d)^(l+1) (R_s/d)^t,
@@ -34,8 +33,8 @@ void add_reflection(const Reflection& reflection, const Lanes* multipoles, Lanes
 /// Largest ratio of radii: the sum over l has some twenty times as many terms.
 constexpr double largest_ratio = 1e4;
 
-/// Bound of what harmonics beyond `degree` on the large sphere carry from one small sphere to another, over what is on
-/// either: a bound. `one` and `other`: the pairs with the small ones as targets.
+/// Returns a bound on what harmonics beyond `degree` on the large sphere carry from one small sphere to another, over
+/// what is on either. `one` and `other`: the pairs with the small ones as targets.
 double carried_beyond(const NearPair& one, const NearPair& other, const std::vector<Site>& sites, int degree);
 
 /// N / (4 pi eps), what the large sphere's force lacks: that of the small one on its eliminated multipoles. The pair's

@@ -27,10 +27,7 @@ std::vector<double> with_terminals(std::vector<double> charge, const Scene& scen
 /// t^(2/3), with C of .09 to .2 (tests/circuit_test.cpp, an electrode behind a resistor). With 5 a^(3/2) that is .6 a
 /// at most.
 double charge_tolerance(const FieldOptions& field) {
-  // In space field.accuracy is both tolerances.
-  const bool in_space = field.method == FieldMethod::spheres && field.tolerance == field.moving_tolerance;
-  const double asked = field.chosen_for ? field.chosen_for->asked : in_space ? field.tolerance : INFINITY;
-  return 5 * std::pow(asked, 1.5);
+  return field.chosen_for ? 5 * std::pow(field.chosen_for->asked, 1.5) : INFINITY;
 }
 
 }  // namespace

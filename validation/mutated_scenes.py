@@ -193,6 +193,9 @@ def drawn_scene(seed, scenes, known):
     return name, document(scene), "; ".join(changes), dice.choice(commands)
 
 
+PATIENCE = 30  # s, more than the program waits after SIGTERM for a step that has no end
+
+
 def execute(command, folder, seconds):
     """Status, what it said on standard error and on standard output, and whether it was stopped: by SIGTERM, which ends it, or,
     where it does not, by SIGKILL."""
@@ -203,7 +206,7 @@ def execute(command, folder, seconds):
     except subprocess.TimeoutExpired:
         process.send_signal(signal.SIGTERM)
     try:
-        output, errors = process.communicate(timeout=seconds)
+        output, errors = process.communicate(timeout=seconds + PATIENCE)
         return process.returncode, errors, output, "stopped"
     except subprocess.TimeoutExpired:
         process.kill()
@@ -231,6 +234,8 @@ def fault(command, folder, seconds):
     if stopped == "deaf":
         return "does not end on SIGTERM", errors, "deaf"
     if stopped:
+        if "stopping at once" in errors:
+            return "does not end its step after SIGTERM", errors, "stopped"
         if status not in (-signal.SIGTERM, 0, 1, 2, 128 + signal.SIGTERM):
             return f"ended with {status} after SIGTERM", errors, "stopped"
         return ("takes too long to explain" if command[1] == "explain" else ""), errors, "stopped"

@@ -10,28 +10,30 @@
 namespace lichtenberg {
 namespace {
 
-volatile sig_atomic_t noted = 0, running = 0;
+volatile sig_atomic_t noted = 0, running = 0, writing = 0;
 
-/// s, within which who was told to stop must ask again, or is ended: what it does may have no end.
+/// Seconds after a signal within which the program must ask for it; it is ended then, since its step may have no end.
 constexpr unsigned patience = 20;
 
 void set_handler(void (*handler)(int));
 
 void end_at_once(int) {
-  constexpr std::string_view message =
+  constexpr std::string_view in_run =
       "\nstopping at once: the step has not ended; a result holds the run up to its last checkpoint\n";
+  constexpr std::string_view before = "\nstopping at once: what comes before the run has not ended\n";
+  const std::string_view message = running ? in_run : before;
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
   const int signal = noted;
   set_handler(SIG_DFL);
   raise(signal);
 }
 
-/// Of the time until who was told to stop asks again.
+/// Starts the time within which the program must ask again whether it was told to stop.
 void wait_for_a_step() { alarm(patience); }
 
 void note(int signal) {
   noted = signal;
-  wait_for_a_step();
+  if (!writing) wait_for_a_step();
   constexpr std::string_view before = "\nstopping; the same once more stops at once\n";
   constexpr std::string_view patient = "\nstopping at the next checkpoint; the same once more stops at once\n";
   constexpr std::string_view urgent = "\nstopping after this step; the same once more stops at once\n";
@@ -66,12 +68,16 @@ Interruption::~Interruption() {
 }
 void Interruption::begin() { running = 1; }
 bool Interruption::requested() {
+  writing = 0;
   if (noted == 0) return false;
   wait_for_a_step();
   return true;
 }
 bool Interruption::urgent() { return requested() && noted != SIGINT; }
-void Interruption::take_time() { alarm(0); }
+void Interruption::take_time() {
+  writing = 1;  // before the alarm is off: a signal in between must not start it again
+  alarm(0);
+}
 
 void Interruption::obey() {
   const int signal = noted;

@@ -19,7 +19,8 @@ class Interruption {
   static bool requested();
   /// By SIGTERM or SIGHUP: who sends these (a scheduler, a terminal that goes) does not wait long.
   static bool urgent();
-  /// Nobody will ask until what is being written is whole, however long that takes.
+  /// Waits for a file that is being written, however long that takes: until requested() is called again no signal ends
+  /// the program but a second one.
   static void take_time();
   /// Ends the program by the signal that was noted, so that whoever started it sees that.
   [[noreturn]] static void obey();

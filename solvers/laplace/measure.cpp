@@ -19,9 +19,9 @@ double potential_range(const LaplaceProblem& problem, const LaplaceSolution& sol
   return largest_difference(potentials);
 }
 
-/// In units of the largest.
+/// In units of the largest. A difference that is no number is an error that is none.
 double error_of(double difference, double largest, double rounding) {
-  return difference > rounding ? difference / std::max(largest, rounding) : 0;
+  return difference <= rounding ? 0 : difference / std::max(largest, rounding);
 }
 
 }  // namespace
@@ -33,6 +33,7 @@ bool has_force(const LaplaceProblem& problem, std::size_t body) {
 
 double largest_difference(const std::vector<double>& potentials) {
   if (potentials.empty()) return 0;
+  if (!std::ranges::all_of(potentials, [](double v) { return std::isfinite(v); })) return NAN;
   const auto [low, high] = std::ranges::minmax(potentials);
   // Potentials are sums of some tens of terms; differences of some roundings of them are none.
   constexpr double rounding = 100 * std::numeric_limits<double>::epsilon();

@@ -156,7 +156,7 @@ std::string energy_warning(const Gas& gas, const GasEnergy& energy, double error
   const double turned_over =
       std::max({energy.kinetic, energy.dissipated, std::abs(energy.exchanged), std::abs(energy.driven)});
   const double scale = turned_over > 0 ? turned_over : std::abs(at_start);
-  if (!(std::abs(error) > allowed * scale)) return "";
+  if (std::abs(error) <= allowed * scale) return "";
   const Integrator integrator = gas.scene().mechanics.integrator;
   const bool by_contacts =
       integrator == Integrator::multirate && std::abs(energy.contact_error) > 0.5 * std::abs(error);

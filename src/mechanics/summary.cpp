@@ -259,7 +259,8 @@ Summary summarize(const Scene& scene, const Outcome& outcome) {
 std::string energy_warning(const Scene& scene, const Outcome& outcome) {
   if (!outcome.frame.energy_balance) return "";
   const double found = std::abs(relative_energy_imbalance(outcome)), allowed = allowed_energy_imbalance(scene, outcome);
-  if (!(found > allowed)) return "";
+  const bool nothing = energy_scale(outcome) == 0 && energy_imbalance(outcome) == 0;
+  if (nothing || found <= allowed) return "";
   return fmt::format(
       "energy balance off by {:.2g} %: that is of what {}, where steps, grid and solves account for {:.2g} %; {}",
       100 * found, turned_over(outcome) > 0 ? "was supplied or became heat" : "is stored", 100 * allowed,

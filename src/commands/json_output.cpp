@@ -57,14 +57,19 @@ void check_not_read(const std::string& file, const std::vector<std::string>& rea
       throw InputError(fmt::format("{} is what is read, and is left as it is: name another file to write", file));
 }
 
-void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite) {
-  for (auto file = written.begin(); file != written.end(); ++file) {
-    if (file->empty()) continue;
-    check_not_read(*file, read);
+void check_different(const std::vector<std::string>& written) {
+  for (auto file = written.begin(); file != written.end(); ++file)
     for (auto other = written.begin(); other != file; ++other)
-      if (!other->empty() && is_same(*file, *other))
+      if (!file->empty() && !other->empty() && is_same(*file, *other))
         throw InputError(fmt::format("{} cannot be written twice: name another file", *file));
-    check_output_file(*file, overwrite);
+}
+
+void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite) {
+  check_different(written);
+  for (const std::string& file : written) {
+    if (file.empty()) continue;
+    check_not_read(file, read);
+    check_output_file(file, overwrite);
   }
 }
 

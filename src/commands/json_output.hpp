@@ -11,6 +11,9 @@ namespace lichtenberg {
 /// Throws InputError if this file to write is one of those that are read, by whatever name. Empty ones are none.
 void check_not_read(const std::string& file, const std::vector<std::string>& read);
 
+/// Throws InputError if two of the files are one, by whatever paths; empty names are left out.
+void check_different(const std::vector<std::string>& written);
+
 /// Throws InputError if one of these files (those without a name are not asked for) cannot be written, is another one
 /// of them or one of those that are read, or would take the place of a result or of what is no plain file, or of any
 /// other file unless these may be overwritten.

@@ -439,8 +439,6 @@ bool is_result(const std::string& path) {
 void check_files(const SolveArguments& request) {
   if (!request.picture.empty()) {
     check_picture("--picture", request.picture);
-    if (request.picture == request.field)
-      throw InputError(request.field + " cannot be written twice: name another file");
     check_output("--picture", request.picture, request.overwrite);
   }
   if (request.field.empty()) return;
@@ -475,10 +473,9 @@ Command solve_command() {
            {"--picture", &request->picture, "draw potential and conductors into this file: .png, .pdf or .svg"},
            {"--overwrite", &request->overwrite, "replace the files of --field, --picture and --json if they exist"}},
           [request] {
-            check_files(*request);
             const std::string json = request->json.file();
-            if (!json.empty() && json == request->field)
-              throw InputError(fmt::format("{} cannot be written twice: name another file", json));
+            check_different({json, request->picture, request->field});
+            check_files(*request);
             check_outputs({json, request->picture}, {request->scene}, request->overwrite);
             Scene scene = read_scene_for(request->scene, request->device, request->settings);
             if (scene.reference) {

@@ -90,8 +90,7 @@ CLI::Option* add(CLI::App& subcommand, const std::string& names, const Argument&
 }
 
 void declare(CLI::App& subcommand, const Command& command, const Argument& argument) {
-  CLI::Option* option =
-      add(subcommand, fmt::format("{}", fmt::join(names_of(argument, command), ",")), argument);
+  CLI::Option* option = add(subcommand, fmt::format("{}", fmt::join(names_of(argument, command), ",")), argument);
   const ArgumentRule& rule = argument.rule;
   option->required(rule.required);
   if (option->get_type_size() > 0)  // a flag has no value
@@ -124,8 +123,9 @@ bool is_part_of_scene(const std::string& word) {
 [[noreturn]] void refuse_topic(const std::string& topic, const std::vector<std::string>& topics) {
   const std::string meant =
       is_part_of_scene(topic) ? fmt::format("; did you mean `help scene {}`?", topic) : suggestion(topic, topics);
-  throw InputError(fmt::format("there is no help on `{}`{} The topics are {}; `help scene` has tables and keys of a scene",
-                               topic, meant.empty() ? "." : meant, fmt::join(topics, ", ")));
+  throw InputError(
+      fmt::format("there is no help on `{}`{} The topics are {}; `help scene` has tables and keys of a scene", topic,
+                  meant.empty() ? "." : meant, fmt::join(topics, ", ")));
 }
 
 std::vector<Command> described_commands();
@@ -191,7 +191,9 @@ void declare(CLI::App& program) {
   std::vector<std::string> known;
   for (const CLI::Option* option : command->get_options())
     for (const std::string& each : option->get_lnames()) known.push_back(each);
-  std::optional<std::string> meant = likely(name.substr(name.find_first_not_of('-')), known);
+  const std::size_t begin = name.find_first_not_of('-');
+  const std::optional<std::string> meant =
+      begin == std::string::npos ? std::nullopt : likely(name.substr(begin), known);
   throw InputError(fmt::format("{} has no option {}{} `{}` says what is allowed", command->get_name(), name,
                                meant ? fmt::format("; did you mean --{}?", *meant) : ";", help));
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <new>
 #include <numbers>
 
 #include "solvers/error.hpp"
@@ -161,8 +162,10 @@ std::optional<TriedRun> try_run(const Scene& scene) {
     if (!(share >= least_share)) return std::nullopt;
     return TriedRun{motion.time(), over, spent / share};
   } catch (const Failure&) {
-    return std::nullopt;
+  } catch (const InputError&) {
+  } catch (const std::bad_alloc&) {
   }
+  return std::nullopt;
 }
 
 }  // namespace lichtenberg

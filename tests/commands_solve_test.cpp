@@ -90,7 +90,7 @@ TEST_CASE("solve --json: the two disks of the shipped scene") {
   std::vector<std::string> fields;
   for (const auto& [key, value] : answer.items()) fields.push_back(key);
   CHECK(fields == std::vector<std::string>{"capacitance", "conductors", "depth", "electrodes", "energy", "iterations",
-                                           "method", "residual", "seconds", "units", "unknowns", "work"});
+                                           "method", "residual", "seconds", "units", "unknowns", "warnings", "work"});
   REQUIRE(answer["conductors"].size() == 2);
   const json& held = answer["conductors"][0];
   const json& floating = answer["conductors"][1];
@@ -453,7 +453,7 @@ TEST_CASE("explain says which harmonics spheres take, and what they cost; work-p
     }
   }
   CHECK(best < 1e-9);
-  CHECK(dipoles > 1e-3);
+  CHECK(dipoles > 1e3 * best);  // images make more than a dipole of a sphere between plates
   check_refused(run(folder, "work-precision plates.toml --sizes 64"), "--sizes goes with grids");
 }
 

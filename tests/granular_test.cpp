@@ -124,8 +124,6 @@ TEST_CASE("the reference is as good as its tolerance") {
   }
 }
 
-// The force of a linear contact jumps at touch, which a fixed step finds to within itself: an error of the order of
-// dt / t_c = .005 / .13 of what the force does then, B v, to the restitution's 1 - .9.
 TEST_CASE("the reference: slow grains just apart touch once and part") {
   constexpr double speed = 1e-5;
   Scene scene = viscoelastic(40, Integrator::cvode);
@@ -139,6 +137,8 @@ TEST_CASE("the reference: slow grains just apart touch once and part") {
   CHECK(after / speed == doctest::Approx(expected).epsilon(1e-6));  // places round by 4e-15 of an overlap of 5e-6
 }
 
+// The force of a linear contact jumps at touch, which a fixed step finds to within itself: an error of the order of
+// dt / t_c = .005 / .13 of what the force does then, B v, to the restitution's 1 - .9.
 TEST_CASE("a linear contact has its restitution") {
   for (const Integrator integrator : all_integrators)
     for (const double phase : {1.0, 1.3, 1.7}) {

@@ -130,7 +130,9 @@ SphereSolution reference_for(const SphereProblem& problem, double accuracy, doub
 AccurateSpheres solve_to_accuracy(const SphereProblem& problem, double accuracy,
                                   const std::function<SphereSolver(double)>& solver_for) {
   constexpr double margin = 0.8, least_finer = 0.5, most_finer = 1e-2;
-  for (double tolerance = accuracy;;) {
+  // With the few harmonics of a coarser tolerance the difference of two solutions is no measure of their errors.
+  constexpr double coarsest = 1e-2;
+  for (double tolerance = std::min(accuracy, coarsest);;) {
     AccurateSpheres found{tolerance, accuracy, solver_for(tolerance), {}};
     double finer = least_finer;
     try {

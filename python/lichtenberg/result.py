@@ -496,6 +496,8 @@ def check_output(path, overwrite, folder=False):
     kind, right_kind = ("folder", os.path.isdir) if folder else ("file", os.path.isfile)
     if os.path.islink(path) or not right_kind(path):
         raise InputError(f"{path} is no plain {kind}, and is left as it is: give --out another name")
+    if str(path).lower().endswith(".toml"):
+        raise InputError(f"{path} is a scene, and is left as it is: give --out another name")
     if not folder and h5py.is_hdf5(path):
         raise InputError(f"{path} is a result, and is left as it is: give --out another name")
     if not overwrite:

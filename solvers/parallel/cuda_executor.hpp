@@ -36,7 +36,7 @@ inline void require_cuda_device() {
 
 /// Whether the host decides on conditions and loops, in place of conditional nodes in graphs: the environment variable
 /// LICHTENBERG_CUDA_LOOPS is "host". The tools of compute-sanitizer 2025.3 report false errors or crash for kernels in
-/// such nodes; results have the same bits. Throws InputError for other values than "host" and "device".
+/// such nodes. Throws InputError for other values than "host" and "device".
 inline bool cuda_loops_on_host() {
   const char* name = "LICHTENBERG_CUDA_LOOPS";
   const char* value = std::getenv(name);

@@ -48,8 +48,10 @@ std::string method_in_words(const FieldOptions& field) {
 
 std::string choice_in_words(const FieldOptions& field) {
   const std::string grid = field.method == FieldMethod::cut_cell ? fmt::format("{} cells, ", field.cells) : "";
-  return fmt::format("{}, {}tolerance {:.2g}: an estimated error of {:.1e}, where {:g} is allowed",
-                     name_of(field.method), grid, field.tolerance, field.chosen_for->estimate, field.chosen_for->asked);
+  const double estimate = field.chosen_for->estimate;
+  return fmt::format("{}, {}tolerance {:.2g}: an estimated error {}, where {:g} is allowed", name_of(field.method),
+                     grid, field.tolerance, estimate > 0 ? fmt::format("of {:.1e}", estimate) : "below rounding",
+                     field.chosen_for->asked);
 }
 
 FieldProblem make_field_problem(const Scene& scene) {

@@ -10,6 +10,7 @@
 #include "src/commands/output.hpp"
 #include "src/effects/coulomb.hpp"
 #include "src/effects/induced_dipoles.hpp"
+#include "src/effects/multipole_truncation.hpp"
 #include "src/model/frame.hpp"
 
 namespace lichtenberg {
@@ -32,8 +33,10 @@ void describe_method(const Scene& scene, GrainAnswer& answer) {
   const auto& options = *scene.effects.find<effects::CoulombOptions>();
   const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
   if (dipoles && dipoles->degree > 1) {
-    answer.method = fmt::format("multipoles to degree {}", dipoles->degree);
-    answer.accuracy = dipoles->tolerance;
+    const auto truncation = effects::multipole_truncation(scene);
+    answer.method = fmt::format("multipoles to degree {}, tolerance {:g}", dipoles->degree, dipoles->tolerance);
+    if (truncation && truncation->at_start)
+      answer.method += fmt::format("; the degree leaves forces off by {:.1e} of the largest", *truncation->at_start);
     return;
   }
   answer.method = name_of(options.sum);

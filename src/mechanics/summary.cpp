@@ -129,7 +129,8 @@ void add_circuit(const Outcome& outcome, Lines& lines) {
   if (!frame.rates) return;
   lines.push_back({"power", fmt::format("{:.4g} W into heat, {:.4g} W/K of entropy (means since the frame before)",
                                         frame.rates->dissipated_power, frame.rates->entropy_production)});
-  if (std::isfinite(frame.rates->structure_resistance))  // without two potentials or a current there is none
+  // Without two potentials there is none; charges that relax can drive a current against the potential.
+  if (std::isfinite(frame.rates->structure_resistance) && frame.rates->structure_resistance > 0)
     lines.push_back(
         {"resistance", fmt::format("{:.4g} ohm between highest and lowest terminal (since the frame before)",
                                    frame.rates->structure_resistance)});

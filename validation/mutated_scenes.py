@@ -12,6 +12,7 @@ import argparse
 import json
 import random
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -256,7 +257,7 @@ def check_all(arguments, program, scenes, known):
         folder = Path(name)
         for seed in range(arguments.first, arguments.first + arguments.count):
             for old in folder.iterdir():
-                old.unlink()
+                shutil.rmtree(old) if old.is_dir() else old.unlink()
             scene, text, changes, (command, *options) = drawn_scene(seed, scenes, known)
             (folder / "scene.toml").write_text(text)
             wrong, errors, end = fault([program, command, "scene.toml", *options], folder, arguments.seconds)

@@ -186,6 +186,7 @@ TEST_CASE("solve: what is for conductors is refused of charged grains") {
   check_refused(run(folder, "solve salt.toml --field f.hdf"), "--field is for scenes of conductors");
   check_refused(run(folder, "solve salt.toml --picture p.png"), "--picture is for scenes of conductors");
   check_refused(run(folder, "solve salt.toml --device cuda"), "--device cuda is for scenes of conductors");
+  CHECK(contains(run(folder, "solve salt.toml --petsc -ksp_type gmres").err, "nothing asked for the option -ksp_type"));
   folder.write("neutral.toml", rock_salt(""));
   check_refused(run(folder, "solve neutral.toml"), "[effects.coulomb]");
 }

@@ -89,12 +89,11 @@ void start_petsc() {
 
 std::vector<std::string> unused_petsc_options() {
   std::vector<std::string> unused;
-  if (!petsc_started()) return unused;
   for (const std::string& word : options()) {
     if (word.size() < 2 || word[0] != '-' || !std::isalpha(static_cast<unsigned char>(word[1]))) continue;
     if (word.starts_with("-options_")) continue;  // PETSc asks for these when it ends
     PetscBool used = PETSC_FALSE;
-    check_petsc(PetscOptionsUsed(nullptr, word.c_str() + 1, &used));
+    if (petsc_started()) check_petsc(PetscOptionsUsed(nullptr, word.c_str() + 1, &used));
     if (!used) unused.push_back(word);
   }
   return unused;

@@ -25,7 +25,7 @@ bool petsc_started();
 int process_rank();
 int process_count();
 
-/// Which of the options of `set_petsc_options` nothing has asked for (yet); none before PETSc runs.
+/// Returns the options of `set_petsc_options` that nothing has asked for yet: all of them before PETSc runs.
 std::vector<std::string> unused_petsc_options();
 
 /// Turns a PETSc error code into a Failure with PETSc's own message.

@@ -35,7 +35,7 @@ double elastic_error(int contact_steps) {
   return worst;
 }
 
-/// What is wrong of a head-on collision at the speed, over the phases of a step at touch.
+/// Largest error of a head-on collision at the speed, over the phases of a step at touch.
 struct Wrong {
   double restitution = 0, book = 0;  ///< from that of the law; of energy, over the kinetic energy before
 };

@@ -19,7 +19,7 @@ double potential_range(const LaplaceProblem& problem, const LaplaceSolution& sol
   return largest_difference(potentials);
 }
 
-/// In units of the largest. A difference that is no number is an error that is none.
+/// Returns the difference over the largest value; nan for a difference that is nan.
 double error_of(double difference, double largest, double rounding) {
   return difference <= rounding ? 0 : difference / std::max(largest, rounding);
 }

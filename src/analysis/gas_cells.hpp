@@ -34,7 +34,7 @@ struct OccupiedCells {
   std::vector<int> of_body;        ///< [N] 0 ... M - 1: which of them holds the body
 
   int size() const { return static_cast<int>(cell.size()); }
-  /// Which of them a cell is; -1 for an empty cell.
+  /// Returns the index of a cell in `cell`; -1 for an empty cell.
   int find(std::int64_t wanted) const;
 };
 

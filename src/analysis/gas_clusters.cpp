@@ -35,7 +35,7 @@ double volume(double radius, int dimension) {
   return dimension == 3 ? 4 * pi / 3 * radius * radius * radius : pi * radius * radius;
 }
 
-/// Those of `occupied` that are filled to more than a part of what the closest packing fills.
+/// Marks the occupied cells that are filled to more than a part of what the closest packing fills.
 std::vector<bool> dense_cells(const Bodies& b, const OccupiedCells& occupied, double cell_volume, double part) {
   std::vector<double> filled(occupied.size());
   for (int i = 0; i < b.size(); ++i) filled[occupied.of_body[i]] += volume(b.radius[i], b.dimension);

@@ -153,7 +153,7 @@ void analyse(const Analysis& analyser, const Result& result, const AnalyseArgume
   if (!request.json.printed()) fmt::print("stored         {}:/analysis, all {} frames\n", request.file, found.size());
 }
 
-/// The same, and at the end why the result may be unsafe to use.
+/// Prints the summary and at its end why the result may be unsafe to use.
 template <class Analysis>
 void analyse_and_warn(const Analysis& analyser, const Result& result, const AnalyseArguments& request) {
   analyse(analyser, result, request);

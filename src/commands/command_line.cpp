@@ -182,7 +182,7 @@ void declare(CLI::App& program) {
   declare(program, help_command(&program));
 }
 
-/// What is left over when all that a command knows has been read.
+/// Refuses an argument that the command does not know.
 [[noreturn]] void refuse_rest(const CLI::App& program, const std::string& help) {
   const CLI::App* command = program.get_subcommands().empty() ? &program : program.get_subcommands().front();
   const std::string word = program.remaining(true).front(), name = word.substr(0, word.find('='));

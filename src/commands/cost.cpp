@@ -68,7 +68,7 @@ FieldSolves solves_in_plane(const Scene& scene, double ways) {
 }
 
 constexpr double bytes_at_start = 40e6;  // PETSc and the other libraries
-/// Of the iterations: earlier solutions are a good first guess.
+/// Share of the iterations that is left where earlier solutions give the initial guess.
 double share_in_motion(const FieldOptions& options) { return options.method == FieldMethod::spheres ? 0.5 : 0.8; }
 
 /// Part of the domain that the conductors fill, overlaps counted twice.
@@ -81,7 +81,7 @@ double filling(const Scene& scene) {
   return std::numbers::pi * content / (size.x * size.y * (in_space ? size.z : 1));
 }
 
-/// Of lbfgs-newton, by the distance from the filling at which random packings jam (README.md of this folder).
+/// Iterations of lbfgs-newton, by the distance from the jamming density (README.md of this folder).
 double iterations_to_rest(double filling, double particles, bool in_space) {
   const double above = filling - (in_space ? 0.63 : 0.842), far = 22 * std::sqrt(particles);
   if (above >= 0) return far * (1 + 0.02 / (above + 0.003));

@@ -33,7 +33,7 @@ struct FieldSolves {
 /// dish, and empty for others. Throws InputError if contacts at the start are a short circuit.
 std::optional<FieldSolves> estimate_field_solves(const Scene& scene);
 
-/// What a packing takes to come to rest, by the method that its [minimize] asks for.
+/// Estimates the work until a packing is at rest, by the method of its [minimize].
 struct PackingCost {
   double filling = 0;  ///< of the domain, overlaps counted twice
   double iterations = 0;

@@ -173,7 +173,7 @@ std::string table_of(const std::string& folder, const std::vector<Member>& membe
   }
 }
 
-/// Those of all members, each with the member's name. Up to the first ": " a warning says what is wrong.
+/// Warnings of all members, each with the member's name. Up to the first ": " a warning says what is wrong.
 std::vector<std::string> warnings_of(const std::vector<Member>& members) {
   std::vector<std::string> all;
   for (const Member& member : members)

@@ -198,7 +198,7 @@ bool is_for_a_run(const Scene& scene) {
   return std::ranges::any_of(scene.effects, [](const Effects::Entry& entry) { return !entry.kind->field; });
 }
 
-/// How many solves a run takes is known of conductors that are fed, dragged and discharged alone. Others are tried, if
+/// The number of solves is known for conductors that are fed, dragged and discharged alone. Others are tried, if
 /// a solve takes a small part of the time that is for it.
 void explain_tried_run(const Scene& scene, const FieldCost& cost) {
   constexpr double longest_solve = 0.1;  // s
@@ -253,7 +253,7 @@ void explain_packing_cost(const Scene& scene) {
       duration(cost->seconds), cost->iterations);
 }
 
-/// What a run draws when it is over (README.md of this folder).
+/// Time of the picture at the end of a run (README.md of this folder).
 void explain_pictures(const Scene& scene) {
   if (!scene.output.picture || scene.conductors.empty()) return;
   const double series = scene.reference ? 1 : 0;

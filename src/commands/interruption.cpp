@@ -12,7 +12,7 @@ namespace {
 
 volatile sig_atomic_t noted = 0, running = 0, writing = 0;
 
-/// Seconds after a signal within which the program must ask for it; it is ended then, since its step may have no end.
+/// Seconds after a signal within which the program must ask for it. It is ended then: its step may never end.
 constexpr unsigned patience = 20;
 
 void set_handler(void (*handler)(int));

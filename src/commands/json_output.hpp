@@ -19,13 +19,13 @@ void check_different(const std::vector<std::string>& written);
 /// other file unless these may be overwritten.
 void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite);
 
-/// What `--json[=FILE]` asks for: JSON on standard output in place of a table, or in a file beside the table.
+/// Target of `--json[=FILE]`: JSON on standard output in place of a table, or in a file beside the table.
 struct JsonTarget {
   std::string word;  ///< empty: no JSON, "true": printed, else the file
 
   bool printed() const { return word == "true"; }
   std::string file() const { return printed() ? "" : word; }
-  /// Nothing if none was asked for. Throws Failure if the disk does not take it.
+  /// Writes the JSON, if any was asked for. Throws Failure if it cannot be written.
   void put(const nlohmann::ordered_json& json, int indent) const;
 };
 

@@ -57,7 +57,7 @@ network::ParticlePacking read_frame(const ResultFile& result, int frame) {
   return packing;
 }
 
-/// What `read` (network::read_electrodes or read_electrode) makes of a text.
+/// Calls `read` (network::read_electrodes or read_electrode) on a text.
 template <class Read>
 auto electrodes_by(const Read& read, const PackingFrame& frame, const std::string& between) {
   std::vector<std::string> walls;
@@ -175,7 +175,7 @@ void put_network(const hdf5::Handle& file, const PackingFrame& frame, const Solv
     hdf5::put<std::int32_t>(group, name, *list, {list->size()}, "1");
 }
 
-/// Those of the run's end. A packing on its way there is not at rest, whatever its end is.
+/// Warnings at the run's end, without that of a packing not at rest: an earlier frame is not at rest anyway.
 std::vector<std::string> warnings_of(const PackingFrame& frame) {
   const bool is_packing = frame.scene.effects.has(&EffectKind::packing);
   const bool is_last = frame.frame == frame.file->frames() - 1, is_over = hdf5::exists(frame.file->file(), "summary");

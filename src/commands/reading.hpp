@@ -14,7 +14,7 @@ class ResultFile;
 /// processes must not fork, it does nothing.
 void read_in_child(const std::vector<std::string>& files);
 
-/// The same for a command that goes on with what it has read: calls `read` in a child process first, whose exceptions
+/// For a command that goes on with the data read: calls `read` in a child process first, whose exceptions
 /// and results are lost. Throws InputError if the child crashes.
 void try_reading(const std::string& file, const std::function<void()>& read);
 

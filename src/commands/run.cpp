@@ -177,7 +177,7 @@ class Run {
   }
 
  private:
-  /// What the scene alone says of the result's use, before the work; it is in the result's warnings too.
+  /// Warnings that follow from the scene alone, before the work; the result holds them too.
   void warn_before() const {
     for (const std::string& warning :
          {effects::unresolved_bodies(scene_), scene_.reference ? granular::stages_warning(scene_) : std::string()})

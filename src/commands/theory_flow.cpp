@@ -305,7 +305,7 @@ const TheoryColumn& column_of(const TheoryTable& table, const std::string& name)
   return *std::ranges::find(table.columns, name, &TheoryColumn::name);
 }
 
-/// How much a column changes over its course where cells are twice as long, over its value: the most.
+/// Largest relative change of a column where cells are twice as long.
 TheoryFigure grid_change(const TheoryTable& fine, const TheoryTable& coarse, const std::string& name,
                          const std::string& meaning) {
   const std::vector<double>&values = column_of(fine, name).values, &others = column_of(coarse, name).values;

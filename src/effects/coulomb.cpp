@@ -124,7 +124,7 @@ std::string precision_in_words(const periodic::MeshChoice& choice, const periodi
   return "double precision" + (reason.empty() ? "" : ", as " + reason);
 }
 
-/// What the degree of the multipoles leaves out.
+/// Describes the truncation error of the multipoles' degree.
 std::vector<Remark> explain_degree(const Scene& scene) {
   const auto truncation =
       naming_the_table(scene, "effects.induced_dipoles", [&] { return multipole_truncation(scene); });

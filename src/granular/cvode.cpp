@@ -30,7 +30,7 @@ class Cvode final : public GasIntegrator {
   }
 
  private:
-  /// Of a step whose contacts may begin and end, time and again, within next to no time.
+  /// Counts segments between contact events, which could repeat without an advance of time.
   struct Progress {
     double since;  ///< the time so many segments ago, or the step's beginning
     int segments = 0;

@@ -51,7 +51,7 @@ class Gas {
   double kinetic_energy() const { return surveyed().kinetic; }
   /// The largest relative speed that two grains may have, or that a contact may still give to its two.
   double fastest_impact() const;
-  /// What steps of contacts must resolve where two meet at that speed at most (pace.hpp).
+  /// Time (t0) that steps of contacts must resolve where two grains meet at that speed at most (pace.hpp).
   double time_to_resolve(double impact) const;
   const GrainsSeen& grains_seen() const { return grains_seen_; }
 

@@ -25,7 +25,7 @@ inline double fastest_of(std::size_t grains) {
 /// the speed of the fastest: rms normal speeds of impact are 2 sqrt(T/m).
 inline double typical_impact(std::size_t grains) { return std::min(1.0, 1 / fastest_of(grains)); }
 
-/// What is known of the grains of a gas where the steps of contacts are chosen.
+/// Properties of a gas's grains from which the steps of contacts are chosen.
 struct GrainsSeen {
   double lightest = 1, smallest = 0.5;  ///< m0, the mass, and d0, the radius
   double typical = 1;                   ///< typical_impact

@@ -60,7 +60,7 @@ double energy_scale(const Outcome& outcome) {
 /// The energy imbalance as a fraction of that scale; NaN if there is no energy at all.
 double relative_energy_imbalance(const Outcome& outcome) { return energy_imbalance(outcome) / energy_scale(outcome); }
 
-/// What steps and grid account for, or the noise of solves if that is more, as a fraction of the same scale.
+/// Error that steps and grid, or the noise of solves, account for, as a fraction of the same scale.
 double allowed_energy_imbalance(const Scene& scene, const Outcome& outcome) {
   const double scale = energy_scale(outcome), noise = noise_of_solves(scene, outcome);
   return std::max(analysis::allowed_energy_imbalance(scene), scale > 0 ? noise / scale : 0);
@@ -178,7 +178,7 @@ std::vector<Quantity> quantities(const Scene& scene, const Outcome& outcome) {
   return result;
 }
 
-/// What to change if the energy of a scene is off. Steps come first: they are as likely as the grid and cost less.
+/// Names the keys to change if the energy balance is off: first the steps, which cost less than the grid.
 std::string energy_advice(const Scene& scene) {
   for (const Effects::Entry& effect : scene.effects)
     if (!effect.kind->energy_advice.empty()) return effect.kind->energy_advice;

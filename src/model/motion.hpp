@@ -36,7 +36,7 @@ struct Summary {
   std::vector<std::string> warnings{};
 };
 
-/// How far a motion has come, in a measure that grows at a steady pace, and how far it has to go (infinite: unknown).
+/// Progress of a motion in a measure that grows at a steady rate, and its value at the end (infinite: unknown).
 struct Way {
   double done = 0, whole = 0;
 };
@@ -83,7 +83,7 @@ class Motion {
   virtual std::optional<laplace::Field> field() { return {}; }
   /// How far it is, for a line that shows the progress.
   virtual std::string progress() = 0;
-  /// The same, for an estimate of the time that is left.
+  /// Progress for an estimate of the time that is left.
   virtual Way way() { return {time(), end_time()}; }
 
   /// All there is. One restored from it goes on bit for bit as this one does, which may have to forget something for

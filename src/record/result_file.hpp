@@ -31,7 +31,7 @@ class ResultFile {
   /// The file of a segment, by its place among them.
   const std::shared_ptr<const OpenFile>& segment(std::size_t k) const { return files_[k]; }
 
-  /// What makes the result unsafe to use, as its run said at its end (Summary::warnings).
+  /// Reasons why the result may be unsafe to use, from the end of its run (Summary::warnings).
   std::vector<std::string> warnings() const;
   /// None in a file without frames.
   std::int64_t frames() const { return frames_; }

@@ -36,7 +36,7 @@ std::uint32_t crc_of(const File& file, std::uint64_t bytes) {
   return static_cast<std::uint32_t>(crc);
 }
 
-/// Where HDF5's bytes end, as they say themselves; none if they are of a kind that HDF5 1.10 does not write.
+/// End of the file according to HDF5's superblock; empty for versions that HDF5 1.10 does not write.
 std::optional<std::uint64_t> end_of_hdf5(const OpenFile& file) {
   std::array<std::uint8_t, 52> head{};
   if (file.size() < head.size()) return {};

@@ -35,7 +35,7 @@ std::string found(const toml::node& node) {
   return node.is_array() ? "an array" : text.substr(0, longest) + "...";
 }
 
-/// How a scene has a floating conductor of any shape.
+/// Names the keys that make a floating conductor of any shape.
 constexpr const char* floating_shape =
     "a floating conductor of this shape is an [[electrode]] with potential = 0 and series_resistance = 1e30 (ohm), "
     "which no charge passes";

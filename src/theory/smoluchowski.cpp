@@ -142,7 +142,7 @@ CoagulationCourse coagulation_course(const Kernel& kernel, std::span<const doubl
   for (double width = widest / 2; width >= narrowest; width /= 2) {
     CoagulationCourse finer = course_in_classes(kernel, times, 1 + width);
     CoagulationCourse next = extrapolated(plain, finer);
-    // What is left goes with the square of the width at least: a third of the last change.
+    // The error left is of second order in the width at least: a third of the last change.
     next.error = best.size.empty() ? INFINITY : largest_relative_difference(best.size, next.size) / 3;
     plain = std::move(finer), best = std::move(next);
     if (best.error <= tolerance) break;

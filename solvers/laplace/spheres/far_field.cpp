@@ -41,7 +41,7 @@ FarField::FarField(const Mirrors& mirrors, const std::vector<Site>& targets, con
   for (const int mask : masks_) find_derivatives(mask, images.beyond == 0 && &targets == &sources);
 }
 
-/// Of images without mirrors the way back has the same derivatives, those of odd degree with the opposite sign.
+/// Images without mirrors have the same derivatives on the way back, odd degrees with the opposite sign.
 void FarField::find_derivatives(int mask, bool same_sites) {
   const bool once = same_sites && mask == 0;
   std::vector<Vec3> from, places;

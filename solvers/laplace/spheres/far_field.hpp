@@ -5,14 +5,14 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Which images a far field is of, and how it is summed.
+/// Images that a far field sums, and the parameters of the sum.
 struct FarImages {
   double beyond = 0;  ///< length: nearer images are left out; 0: none
   int degree = 0;     ///< of the derivatives: a source's l plus a target's t
   EwaldSplit split;
 };
 
-/// Of images beyond a range, several times the largest radius of targets and of sources (both lengths).
+/// Images beyond a range, which is several times the largest radius of targets and of sources (lengths).
 FarImages images_beyond(double range, double target_radius, double source_radius, double accuracy);
 /// All images of sources up to `degree`, for targets of one degree more.
 FarImages all_images(const Mirrors& mirrors, double largest_radius, int degree, double accuracy);

@@ -17,18 +17,25 @@ namespace {
 
 using parallel::check_petsc;
 
-PetscErrorCode multiply(Mat matrix, ::Vec x, ::Vec y) {
-  const System* system = nullptr;
-  PetscCall(MatShellGetContext(matrix, &system));
+/// Calls f(values of x, values of y), of which y is overwritten.
+PetscErrorCode with_arrays(::Vec x, ::Vec y, const auto& f) {
   const PetscScalar* from = nullptr;
   PetscScalar* to = nullptr;
   PetscCall(VecGetArrayRead(x, &from));
   PetscCall(VecGetArrayWrite(y, &to));
-  system->apply(from, to);
-  system->project(to);
+  f(from, to);
   PetscCall(VecRestoreArrayRead(x, &from));
   PetscCall(VecRestoreArrayWrite(y, &to));
   return 0;
+}
+
+PetscErrorCode multiply(Mat matrix, ::Vec x, ::Vec y) {
+  const System* system = nullptr;
+  PetscCall(MatShellGetContext(matrix, &system));
+  return with_arrays(x, y, [&](const double* from, double* to) {
+    system->apply(from, to);
+    system->project(to);
+  });
 }
 
 PetscErrorCode precondition(PC pc, ::Vec x, ::Vec y) {
@@ -55,34 +62,24 @@ void for_each_column(std::size_t size, Lanes* values, const auto& change) {
 PetscErrorCode multiply_eight(Mat matrix, ::Vec x, ::Vec y) {
   const System* system = nullptr;
   PetscCall(MatShellGetContext(matrix, &system));
-  const PetscScalar* from = nullptr;
-  PetscScalar* to = nullptr;
-  PetscCall(VecGetArrayRead(x, &from));
-  PetscCall(VecGetArrayWrite(y, &to));
-  std::vector<Lanes> columns(system->size()), product(columns.size());
-  std::memcpy(columns.data(), from, columns.size() * sizeof(Lanes));
-  system->apply(columns.data(), product.data());
-  for_each_column(product.size(), product.data(), [&](double* column) { system->project(column); });
-  std::memcpy(to, product.data(), product.size() * sizeof(Lanes));
-  PetscCall(VecRestoreArrayRead(x, &from));
-  PetscCall(VecRestoreArrayWrite(y, &to));
-  return 0;
+  return with_arrays(x, y, [&](const double* from, double* to) {
+    std::vector<Lanes> columns(system->size()), product(columns.size());
+    std::memcpy(columns.data(), from, columns.size() * sizeof(Lanes));
+    system->apply(columns.data(), product.data());
+    for_each_column(product.size(), product.data(), [&](double* column) { system->project(column); });
+    std::memcpy(to, product.data(), product.size() * sizeof(Lanes));
+  });
 }
 
 PetscErrorCode precondition_eight(PC pc, ::Vec x, ::Vec y) {
   const System* system = nullptr;
   PetscCall(PCShellGetContext(pc, &system));
-  const PetscScalar* from = nullptr;
-  PetscScalar* to = nullptr;
-  PetscCall(VecGetArrayRead(x, &from));
-  PetscCall(VecGetArrayWrite(y, &to));
-  std::vector<Lanes> columns(system->size());
-  std::memcpy(columns.data(), from, columns.size() * sizeof(Lanes));
-  for_each_column(columns.size(), columns.data(), [&](double* column) { system->precondition(column); });
-  std::memcpy(to, columns.data(), columns.size() * sizeof(Lanes));
-  PetscCall(VecRestoreArrayRead(x, &from));
-  PetscCall(VecRestoreArrayWrite(y, &to));
-  return 0;
+  return with_arrays(x, y, [&](const double* from, double* to) {
+    std::vector<Lanes> columns(system->size());
+    std::memcpy(columns.data(), from, columns.size() * sizeof(Lanes));
+    for_each_column(columns.size(), columns.data(), [&](double* column) { system->precondition(column); });
+    std::memcpy(to, columns.data(), columns.size() * sizeof(Lanes));
+  });
 }
 
 double length(const std::vector<double>& x) {

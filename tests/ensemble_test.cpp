@@ -235,6 +235,17 @@ TEST_CASE("what is finished is not run again") {
   CHECK(summary(folder, "neutral-ensemble")["members"].size() == 3);
 }
 
+TEST_CASE("ensemble --json=FILE: only the sweep that wrote it writes it again") {
+  const ScenesFolder folder;
+  const std::string arguments = "neutral.toml --seeds 2 --json=" + (folder / "table.json").string();
+  REQUIRE(ensemble(folder, arguments).status == 0);
+  CHECK(ensemble(folder, arguments).status == 0);
+  std::ofstream(folder / "table.json") << "{}";
+  const Ended refused = ensemble(folder, arguments);
+  CHECK(refused.status == 2);
+  CHECK(contains(refused.err, "table.json exists"));
+}
+
 TEST_CASE("what is half done is resumed") {
   const ScenesFolder folder;
   const std::string shorter = replaced(charged_scene, "time = 0.2", "time = 0.08");  // the 8th frame has a checkpoint

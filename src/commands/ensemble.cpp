@@ -204,7 +204,6 @@ void report(const Arguments& request, const std::vector<Member>& members, const 
 
 void run_ensemble(Arguments request) {
   if (!request.json.printed()) output_is_optional();
-  check_outputs({request.json.file()}, {request.scene}, false);
   if (parallel::process_count() > 1)
     throw InputError("ensemble runs processes of its own, one a member: leave mpirun out");
   if (request.folder.empty()) request.folder = fs::path(request.scene).stem().string() + "-ensemble";
@@ -212,6 +211,8 @@ void run_ensemble(Arguments request) {
   std::vector<Member> members =
       ensemble::make_members(request.scene, settings_of(request.settings), variations_of(request), request.folder);
   refuse_hopeless(members);
+  const std::string json = request.json.file();  // of this sweep, the same command may write it again
+  check_outputs({json}, {request.scene}, !json.empty() && !holds_others(json, members));
   const Share share = read_share(request.share);
   members = members_of(std::move(members), share);
   make_folder(request.folder);

@@ -98,6 +98,9 @@ TEST_CASE("--json prints in place of the table, and with a file writes beside it
     CHECK(run(folder, "solve small.toml --overwrite " + option).status == 0);
   }
   check_refused(run(folder, "solve small.toml --json=small.toml --overwrite"), "is what is read");
+  check_refused(run(folder, "solve small.toml --json="), "--json=: the value is empty");
+  check_refused(run(folder, "solve small.toml --json=5.json --json"), "--json is given 2 times");
+  CHECK_FALSE(std::filesystem::exists(folder / "5.json"));
   check_refused(run(folder, "solve small.toml --json=a.hdf --field a.hdf"), "a.hdf cannot be written twice");
   for (const std::string overwrite : {"", " --overwrite"})
     CHECK(run(folder, "solve small.toml --json=3.json --field a.hdf" + overwrite).status == 0);

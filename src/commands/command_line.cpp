@@ -62,11 +62,23 @@ void check_command(const CLI::App& program, const std::string& command) {
                                meant.empty() ? ";" : meant));
 }
 
+/// Refuses `--json=` and a second `--json`, which CLI11 takes for flags. `name`: of an option with an optional value.
+void check_optional_value(const std::vector<std::string>& arguments, const std::string& name) {
+  int count = 0;
+  for (const std::string& word : arguments) {
+    if (word == name + "=") throw InputError(fmt::format("{}: the value is empty", word));
+    if (word == name || word.starts_with(name + "=")) ++count;
+  }
+  if (count > 1) throw InputError(fmt::format("{} is given {} times, and once is allowed", name, count));
+}
+
 /// Joins `--json FILE` to `--json=FILE` where the word after such an option is its value: CLI11 never takes it for one.
 void join_optional_values(std::vector<std::string>& arguments) {
   const std::vector<Command> commands = all_commands();
   const auto command = std::ranges::find(commands, arguments.front(), &Command::name);
   if (command == commands.end()) return;
+  for (const Argument& argument : command->arguments)
+    if (argument.rule.value_optional) check_optional_value(arguments, argument.name);
   for (std::size_t k = 1; k + 1 < arguments.size(); ++k) {
     const auto argument = std::ranges::find(command->arguments, arguments[k], &Argument::name);
     if (argument == command->arguments.end() || !argument->rule.value_optional) continue;

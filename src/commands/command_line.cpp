@@ -293,8 +293,9 @@ int run_command_line(std::vector<std::string> arguments) {
     laplace::SolverShares shares;
     const bool first = parallel::join_processes([&](parallel::Message& message) { shares(message); });
     if (!first) return 0;  // one of mpirun's that only helped the first
+    const bool explains = !arguments.empty() && arguments.front() == "explain";  // options are for the run
     dispatch(std::move(arguments));
-    warn_of_unused_options();
+    if (!explains) warn_of_unused_options();
     finish_output();
     return 0;
   });

@@ -187,6 +187,56 @@ TEST_CASE("wall contact: unlike materials give the modulus of both") {
   CHECK(push_at({radius - overlap, 0.05}) == near(force(6e6 / 1.92, radius), 1e-9));
 }
 
+TEST_CASE("Hertz: pairs of unlike materials have the modulus of both") {
+  // 1/E* = .96 / 4 MPa + .96 / 6 MPa = 1 / 2.5 MPa
+  const effects::Elasticity soft{4e6, 0.2}, hard{6e6, 0.2};
+  const effects::HertzContact hertz({.young = 4e6, .poisson = 0.2, .bodies = {soft, hard, hard}});
+  const double overlap = 1e-5, step = 2 * radius - overlap;
+  const Bodies bodies{.position = {0, 0, step, 0, 2 * step, 0}, .mass = {1, 1, 1}, .radius = {radius, radius, radius}};
+  const auto force = [&](double modulus) { return 4.0 / 3 * modulus * std::sqrt(radius / 2) * std::pow(overlap, 1.5); };
+  const std::vector<double> found = forces_of(hertz, bodies, {{0, 1}, {1, 2}});
+  CHECK(found[0] == near(-force(2.5e6), 1e-9));
+  CHECK(found[4] == near(force(6e6 / 1.92), 1e-9));
+  CHECK(std::abs(found[0] + found[2] + found[4]) < 1e-12 * found[4]);
+  Bodies plane{.position = {0, 0, 1.5e-3, 1.3e-3, -1.2e-3, 1.55e-3}, .mass = {1, 1, 1}, .radius = {1e-3, 1e-3, 1e-3}};
+  const effects::HertzContact stiff({.young = 1e9, .bodies = {{1e9, 0.3}, {3e9, 0.2}, {2e9, 0.1}}});
+  CHECK(jacobian_error(stiff, plane, 1e-10, {{0, 1}, {0, 2}, {1, 2}}) < 1e-6);
+}
+
+TEST_CASE("Hertz: a collision of unlike materials takes Hertz's time") {
+  // Largest overlap (15 m* v^2 / (16 sqrt(R*) E*))^(2/5); the time is that over v, times 4/5 sqrt(pi) G(2/5) / G(9/10).
+  const double v = 0.1, mass = 1e-3, modulus = 2.5e6;
+  const double deepest = std::pow(15 * (mass / 2) * v * v / (16 * std::sqrt(radius / 2) * modulus), 0.4);
+  const double expected = 0.8 * std::sqrt(pi) * std::tgamma(0.4) / std::tgamma(0.9) * deepest / v;
+  const effects::Elasticity soft{4e6, 0.2}, hard{6e6, 0.2};
+  for (const auto& materials : {std::vector{soft, hard}, std::vector{hard, soft}}) {
+    const effects::HertzContact hertz({.bodies = materials});
+    Bodies bodies{.position = {0, 0, 2 * radius, 0}, .mass = {mass, mass}, .radius = {radius, radius}};
+    double time = 0, speed = v, lowest_speed = v;  // of approach
+    for (const double dt = 1e-4 * expected; bodies.position[2] - bodies.position[0] <= 2 * radius; time += dt) {
+      speed -= dt / mass * (forces_of(hertz, bodies, {{0, 1}})[2] - forces_of(hertz, bodies, {{0, 1}})[0]);
+      bodies.position[2] -= dt * speed;
+      lowest_speed = std::min(lowest_speed, speed);
+    }
+    CHECK(time == near(expected, 1e-3));  // ten steps
+    CHECK(lowest_speed == near(-v, 1e-3));
+  }
+}
+
+TEST_CASE("walls: each body has the modulus of its own material") {
+  Scene scene = scene_of({{0.05, 0.05}, {0.05, 0.02}});
+  const double overlap = 1e-5;
+  const auto forces = [&] {
+    Bodies bodies = make_bodies(scene);
+    bodies.position = {radius - overlap, 0.05, radius - overlap, 0.02};
+    return forces_of(effects::WallContact(scene), bodies);
+  };
+  const auto force = [&](double modulus) { return 4.0 / 3 * modulus * std::sqrt(radius) * std::pow(overlap, 1.5); };
+  scene.effects.add(effects::WallContactOptions{.young = 6e6, .poisson = 0.2, .bodies = {{4e6, 0.2}, {6e6, 0.2}}});
+  CHECK(forces()[0] == near(force(2.5e6), 1e-9));
+  CHECK(forces()[2] == near(force(6e6 / 1.92), 1e-9));
+}
+
 TEST_CASE("walls: forces on bodies that wander are those of walls that see them for the first time") {
   // One goes across the box time and again, past a ball, and back at once; one goes up from the bottom and comes back.
   Scene scene = scene_of({{0.05, 0.05}, {0.08, 0.05}});

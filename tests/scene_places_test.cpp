@@ -6,7 +6,9 @@
 
 #include "src/effects/contact_resistance.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/hertz_contact.hpp"
 #include "src/effects/leakage.hpp"
+#include "src/effects/wall_contact.hpp"
 #include "src/scene/placing.hpp"
 #include "src/scene/scene.hpp"
 #include "src/scene/stopping.hpp"
@@ -15,6 +17,41 @@
 
 using namespace lichtenberg;
 using namespace lichtenberg::scene_texts;
+
+TEST_CASE("materials: conductors and populations have their own, in order") {
+  const std::string two = disk("[0.01, 0.01]", "young = 1e6\n") + disk("[0.02, 0.01]", "poisson = 0.1\n") +
+                          disk("[0.03, 0.01]") +
+                          "[[population]]\ncount = 2\nradius = 0.0005\nyoung = 2e6\npoisson = 0.4\n";
+  const auto check_bodies = [](const std::vector<effects::Elasticity>& found, double young, double poisson) {
+    const std::vector<effects::Elasticity> expected{
+        {1e6, poisson}, {young, 0.1}, {young, poisson}, {2e6, 0.4}, {2e6, 0.4}};
+    REQUIRE(found.size() == expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      CHECK(found[i].young == expected[i].young);
+      CHECK(found[i].poisson == expected[i].poisson);
+    }
+  };
+  const std::string walls = "effects.wall_contact = { young = 5e6, poisson = 0.25 }\n";
+  const std::string spheres = "effects.hertz_contact = { young = 3e6, poisson = 0.3 }\n";
+  const Scene both = parse(box + walls + spheres + two);
+  check_bodies(both.effects.find<effects::HertzContactOptions>()->bodies, 3e6, 0.3);
+  check_bodies(both.effects.find<effects::WallContactOptions>()->bodies, 3e6, 0.3);
+  check_bodies(parse(box + walls + two).effects.find<effects::WallContactOptions>()->bodies, 5e6, 0.25);
+  CHECK(parse(box + spheres + disk("[0.01, 0.01]")).effects.find<effects::HertzContactOptions>()->bodies.empty());
+}
+
+TEST_CASE("materials: a key without an elastic contact is refused") {
+  const std::string needed = " needs the table [effects.hertz_contact] or [effects.wall_contact]";
+  for (const std::string key : {"young = 1e6", "poisson = 0.1"}) {
+    const std::string name = key.substr(0, key.find(' '));
+    check_refused(box + electrostatics + disk("[0.01, 0.01]", key + "\n"), {"test.toml:8: conductor." + name + needed});
+    check_refused(box + electrostatics + "[[population]]\ncount = 2\nradius = 0.0005\n" + key + "\n",
+                  {"population." + name + needed});
+  }
+  const std::string spheres = "effects.hertz_contact = {}\n";
+  check_refused(box + spheres + disk("[0.01, 0.01]", "young = 0\n"), {"conductor.young = 0", "greater than 0"});
+  check_refused(box + spheres + disk("[0.01, 0.01]", "poisson = 0.51\n"), {"conductor.poisson = 0.51", "at most 0.5"});
+}
 
 TEST_CASE("the shapes of electrodes") {
   const Scene s = parse(box + electrostatics + disk("[0.01, 0.01]") + R"(

@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include "src/effects/hertz.hpp"
+#include "src/scene/draft.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {
@@ -20,6 +22,20 @@ std::vector<Key> elastic_constants() {
        .range = {.low = -1, .high = 0.5, .low_itself = false},
        .help = "Poisson's ratio"},
   };
+}
+
+/// Materials of all conductors, in their order: single ones, then populations. `common` fills in the keys that one
+/// leaves out. Empty if no conductor and no population has a key of its own.
+inline std::vector<Elasticity> materials_of_bodies(const Draft& draft, const Elasticity& common) {
+  std::vector<Elasticity> bodies;
+  bool any = false;
+  const auto add = [&](const auto& given, int count) {
+    any = any || given.young || given.poisson;
+    bodies.insert(bodies.end(), count, {given.young.value_or(common.young), given.poisson.value_or(common.poisson)});
+  };
+  for (const ConductorDraft& conductor : draft.conductors) add(conductor, 1);
+  for (const PopulationDraft& population : draft.populations) add(population, population.count);
+  return any ? bodies : std::vector<Elasticity>{};
 }
 
 }  // namespace lichtenberg::effects

@@ -14,10 +14,16 @@ namespace {
   const double depth = visit_spheres(bodies, [&](const auto& s) {
     return s.radius[pair.i] + s.radius[pair.j] - norm(s.box.difference(s.place(pair.i), s.place(pair.j)));
   });
-  throw Failure(fmt::format(
-      "conductors {} and {} overlap by {:.3g} m, more than a radius: effects.hertz_contact.young is too soft "
-      "for the speed at which they met, or mechanics.euler_step too long for how hard it is",
-      pair.i, pair.j, depth));
+  throw Failure(
+      fmt::format("conductors {} and {} overlap by {:.3g} m, more than a radius: their Young's modulus "
+                  "(effects.hertz_contact.young, or their own) is too soft for the speed at which they met, or "
+                  "mechanics.euler_step too long for how hard it is",
+                  pair.i, pair.j, depth));
+}
+
+void complete(const Draft& draft, Scene& scene) {
+  auto& options = *scene.effects.find<HertzContactOptions>();
+  options.bodies = materials_of_bodies(draft, {options.young, options.poisson});
 }
 
 }  // namespace
@@ -28,11 +34,14 @@ const EffectKind& HertzContactOptions::kind() {
                                   .help =
                                       "Elastic spheres push each other apart, F = 4/3 E* sqrt(R_eff) overlap^(3/2) (D "
                                       "5.9). Their Young's modulus and "
-                                      "Poisson's ratio also hold in contacts with walls (wall_contact).",
+                                      "Poisson's ratio also hold in contacts with walls (wall_contact); conductors and "
+                                      "populations may have their own (conductor.young, population.young), "
+                                      "1/E* = (1 - nu_i^2) / E_i + (1 - nu_j^2) / E_j.",
                                   .options = HertzContactOptions{},
                                   .keys = elastic_constants<HertzContactOptions>(),
                                   .dimensions = {2, 3},
                                   .periodic = true,
+                                  .complete = complete,
                                   .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
                                     return std::make_unique<HertzContact>(*scene.effects.find<HertzContactOptions>());
                                   }};
@@ -40,27 +49,52 @@ const EffectKind& HertzContactOptions::kind() {
 }
 
 HertzContact::HertzContact(const HertzContactOptions& options)
-    : modulus_(contact_modulus({options.young, options.poisson}, {options.young, options.poisson})) {}
+    : modulus_(contact_modulus({options.young, options.poisson}, {options.young, options.poisson})),
+      bodies_(options.bodies) {}
 
 void HertzContact::add_forces(const State& state, std::span<double> force) const {
+  if (!bodies_.empty()) {
+    if (const auto refused = add_forces_of_unlike(state, force)) refuse(state.bodies, *refused);
+    return;
+  }
   const PairSum sum = visit_spheres(state.bodies, [&](const auto& spheres) {
-    return add_pair_forces(law(), spheres, state.neighbours, force, state.team);
+    return add_pair_forces(HertzLaw{modulus_}, spheres, state.neighbours, force, state.team);
   });
   if (sum.refused) refuse(state.bodies, *sum.refused);
+}
+
+/// Adds the forces of each pair with its own modulus. Returns the first pair that the law refuses.
+std::optional<Pair> HertzContact::add_forces_of_unlike(const State& state, std::span<double> force) const {
+  std::optional<Pair> refused;
+  const int d = state.bodies.dimension;
+  visit_spheres(state.bodies, [&](const auto& spheres) {
+    for_each_in_reach(HertzLaw{modulus_}, spheres, state.neighbours, [&](const auto& found) {
+      const auto [i, j] = found.pair;
+      const HertzLaw one = law(found.pair);
+      if (one.refuses(found.seen) && !refused) refused = found.pair;
+      const double over_distance = one(found.seen).force / found.seen.distance;
+      for (int k = 0; k < d; ++k) {
+        force[i * d + k] += over_distance * found.apart[k];
+        force[j * d + k] -= over_distance * found.apart[k];
+      }
+    });
+  });
+  return refused;
 }
 
 double HertzContact::stored_energy(const State& state) const {
   double energy = 0;
   visit_spheres(state.bodies, [&](const auto& spheres) {
-    for_each_in_reach(law(), spheres, state.neighbours, [&](const auto& found) { energy += law()(found.seen).energy; });
+    for_each_in_reach(HertzLaw{modulus_}, spheres, state.neighbours,
+                      [&](const auto& found) { energy += law(found.pair)(found.seen).energy; });
   });
   return energy;
 }
 
 void HertzContact::add_jacobian(const State& state, ForceJacobian& jacobian) const {
   visit_spheres(state.bodies, [&](const auto& spheres) {
-    for_each_in_reach(law(), spheres, state.neighbours,
-                      [&](const auto& found) { add_pair_derivatives(law(), found, jacobian); });
+    for_each_in_reach(HertzLaw{modulus_}, spheres, state.neighbours,
+                      [&](const auto& found) { add_pair_derivatives(law(found.pair), found, jacobian); });
   });
 }
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "src/effects/hertz.hpp"
 #include "src/model/effect.hpp"
 #include "src/model/neighbours.hpp"
@@ -10,6 +13,7 @@ namespace lichtenberg::effects {
 struct HertzContactOptions {
   double young = 200e9;  ///< Pa
   double poisson = 0.3;
+  std::vector<Elasticity> bodies{};  ///< material of each conductor; empty: all have the constants above
   static const EffectKind& kind();
 };
 
@@ -27,10 +31,15 @@ class HertzContact : public Effect {
   void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const override;
 
  private:
-  HertzLaw law() const { return {modulus_}; }
+  /// The law with the modulus of this pair's materials.
+  HertzLaw law(Pair pair) const {
+    return bodies_.empty() ? HertzLaw{modulus_} : HertzLaw{contact_modulus(bodies_[pair.i], bodies_[pair.j])};
+  }
+  std::optional<Pair> add_forces_of_unlike(const State& state, std::span<double> force) const;
 
-  double modulus_;          ///< Pa, E*
-  mutable ReachList near_;  ///< makes looks faster, and changes no answer
+  double modulus_;                  ///< Pa, E* of two bodies of the common material
+  std::vector<Elasticity> bodies_;  ///< material of each body; empty: all have the common one
+  mutable ReachList near_;          ///< makes looks faster, and changes no answer
 };
 
 }  // namespace lichtenberg::effects

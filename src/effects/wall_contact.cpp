@@ -11,6 +11,20 @@
 #include "src/effects/hertz_contact.hpp"
 
 namespace lichtenberg::effects {
+namespace {
+
+/// Material of the conductors without keys of their own.
+Elasticity common_material(const Scene& scene) {
+  if (const auto* spheres = scene.effects.find<HertzContactOptions>()) return {spheres->young, spheres->poisson};
+  const auto& walls = *scene.effects.find<WallContactOptions>();
+  return {walls.young, walls.poisson};
+}
+
+void complete(const Draft& draft, Scene& scene) {
+  scene.effects.find<WallContactOptions>()->bodies = materials_of_bodies(draft, common_material(scene));
+}
+
+}  // namespace
 
 const EffectKind& WallContactOptions::kind() {
   static const EffectKind kind = {
@@ -19,11 +33,12 @@ const EffectKind& WallContactOptions::kind() {
       .help =
           "The same against the sides of the domain and the electrodes, which have this Young's modulus and Poisson's "
           "ratio: 1/E* = (1 - nu_s^2) / E_s + (1 - nu_w^2) / E_w. The spheres have those of hertz_contact, or without "
-          "it those of the walls.",
+          "it those of the walls, unless their [[conductor]] or [[population]] gives its own.",
       .options = WallContactOptions{},
       .keys = elastic_constants<WallContactOptions>(),
       .dimensions = {2, 3},
       .periodic = true,
+      .complete = complete,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<WallContact>(scene); }};
   return kind;
 }
@@ -31,8 +46,8 @@ const EffectKind& WallContactOptions::kind() {
 WallContact::WallContact(const Scene& scene) {
   const auto& options = *scene.effects.find<WallContactOptions>();
   const Elasticity wall{options.young, options.poisson};
-  const auto* spheres = scene.effects.find<HertzContactOptions>();
-  modulus_ = contact_modulus(spheres ? Elasticity{spheres->young, spheres->poisson} : wall, wall);
+  for (const Elasticity& body : options.bodies) modulus_.push_back(contact_modulus(body, wall));
+  if (modulus_.empty()) modulus_ = {contact_modulus(common_material(scene), wall)};
   const std::vector<Surface> sides = sides_of(scene.domain);
   for (std::size_t s = 0; s < sides.size(); ++s)
     if (!scene.domain.open && !scene.domain.sides[s].periodic) walls_.push_back(sides[s]);
@@ -48,7 +63,7 @@ void WallContact::for_each_contact(const State& state, Visit visit) const {
     for (const Surface& wall : walls_) {
       const View seen = view(wall, position_in_space(bodies, i));
       const double overlap = bodies.radius[i] - seen.distance;
-      if (overlap > 0) visit(i, seen, hertz(modulus_, 1 / (1 / bodies.radius[i] + seen.curvature), overlap));
+      if (overlap > 0) visit(i, seen, hertz(modulus(i), 1 / (1 / bodies.radius[i] + seen.curvature), overlap));
     }
   });
 }
@@ -58,7 +73,8 @@ void WallContact::add_forces(const State& state, std::span<double> force) const 
     if (seen.distance < 0)
       throw Failure(
           fmt::format("conductor {} is pressed into a side of the domain or an electrode by {:.3g} m, more than its "
-                      "radius: effects.wall_contact.young is too soft for its speed, or mechanics.euler_step too long "
+                      "radius: Young's modulus (effects.wall_contact.young, or its own) is too "
+                      "soft for its speed, or mechanics.euler_step too long "
                       "for how hard it is",
                       i, state.bodies.radius[i] - seen.distance));
     const int d = state.bodies.dimension;

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "src/effects/hertz.hpp"
 #include "src/effects/surface.hpp"
 #include "src/model/effect.hpp"
 #include "src/scene/scene.hpp"
@@ -11,6 +12,7 @@ namespace lichtenberg::effects {
 struct WallContactOptions {
   double young = 200e9;  ///< Pa, of the walls
   double poisson = 0.3;
+  std::vector<Elasticity> bodies{};  ///< material of each conductor; empty: no conductor has keys of its own
   static const EffectKind& kind();
 };
 
@@ -29,11 +31,12 @@ class WallContact : public Effect {
   void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const override;
 
  private:
+  double modulus(int i) const { return modulus_.size() == 1 ? modulus_.front() : modulus_[i]; }
   bool reaches(const Bodies& bodies, int i, double travel) const;
   template <class Visit>
   void for_each_contact(const State& state, Visit visit) const;
 
-  double modulus_ = 0;  ///< Pa, E* of a sphere and a wall
+  std::vector<double> modulus_;  ///< Pa, E* of each sphere and a wall; one value holds for all spheres
   std::vector<Surface> walls_;
   // What makes looks faster, and changes no answer: by body, the gap (m) to the nearest wall at its last look, and
   // where that was. No wall is nearer than that by more than the body has moved since.

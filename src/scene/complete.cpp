@@ -54,6 +54,17 @@ void check_series_resistances(const Draft& draft) {
            "electrode.series_resistance needs the table [effects.floating_conductors]: add it, or leave the key out");
 }
 
+/// Materials of conductors and populations act in elastic contacts alone.
+void check_materials(const Draft& draft) {
+  if (draft.scene.effects.has("hertz_contact") || draft.scene.effects.has("wall_contact")) return;
+  for (const char* key : {"conductor.young", "conductor.poisson", "population.young", "population.poisson"})
+    if (const int line = draft.line(key); line > 0)
+      refuse(draft.scene.path, line,
+             fmt::format("{} needs the table [effects.hertz_contact] or [effects.wall_contact]: add one of them, or "
+                         "leave the key out",
+                         key));
+}
+
 double permittivity(const Draft& draft) {
   if (draft.permittivity && draft.relative_permittivity)
     refuse(draft.scene.path, draft.line("medium.permittivity"),
@@ -353,6 +364,7 @@ Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Co
   check_packing_keys(draft);
   check_effects(draft);
   check_series_resistances(draft);
+  check_materials(draft);
   check_accuracy(draft);
   Scene scene = draft.scene;
   const bool packing = scene.effects.has(&EffectKind::packing);

@@ -51,6 +51,7 @@ struct ConductorDraft {
   std::optional<Coordinates> velocity{};
   std::optional<double> charge{};
   std::optional<std::string> group{};
+  std::optional<double> young{}, poisson{};  ///< of its material, Pa and 1
 };
 
 struct GroupDraft {
@@ -94,6 +95,7 @@ struct PopulationDraft {
   ChargeDistribution charge_distribution = ChargeDistribution::equal;
   std::optional<double> charge_exponent{};
   double relative_resistivity = 1;
+  std::optional<double> young{}, poisson{};  ///< of its material, Pa and 1
   std::optional<double> temperature{};  ///< of grains, m0 v0^2
   double min_gap = 0;                   ///< m, to every other conductor, electrode and side of the domain
   std::optional<Region> region{};

@@ -14,7 +14,13 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-PetscErrorCode stop_test(KSP, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason, void* context) {
+int most_iterations(KSP ksp) {
+  PetscInt most = 0;
+  KSPGetTolerances(ksp, nullptr, nullptr, nullptr, &most);
+  return static_cast<int>(most);
+}
+
+PetscErrorCode stop_test(KSP ksp, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason, void* context) {
   auto& krylov = *static_cast<Krylov*>(context);
   StopCriterion& criterion = krylov.criterion;
   if (!krylov.has_natural_norm) {
@@ -33,6 +39,10 @@ PetscErrorCode stop_test(KSP, PetscInt iteration, PetscReal norm, KSPConvergedRe
     *reason = KSP_DIVERGED_NANORINF;
   else if (criterion.is_met_by(norm))
     *reason = iteration == 0 ? KSP_CONVERGED_ATOL : KSP_CONVERGED_RTOL;
+  else if (!krylov.has_natural_norm && iteration + krylov.iterations_before >= most_iterations(ksp))
+    *reason = KSP_DIVERGED_ITS;
+  else if (krylov.may_stall && krylov.stall.is_stalled(norm))
+    *reason = KSP_DIVERGED_BREAKDOWN;  // Krylov::solve starts the method again
   return 0;
 }
 
@@ -47,6 +57,15 @@ bool is_direct(KSP ksp) {
   PetscBool direct = PETSC_FALSE;
   parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), KSPPREONLY, &direct));
   return direct == PETSC_TRUE;
+}
+
+/// Whether the preconditioner is the geometric multigrid.
+bool has_shell(KSP ksp) {
+  PC pc = nullptr;
+  PetscBool shell = PETSC_FALSE;
+  parallel::check_petsc(KSPGetPC(ksp, &pc));
+  parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCSHELL, &shell));
+  return shell == PETSC_TRUE;
 }
 
 /// Without ground the matrix is singular, and the last pivot of its factors is rounding or 0.
@@ -152,24 +171,46 @@ void Krylov::set_null_space(MatNullSpace space) {
   parallel::check_petsc(MatSetNullSpace(matrix, null_space));
 }
 
+/// For methods that do not iterate by the natural norm.
+KSPConvergedReason Krylov::solve_with_restarts() {
+  constexpr double progress = 0.5;  // of the norm, without which another start is of no use
+  parallel::check_petsc(KSPSetUp(ksp));
+  may_stall = has_shell(ksp);
+  double norm = natural_norm(*this, false);
+  criterion.scale = std::hypot(criterion.energy_norm, norm);
+  while (true) {
+    const double before = norm;
+    PetscInt iterations = 0;
+    KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+    stall.start(norm);
+    parallel::check_petsc(KSPSolve(ksp, b, x));
+    parallel::check_petsc(KSPGetConvergedReason(ksp, &reason));
+    parallel::check_petsc(KSPGetIterationNumber(ksp, &iterations));
+    iterations_before += static_cast<int>(iterations);
+    if (reason == KSP_DIVERGED_NANORINF) return reason;
+    norm = natural_norm(*this, false);  // a method without a norm has not been tested
+    criterion.last = criterion.scale > 0 ? norm / criterion.scale : 0.0;
+    if (criterion.is_met_by(norm)) return KSP_CONVERGED_RTOL;
+    if (is_direct(ksp) || reason == KSP_DIVERGED_ITS || !(norm < progress * before))
+      return reason < 0 ? reason : KSP_DIVERGED_ITS;
+  }
+}
+
 void Krylov::solve(LaplaceSolution& solution) {
   if (rtol) criterion.tolerance = *rtol;
-  if (!has_natural_norm) {
-    parallel::check_petsc(KSPSetUp(ksp));
-    criterion.scale = std::hypot(criterion.energy_norm, natural_norm(*this, false));
-  }
-  parallel::check_petsc(KSPSolve(ksp, b, x));
+  iterations_before = 0;
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscInt iterations = 0;
-  parallel::check_petsc(KSPGetConvergedReason(ksp, &reason));
-  parallel::check_petsc(KSPGetIterationNumber(ksp, &iterations));
+  if (has_natural_norm) {
+    parallel::check_petsc(KSPSolve(ksp, b, x));
+    parallel::check_petsc(KSPGetConvergedReason(ksp, &reason));
+    parallel::check_petsc(KSPGetIterationNumber(ksp, &iterations));
+  } else {
+    reason = solve_with_restarts();
+    iterations = iterations_before;
+  }
   if (reason == KSP_DIVERGED_NANORINF)
     throw Failure("field solver: charges or potentials are too large for double precision, or lengths too small");
-  if (!has_natural_norm && reason > 0) {  // a method without a norm has not been tested
-    const double norm = natural_norm(*this, false);
-    criterion.last = criterion.scale > 0 ? norm / criterion.scale : 0.0;
-    if (!criterion.is_met_by(norm)) reason = KSP_DIVERGED_ITS;
-  }
   if (reason < 0)
     throw Failure(
         fmt::format("field solver: no convergence after {} iterations ({}, relative error estimate {:.2g}); a larger "

@@ -22,6 +22,25 @@ struct StopCriterion {
   bool is_met_by(double norm) const { return norm <= std::max(tolerance * scale, rounding); }
 };
 
+/// Detects that a method no longer reduces the true residual. The geometric multigrid works in single precision, hence
+/// it is no exactly linear map, and short recurrences that rely on one (MINRES, BiCGStab) stagnate. While a method
+/// converges with it, an iteration halves the norm or does better.
+struct StallTest {
+  double best = 0;
+  int iterations = 0;  ///< since `best`
+
+  void start(double norm) { best = norm, iterations = 0; }
+  bool is_stalled(double norm) {
+    constexpr double progress = 0.9;
+    constexpr int patience = 10;
+    if (norm < progress * best)
+      start(norm);
+    else
+      ++iterations;
+    return iterations >= patience;
+  }
+};
+
 /// A KSP with its matrix and vectors.
 struct Krylov {
   KSP ksp = nullptr;
@@ -29,6 +48,9 @@ struct Krylov {
   ::Vec x = nullptr, b = nullptr;
   MatNullSpace null_space = nullptr;
   StopCriterion criterion;
+  StallTest stall;
+  bool may_stall = false;        ///< the preconditioner is the multigrid
+  int iterations_before = 0;     ///< of earlier starts of this solve
   std::optional<double> rtol;    // -field_ksp_rtol
   bool has_natural_norm = true;  ///< the method iterates by it; else the stop criterion computes it
 
@@ -48,12 +70,14 @@ struct Krylov {
   void require_shell();
   /// Takes over `space`; null: the matrix is regular.
   void set_null_space(MatNullSpace space);
-  /// Solves from the guess in x until the criterion is met; sets iterations and residual of `solution`. Throws Failure
-  /// without convergence.
+  /// Solves from the guess in x until the criterion is met; sets iterations and residual of `solution`. A method that
+  /// stagnates or breaks down starts again from the true residual of its iterate (iterative refinement), as long as
+  /// that halves the norm. Throws Failure without convergence.
   void solve(LaplaceSolution& solution);
 
  private:
   void choose_norm();
+  KSPConvergedReason solve_with_restarts();
 };
 
 /// To be called after a field solve, when all that concerns it has been asked for: throws InputError if one of the

@@ -88,7 +88,6 @@ void MatrixFreeSystem::build(const LaplaceProblem& problem, Level& level, CutCel
   context_.null_space = !problem.has_ground();
   make_krylov(op);
   krylov_.set_null_space(context_.null_space ? constants(level, op) : nullptr);
-  parallel::check_petsc(KSPSetUp(krylov_.ksp));
 }
 
 /// The coarse grids know nothing of the operator: they are made beside it.
@@ -111,6 +110,7 @@ void MatrixFreeSystem::make_krylov(CutCellOperator& op) {
     parallel::check_petsc(KSPGetPC(krylov_.ksp, &pc));
     parallel::check_petsc(PCSetType(pc, PCSHELL));
     parallel::check_petsc(PCShellSetApply(pc, precondition));
+    parallel::check_petsc(PCShellSetApplyTranspose(pc, precondition));  // symmetric, as the matrix
     parallel::check_petsc(PCShellSetContext(pc, &context_));
     parallel::check_petsc(PCShellSetName(pc, "cut-cell multigrid"));
     krylov_.set_options(tolerance_, fused_cg);
@@ -129,7 +129,8 @@ void MatrixFreeSystem::make_vectors(PetscInt n) {
     parallel::check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, nullptr, vector));
   }
   parallel::check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, &context_, &krylov_.matrix));
-  parallel::check_petsc(MatShellSetOperation(krylov_.matrix, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
+  for (const MatOperation operation : {MATOP_MULT, MATOP_MULT_TRANSPOSE})
+    parallel::check_petsc(MatShellSetOperation(krylov_.matrix, operation, reinterpret_cast<void (*)()>(multiply)));
 }
 
 void MatrixFreeSystem::solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,

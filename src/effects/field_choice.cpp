@@ -83,9 +83,10 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
   else
     check_device(asked.device, asked.method);
   // Errors in units of what is largest at the moment vary while a scene moves: up to three times what the start has.
-  constexpr double reserve = 3;
+  const double reserve = for_a_run ? 3 : 1;
   laplace::AccuracyRequest request{
-      .accuracy = asked.accuracy / (for_a_run ? reserve : 1),
+      .accuracy = asked.accuracy / reserve,
+      .reserve = reserve,
       .most_cells = cells_in_memory(plane(scene.domain.size)),
       .cut_cell =
           cut_cell_options({.device = asked.device, .threads = asked.threads, .linear_solver = asked.linear_solver})};

@@ -51,11 +51,12 @@ double cut_cell_tolerance(double accuracy) { return std::max(linear_share * accu
 
 double refusal_margin(double estimate) { return 1.5 * estimate; }
 
-[[noreturn]] void refuse(double accuracy, const std::string& why, double possible, const std::string& instead = "") {
-  const double told = refusal_margin(possible);
+[[noreturn]] void refuse(const AccuracyRequest& request, const std::string& why, double possible,
+                         const std::string& instead = "") {
+  const double told = request.reserve * refusal_margin(possible);
   const std::string can = told <= coarsest_accuracy ? fmt::format("about {:.1e}", told) : "not even 0.1";
-  throw InputError(
-      fmt::format("field.accuracy = {:g} cannot be met: {} {} would be possible{}", accuracy, why, can, instead));
+  throw InputError(fmt::format("field.accuracy = {:g} cannot be met: {} {} would be possible{}",
+                               request.reserve * request.accuracy, why, can, instead));
 }
 
 /// Solutions of one problem on grids of different fineness, each solved once.
@@ -178,8 +179,7 @@ Choice foresee_multipole(const LaplaceProblem& problem, const AccuracyRequest& r
 void check_hope(const Choice& foreseen, const AccuracyRequest& request) {
   constexpr double hopeless = 30, unsure = 5;
   if (foreseen.estimate > hopeless * request.accuracy)
-    refuse(request.accuracy,
-           fmt::format("with {} cells along the longer side, the most possible here,", foreseen.cells),
+    refuse(request, fmt::format("with {} cells along the longer side, the most possible here,", foreseen.cells),
            unsure * foreseen.estimate);
 }
 
@@ -203,7 +203,7 @@ AccurateSolution solve_by_multipoles(const LaplaceProblem& problem, const Accura
     if (choice.estimate <= request.accuracy) return {choice, std::move(solver), std::move(solution)};
     least = std::min(least, choice.estimate);
     if (choice.tolerance == finest_tolerance)
-      refuse(request.accuracy, "rounding ends the multipole method's digits here, and", least);
+      refuse(request, "rounding ends the multipole method's digits here, and", least);
     finer = std::max(margin * request.accuracy / choice.estimate, most_finer);  // errors go with the tolerance
   }
 }
@@ -265,8 +265,8 @@ AccurateSolution solve_on_grids(const LaplaceProblem& problem, const AccuracyReq
     const int next = next_grid(grids, choice.cells, most, choice.estimate / request.accuracy, order, regular);
     if (next == 0) {
       const double possible = choice.estimate * std::pow(static_cast<double>(choice.cells) / most, order);
-      refuse(request.accuracy, fmt::format("with {} cells along the longer side, the most possible here,", most),
-             possible, instead_of_grids(problem, request.accuracy, solutions.on(choice.cells)));
+      refuse(request, fmt::format("with {} cells along the longer side, the most possible here,", most), possible,
+             instead_of_grids(problem, request.accuracy, solutions.on(choice.cells)));
     }
     choice.cells = next;
   }
@@ -279,7 +279,8 @@ AccurateSolution solve_on_grids(const LaplaceProblem& problem, const AccuracyReq
 Choice foresee(const LaplaceProblem& problem, const AccuracyRequest& request) {
   if (!(request.accuracy >= finest_accuracy && request.accuracy <= coarsest_accuracy))
     throw InputError(fmt::format("an accuracy of {:g} is not allowed: it must be between {:g} and {:g}",
-                                 request.accuracy, finest_accuracy, coarsest_accuracy));
+                                 request.reserve * request.accuracy, request.reserve * finest_accuracy,
+                                 coarsest_accuracy));
   if (request.method == Method::multipole) {
     const Choice choice = foresee_multipole(problem, request);
     multipole_unknowns(problem, multipole_options(choice));

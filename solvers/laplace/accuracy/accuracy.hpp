@@ -15,6 +15,7 @@ enum class Method { cut_cell, multipole };
 
 struct AccuracyRequest {
   double accuracy = 1e-3;        ///< largest error allowed, as ../measure.hpp defines it; finest_accuracy to 0.1
+  double reserve = 1;            ///< user's accuracy over this one; messages name the user's
   std::optional<Method> method;  ///< this one; empty: the cheapest that can
   int most_cells = 32768;        ///< along the longer side of the box
   double least_gap = INFINITY;   ///< m: the choice shall hold until bodies of different potential are as close as this

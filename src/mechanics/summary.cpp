@@ -71,6 +71,17 @@ std::string in_brackets(double fraction) {
   return std::isnan(fraction) ? "(nothing to compare with)" : fmt::format("(relative {:.1e})", fraction);
 }
 
+/// The energy imbalance as a fraction, unless that says nothing: hardly any energy was turned over, and field solves
+/// alone make the stored energy differ by more.
+std::string imbalance_in_words(const Scene& scene, const Outcome& outcome) {
+  const double noise = noise_of_solves(scene, outcome);
+  const bool is_off = std::abs(relative_energy_imbalance(outcome)) > analysis::allowed_energy_imbalance(scene);
+  if (is_off && std::abs(energy_imbalance(outcome)) <= noise)
+    return fmt::format("(within {:.1e} J, the noise of field solves; {:.1e} J was turned over)", noise,
+                       turned_over(outcome));
+  return in_brackets(relative_energy_imbalance(outcome));
+}
+
 void add_network(const Outcome& outcome, Lines& lines) {
   const analysis::DegreeDistribution& degrees = outcome.network->degrees;
   lines.push_back({"connected", fmt::format("{} of {} ({:.3g} %)", degrees.connected, outcome.frame.position.size(),
@@ -117,7 +128,7 @@ std::string heat(const EnergyFlows& flows) {
 }
 
 /// Where a circuit's energy went.
-void add_circuit(const Outcome& outcome, Lines& lines) {
+void add_circuit(const Scene& scene, const Outcome& outcome, Lines& lines) {
   const ConductorFrame& frame = outcome.frame;
   const EnergyFlows& flows = frame.energy_balance->flows;
   std::string supplied = fmt::format("{:.6g} J", flows.supplied());
@@ -125,7 +136,7 @@ void add_circuit(const Outcome& outcome, Lines& lines) {
   lines.push_back({"supplied", supplied});
   lines.push_back({"heat", heat(flows)});
   lines.push_back({"balance", fmt::format("{:.1e} J: stored - stored at the start + heat - supplied {}",
-                                          energy_imbalance(outcome), in_brackets(relative_energy_imbalance(outcome)))});
+                                          energy_imbalance(outcome), imbalance_in_words(scene, outcome))});
   if (!frame.rates) return;
   lines.push_back({"power", fmt::format("{:.4g} W into heat, {:.4g} W/K of entropy (means since the frame before)",
                                         frame.rates->dissipated_power, frame.rates->entropy_production)});
@@ -136,12 +147,12 @@ void add_circuit(const Outcome& outcome, Lines& lines) {
                                    frame.rates->structure_resistance)});
 }
 
-void add_electrics(const Outcome& outcome, Lines& lines) {
+void add_electrics(const Scene& scene, const Outcome& outcome, Lines& lines) {
   const Counters& counters = outcome.counters;
   lines.push_back({"energy", fmt::format("{:.6g} J", outcome.frame.energy)});
   lines.push_back({"charge", charges(outcome)});
   add_terminals(outcome.frame, lines);
-  if (outcome.frame.energy_balance) add_circuit(outcome, lines);
+  if (outcome.frame.energy_balance) add_circuit(scene, outcome, lines);
   lines.push_back(
       {"field solves", fmt::format("{}, {:.3g} iterations each", counters.field_solves,
                                    static_cast<double>(counters.iterations) /
@@ -250,7 +261,7 @@ Summary summarize(const Scene& scene, const Outcome& outcome) {
                   .quantities = quantities(scene, outcome),
                   .goal = "stationary"};
   if (outcome.network) add_network(outcome, summary.lines);
-  if (!outcome.frame.charge.empty()) add_electrics(outcome, summary.lines);
+  if (!outcome.frame.charge.empty()) add_electrics(scene, outcome, summary.lines);
   for (std::string warning : {energy_warning(scene, outcome), accuracy_warning(scene, outcome),
                               overlap_warning(scene, outcome.largest_overlap), effects::unresolved_bodies(scene)})
     if (!warning.empty()) summary.warnings.push_back(std::move(warning));

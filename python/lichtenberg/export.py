@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from . import vtk
-from .result import Failure, InputError, check_output, chosen_frames, default_output, load, write_whole
+from .result import GROUPS, Failure, InputError, check_output, chosen_frames, default_output, load, write_whole
 
 formats = ("vtk", "xyz", "csv")
 # The names of OVITO's manual (XYZ file reader) where it has others; what it does not know keeps its own
@@ -64,7 +64,7 @@ def check_plain(folder):
 def check_replaced(folder, to, written):
     """Throws InputError if it holds a file that is neither among those `written` nor listed there by an earlier export."""
     check_plain(folder)
-    known = written | (listed_files(folder) if to == "vtk" else set())
+    known = written | listed_files(folder) | tables_in(folder)
     strange = sorted(set(os.listdir(folder)) - known) if folder.is_dir() else []
     if strange:
         raise InputError(f"{folder} holds {strange[0]}, which this export to {to} does not write: give --out another name")
@@ -79,6 +79,30 @@ def listed_files(folder):
             names = re.findall(r'file="([^"]*)"', path.read_text(encoding="utf-8", errors="replace"))
             found |= {path.name, *(name for name in names if re.fullmatch(rf"{kind}-\d+\.vtp", name))}
     return found | {"field.vti"} if found else found
+
+
+def tables_in(folder):
+    """The tables of an earlier export to csv, of a run of any kind or of an ensemble."""
+    names = set(os.listdir(folder)) if folder.is_dir() else set()
+    if {"particles.csv", "observables.csv"} <= names:
+        return {name for name in names if is_table(folder / name)}
+    if {"members.csv", "points.csv"} <= names:
+        return {name for name in names if re.fullmatch(r"(members|points)(-\d+)?\.csv", name)}
+    return set()
+
+
+def is_table(path):
+    """Whether write_csv names a file so. A file for one column of a table begins with the title of that column."""
+    groups = [name.replace("/", "-") for name in GROUPS]
+    if path.name in {f"{name}.csv" for name in ("particles", "contacts", "observables", *groups)}:
+        return True
+    if path.name in {f"{name}-numbers.csv" for name in groups}:
+        return True
+    column = next((path.stem.removeprefix(f"{name}-") for name in groups if path.stem.startswith(f"{name}-")), None)
+    if column is None or path.suffix != ".csv":
+        return False
+    with open(path, encoding="utf-8", errors="replace") as file:
+        return file.readline().startswith(column)
 
 
 def replace_folder(out, partial, before):
@@ -256,7 +280,7 @@ def write_by_length(folder, name, table):
             write_table(folder / f"{name}-{key}.csv", spread({key: values}, {}))
     single = {titled(key, values): values for key, values in table.items() if values.ndim == 0}
     if single:
-        rows = {"name": list(single), "value": [value[()] for value in single.values()]}
+        rows = {"name": list(single), "value": [value[()].item() for value in single.values()]}
         write_table(folder / (f"{name}-numbers.csv" if together else f"{name}.csv"), rows)
 
 
@@ -277,7 +301,9 @@ def write_table(path, tables):
 
 
 def as_list(values):
-    return values.tolist() if isinstance(values, np.ndarray) else values
+    """A number that is not defined (NaN) is an empty cell."""
+    values = values.tolist() if isinstance(values, np.ndarray) else values
+    return ["" if isinstance(value, float) and value != value else value for value in values]
 
 
 # ---- Ensembles ----

@@ -13,10 +13,16 @@ def open_closed_descriptors():
 
 
 def say(words, end="\n"):
-    """Prints on standard output that a file has been written; if that cannot be, standard error says so."""
-    error = written(sys.stdout, words, end)
+    """Prints on standard output that a file has been written; if that cannot be, standard error says so. Control characters
+    of file names are escaped."""
+    error = written(sys.stdout, escaped(words), end)
     if error and not isinstance(error, BrokenPipeError):
         tell(f"lichtenberg: the output could not be written ({error.strerror}), but the files that it tells of stand")
+
+
+def escaped(words):
+    """Control characters but line ends as \\x1b: they would do something to a terminal."""
+    return "".join(c if c.isprintable() or c == "\n" else f"\\x{ord(c):02x}" for c in str(words))
 
 
 def tell(words, end="\n"):

@@ -16,6 +16,7 @@ TO_GROUND, UNCONNECTED = -1, -2  # of successors
 WITHOUT_CHECKSUMS = 1  # the format of early results
 FOOTER = struct.Struct("<8sQII")  # mark, bytes before it, their CRC-32, 0
 MAGIC = b"LICHTSUM"
+GROUPS = ("gas", "relaxation", "packing", "analysis", "network/particle", "network/contact", "summary")  # of tables
 
 
 class InputError(Exception):
@@ -265,8 +266,7 @@ class Result:
     @cached_property
     def tables(self):
         """By name, the columns by name of what has rows of its own: gas, relaxation, packing, analysis, summary, networks."""
-        groups = ["gas", "relaxation", "packing", "analysis", "network/particle", "network/contact", "summary"]
-        return {name: self._table(self.file[name]) for name in groups if name in self.file}
+        return {name: self._table(self.file[name]) for name in GROUPS if name in self.file}
 
     def _table(self, group):
         return {name: self._read(data) for name, data in group.items() if isinstance(data, h5py.Dataset)}

@@ -211,6 +211,18 @@ class CsvTest(unittest.TestCase):
             gas = rows_of(folder / "gas.csv")
             self.assertEqual([float(row["temperature (m0 v0^2)"]) for row in gas], result.tables["gas"]["temperature"].tolist())
 
+    def test_a_number_that_is_not_defined_is_an_empty_cell(self):
+        """A dilute gas has no dense cell, hence no mean size of clusters of them."""
+        dilute = runs.made("dilute", runs.GAS.replace("[6, 6, 6]", "[30, 30, 30]").replace("count = 60", "count = 4"))
+        with load(dilute) as result:
+            self.assertTrue(np.isnan(result.summary["density_cluster_size"]))
+        folder = exported(dilute, "csv")
+        value = {row["name"].split(" ")[0]: row["value"] for row in rows_of(folder / "summary.csv")}
+        self.assertEqual(value["density_cluster_size"], "")
+        self.assertGreater(float(value["time"]), 0)
+        for name in os.listdir(folder):
+            self.assertNotIn("nan", (folder / name).read_text().replace("name", ""))
+
     def test_what_analyse_stored_has_a_column_a_number(self):
         status, _, complaint = runs.program("analyse", runs.gas())
         self.assertEqual(status, 0, complaint)
@@ -241,6 +253,24 @@ class OverwriteTest(unittest.TestCase):
         self.assertNotIn("particles-000003.vtp", left)
         self.assertIn("particles-000000.vtp", left)
         self.assertEqual([name for name in os.listdir(runs.FOLDER) if "before" in name or "partial" in name], [])
+
+    def test_an_export_of_a_run_of_another_kind_is_replaced(self):
+        out = runs.FOLDER / "kinds"
+        for source, names in (
+            (runs.seedling(), {"summary.csv", "contacts.csv"}),
+            (runs.packing(), {"packing.csv"}),
+            (runs.gas(), {"gas.csv"}),
+            (runs.seedling(), {"summary.csv"}),
+        ):
+            status, _, complaint = runs.program("export", source, "--to", "csv", "--out", out, "--overwrite")
+            self.assertEqual(status, 0, complaint)
+            fresh = exported(source, "csv", "--frames", ":")
+            self.assertLessEqual(names, set(os.listdir(out)))
+            self.assertEqual(sorted(os.listdir(out)), sorted(os.listdir(fresh)))
+        (out / "summary-mine.csv").write_text("notes")
+        status, _, complaint = runs.program("export", runs.gas(), "--to", "csv", "--out", out, "--overwrite")
+        self.assertEqual(status, 2)
+        self.assertIn("kinds holds summary-mine.csv", complaint)
 
     def test_a_folder_may_be_named_with_a_slash_at_its_end(self):
         out = runs.FOLDER / "slashed"

@@ -353,14 +353,15 @@ TEST_CASE("a result with an empty dataset is damaged") {
 
 TEST_CASE("an impossible member is one sentence, and the rest go on") {
   const ScenesFolder folder;
-  const Ended result = ensemble(folder, "neutral.toml --vary population.count=1,1000 --vary medium.viscosity=1.0,-1.0");
+  const Ended result =
+      ensemble(folder, "neutral.toml --vary population.count=1,1000 --vary population.min_gap=0.0,1.0");
   CHECK(result.status == 1);
   CHECK(states(summary(folder, "neutral-ensemble")) ==
         std::vector<std::string>{"finished", "failed", "failed", "failed"});
-  CHECK(contains(result.err, "count-1_viscosity--1 failed: "));
-  CHECK(contains(result.err, "medium.viscosity = -1 is not allowed"));
+  CHECK(contains(result.err, "count-1_min_gap-1 failed: "));
+  CHECK(contains(result.err, "there is no room for even one"));
   CHECK(contains(result.err, "population.count = 1000 is impossible"));
-  CHECK(contains(text_of(folder / "neutral-ensemble" / "count-1000_viscosity-1.toml"), "count = 1000"));
+  CHECK(contains(text_of(folder / "neutral-ensemble" / "count-1000_min_gap-0.toml"), "count = 1000"));
 }
 
 TEST_CASE("members may ask for an accuracy of the field") {
@@ -400,6 +401,10 @@ TEST_CASE("a command that cannot be used is one sentence and status 2, before an
   check_refused("neutral.toml --vary population.count", "a key and its values");
   check_refused("neutral.toml --vary population.count=many", "no list of values");
   check_refused("neutral.toml --conductors 1,1", "given twice");
+  check_refused("neutral.toml --vary stop.time=0.01,nan", "neutral.toml: stop.time = nan is not allowed");
+  check_refused("neutral.toml --vary medium.viscosity=1.0,-1.0", "medium.viscosity = -1 is not allowed");
+  check_refused("neutral.toml --seeds 2 --vary medium.viscosity=1.0,true",
+                "medium.viscosity = true has the wrong unit or type");
   check_refused("neutral.toml --conductors 1 --vary population.count=2", "varied twice");
   check_refused("neutral.toml --conductors 2000,3000", "no member of this ensemble is possible");
   check_refused("neutral.toml --seeds 0", "--seeds");

@@ -10,6 +10,7 @@
 #include "solvers/error.hpp"
 #include "src/commands/cost.hpp"
 #include "src/commands/ensemble.hpp"
+#include "src/commands/streams.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/scene/effect_kind.hpp"
@@ -82,8 +83,9 @@ double cost_of(const Scene& scene) {
 }
 
 std::string header(const std::string& scene_path, const std::vector<Setting>& varied) {
-  std::string text = fmt::format("# {} with", scene_path);
+  std::string text = fmt::format("# {} with", printable(scene_path));  // comments have no control characters
   for (const auto& [key, value] : varied) text += fmt::format(" {} = {},", key, value);
+  std::ranges::replace(text, '\n', ' ');
   return fmt::format("{} {}\n", text, member_mark);
 }
 
@@ -129,6 +131,10 @@ std::vector<Member> make_members(const std::string& scene_path, const std::vecto
                                  const std::vector<Variation>& variations, const std::string& folder) {
   check_count(variations);
   const Scene scene = read_scene(scene_path, set);
+  // A value that its key never has is a mistake in the command. Only a member that is impossible as a whole fails
+  // alone.
+  for (const auto& [key, values] : variations)
+    for (const std::string& value : values) check_values(scene.text, scene_path, {{key, value}});
   std::vector<Member> members;
   for (const std::vector<Setting>& settings : product(variations)) {
     Member member{.name = name_of(settings, scene_path), .settings = settings};

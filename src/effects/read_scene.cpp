@@ -18,4 +18,8 @@ std::string with_settings(const std::string& text, const std::string& path, cons
   return with_settings(text, path, settings, all_kinds());
 }
 
+void check_values(const std::string& text, const std::string& path, const std::vector<Setting>& settings) {
+  check_values(text, path, settings, all_kinds());
+}
+
 }  // namespace lichtenberg

@@ -199,8 +199,10 @@ void refuse(const std::string& path, int line, const std::string& sentence) {
   throw InputError(place_in(path, line) + sentence);
 }
 
-Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
-                  const std::vector<Setting>& settings, const StopRequest& stop, const std::vector<Conductor>& bodies) {
+namespace {
+
+Draft read_draft(const std::string& text, const std::string& path, const EffectKinds& kinds,
+                 const std::vector<Setting>& settings) {
   const Schema schema(kinds);
   toml::table document = parse_document(text, path);
   apply(settings, schema, document);
@@ -208,6 +210,19 @@ Scene parse_scene(const std::string& text, const std::string& path, const Effect
   draft.scene.path = path;
   draft.scene.text = settings.empty() ? text : text_of(document);
   Reader(schema, draft).read_document(document);
+  return draft;
+}
+
+}  // namespace
+
+void check_values(const std::string& text, const std::string& path, const std::vector<Setting>& settings,
+                  const EffectKinds& kinds) {
+  read_draft(text, path, kinds, settings);
+}
+
+Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
+                  const std::vector<Setting>& settings, const StopRequest& stop, const std::vector<Conductor>& bodies) {
+  Draft draft = read_draft(text, path, kinds, settings);
   draft.scene.effects.sort(kinds);
   settle_dimension(draft);
   if (draft.scene.reference) fill_in_grains(draft);

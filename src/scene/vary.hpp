@@ -22,4 +22,9 @@ std::vector<std::string> listed_values(const std::string& list);
 std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings,
                           const EffectKinds& kinds);
 
+/// Throws InputError unless each key of the scene `text`, with these keys set, is of its type and in its range. What
+/// depends on several keys is left to parse_scene.
+void check_values(const std::string& text, const std::string& path, const std::vector<Setting>& settings,
+                  const EffectKinds& kinds);
+
 }  // namespace lichtenberg

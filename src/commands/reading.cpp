@@ -1,4 +1,6 @@
 #include "src/commands/reading.hpp"
+#include "src/commands/streams.hpp"
+#include "src/record/hdf5.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -11,6 +13,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <memory>
 
 #include "solvers/error.hpp"
 #include "solvers/parallel/petsc.hpp"
@@ -59,9 +62,62 @@ bool is_crash(int status) {
   return signal == SIGSEGV || signal == SIGBUS || signal == SIGABRT || signal == SIGFPE || signal == SIGILL;
 }
 
-std::string crash_in_words(const std::string& files, int status) {
-  return fmt::format("{} is damaged and cannot be read (reading it ended with the signal {}, {})", files,
+std::string crash_in_words(const std::string& file, int status) {
+  return fmt::format("{} is damaged and cannot be read (reading it ended with the signal {}, {})", file,
                      WTERMSIG(status), strsignal(WTERMSIG(status)));
+}
+
+/// Reads the values of a dataset (H5D) or an attribute (H5A) of whatever type.
+template <class Space, class Type, class Read>
+void read_values(hid_t object, Space space_of, Type type_of, Read read) {
+  const hdf5::Handle space(space_of(object)), stored(type_of(object));
+  const hdf5::Handle type(H5Tget_native_type(stored, H5T_DIR_ASCEND));
+  constexpr double most = 1e9;  // B: a damaged length may be any
+  const hssize_t values = hdf5::check(H5Sget_simple_extent_npoints(space));
+  if (static_cast<double>(values) * static_cast<double>(H5Tget_size(type)) > most) return;
+  std::vector<std::byte> bytes(static_cast<std::size_t>(values) * H5Tget_size(type));
+  hdf5::check(read(object, type, bytes.data()));
+}
+
+void read_attributes(hid_t object) {
+  for (int k = 0, count = H5Aget_num_attrs(object); k < count; ++k) {
+    const hdf5::Handle attribute(
+        H5Aopen_by_idx(object, ".", H5_INDEX_NAME, H5_ITER_INC, static_cast<hsize_t>(k), H5P_DEFAULT, H5P_DEFAULT));
+    read_values(attribute, H5Aget_space, H5Aget_type, H5Aread);
+  }
+}
+
+/// Reads all that stands in a group and below. What HDF5 refuses is left out.
+void read_group(hid_t group, int depth = 0) {
+  constexpr int deepest = 32;  // links may form a circle
+  read_attributes(group);
+  for (const std::string& name : hdf5::names(group)) try {
+      const hdf5::Handle object(H5Oopen(group, name.c_str(), H5P_DEFAULT));
+      if (H5Iget_type(object) == H5I_GROUP && depth < deepest) read_group(object, depth + 1);
+      if (H5Iget_type(object) != H5I_DATASET) continue;
+      read_attributes(object);
+      read_values(object, H5Dget_space, H5Dget_type, [](hid_t data, hid_t type, void* bytes) {
+        return H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes);
+      });
+    } catch (const std::exception&) {
+    }
+}
+
+/// A sentence about a child that crashed: a file is at fault only if reading it, and nothing else, crashes as well.
+int report_crash(const std::vector<std::string>& files, int status) {
+  try {
+    for (const std::string& file : files)
+      try_reading(file, [&] { read_group(hdf5::open(std::make_shared<const OpenFile>(file))); });
+  } catch (const InputError& damaged) {
+    fmt::print(stderr, "lichtenberg: {}\n", printable(damaged.what()));
+    return 2;
+  }
+  fmt::print(
+      stderr,
+      "lichtenberg: the program crashed (signal {}, {}), though {} can be read: this is an error of the program, "
+      "please report it with the command and the file\n",
+      WTERMSIG(status), strsignal(WTERMSIG(status)), printable(fmt::format("{}", fmt::join(files, ", "))));
+  return 1;
 }
 
 }  // namespace
@@ -72,10 +128,7 @@ void read_in_child(const std::vector<std::string>& files) {
   if (reader <= 0) return;
   pass_signals_on();
   const int status = status_of(reader);
-  if (is_crash(status)) {
-    fmt::print(stderr, "lichtenberg: {}\n", crash_in_words(fmt::format("{}", fmt::join(files, ", ")), status));
-    _exit(2);
-  }
+  if (is_crash(status)) _exit(report_crash(files, status));
   if (WIFEXITED(status)) _exit(WEXITSTATUS(status));
   signal(WTERMSIG(status), SIG_DFL);
   raise(WTERMSIG(status));
@@ -102,7 +155,7 @@ void warn_if_changed(const ResultFile& result) {
   constexpr int without_checksums = 1;
   if (result.is_sealed() || result.format() == without_checksums) return;
   fmt::print(stderr, "lichtenberg: {} was changed by another program after its run: no checksum vouches for it\n",
-             result.path());
+             printable(result.path()));
 }
 
 }  // namespace lichtenberg

@@ -10,7 +10,8 @@ class ResultFile;
 
 /// The rest of a command that reads result files, in a child process: HDF5 may crash on bytes that are damaged, or made
 /// to harm, though their checksum is right. Returns in the child. This process passes signals on, waits, and ends as
-/// the child does; a child that crashes is one sentence, which names the files, and exit status 2. Under mpirun, whose
+/// the child does. If the child crashes, a second child reads each file as a whole: a file at which that one crashes
+/// too is damaged (exit status 2), else the sentence names an error of the program (exit status 1). Under mpirun, whose
 /// processes must not fork, it does nothing.
 void read_in_child(const std::vector<std::string>& files);
 

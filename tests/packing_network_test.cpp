@@ -216,6 +216,17 @@ TEST_CASE("one to all: a triangle of 1 Ohm contacts gives 2/3 Ohm in one call") 
   check_refused(run(folder, "network triangle.h5 --between lid,all"), "there is no wall \"lid\"");
 }
 
+TEST_CASE("one to all: too many eliminations are refused, one is not") {
+  PackingFrame frame;
+  const int count = 20'001;
+  frame.packing.position.resize(count);
+  frame.packing.radius.assign(count, 0.1);
+  for (int i = 0; i < count; ++i) frame.packing.position[i][0] = i;
+  CHECK(std::isinf(resistances_to_all(frame, NetworkModel::particle, {.between = "0"}).resistance[1]));
+  CHECK_THROWS_WITH_AS(resistances_to_all(frame, NetworkModel::contact, {.between = "0"}),
+                       doctest::Contains("at most 20000 are allowed: --model particle"), InputError);
+}
+
 TEST_CASE("output: it says which resistor was assumed and when to use which") {
   const Folder folder;
   triangle(folder / "triangle.h5");

@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -16,6 +17,7 @@
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
 #include "src/commands/packing_network.hpp"
+#include "src/commands/progress.hpp"
 #include "src/commands/reading.hpp"
 
 namespace lichtenberg {
@@ -236,6 +238,20 @@ void check_one_to_all(const NetworkArguments& request) {
   if (request.overwrite && request.json.file().empty()) refuse("--overwrite");
 }
 
+/// Says how far it is, once that takes more than moments.
+std::vector<ResistancesToAll> found_with_progress(const PackingFrame& frame, const NetworkOptions& options) {
+  constexpr double moment = 2;  // s
+  const auto began = std::chrono::steady_clock::now();
+  Progress progress(0, frame.packing.size(), false);
+  const auto show = [&](int done) {
+    if (std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() > moment && progress.due())
+      progress.show(fmt::format("{} of {} particles", done, frame.packing.size()), done);
+  };
+  std::vector<ResistancesToAll> found;
+  for (const NetworkModel model : models_of(options)) found.push_back(resistances_to_all(frame, model, options, show));
+  return found;
+}
+
 void measure_to_all(const NetworkArguments& request, const std::string& electrode) {
   check_one_to_all(request);
   check_outputs({request.json.file()}, {request.file}, request.overwrite);
@@ -243,8 +259,7 @@ void measure_to_all(const NetworkArguments& request, const std::string& electrod
   warn_if_changed(*frame.file);
   NetworkOptions options = options_for(request, frame.scene);
   options.between = electrode;
-  std::vector<ResistancesToAll> found;
-  for (const NetworkModel model : models_of(options)) found.push_back(resistances_to_all(frame, model, options));
+  const std::vector<ResistancesToAll> found = found_with_progress(frame, options);
   if (!request.json.printed()) print_table(found);
   request.json.put(json_of(request, frame, found), 2);
   print_warnings(frame.warnings);
@@ -278,6 +293,8 @@ void draw_networks(const NetworkArguments& request, const std::vector<std::strin
 void measure(const NetworkArguments& request) {
   read_in_child({request.file});
   if (const std::optional<std::string> electrode = one_to_all(request)) return measure_to_all(request, *electrode);
+  check_overwrite(request.overwrite, {request.json.file(), draws(request) ? picture_of(request) : ""},
+                  "a picture or --json=FILE");
   constexpr double least = 1e-100, most = 1e100;  // or its square is no number any more
   const double voltage = request.voltage.value_or(1);
   if (!(voltage >= least && voltage <= most))

@@ -95,9 +95,17 @@ network::PackingNetwork build(const PackingFrame& frame, NetworkModel model, con
 
 /// Contact-centred: each particle is an electrode of a network of its own.
 std::vector<double> resistances_between_contacts(const PackingFrame& frame, const NetworkOptions& options,
-                                                 const network::PackingElectrode& from) {
+                                                 const network::PackingElectrode& from,
+                                                 const std::function<void(int)>& count) {
+  constexpr int most = 20'000;  // an hour
+  if (frame.packing.size() > most)
+    throw InputError(
+        fmt::format("--between {},all has an elimination for each of {} particles in the contact-centred network, and "
+                    "at most {} are allowed: --model particle needs a single one",
+                    options.between, frame.packing.size(), most));
   std::vector<double> resistance;
   for (int i = 0; i < frame.packing.size(); ++i) {
+    if (count) count(i);
     const std::vector<network::PackingElectrode> ends{from, {.wall = false, .index = i}};
     if (ends[0] == ends[1]) {
       resistance.push_back(0);
@@ -230,13 +238,14 @@ std::string why_no_contact_network(const PackingFrame& frame, const NetworkOptio
   return network::why_no_contact_network(frame.packing, frame.contacts, electrodes_of(frame, options.between));
 }
 
-ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel model, const NetworkOptions& asked) {
+ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel model, const NetworkOptions& asked,
+                                    const std::function<void(int)>& count) {
   ResistancesToAll result{.model = model, .options = asked};
   result.assumed = assume(result.options);
   checked_resistor(result.options);
   const network::PackingElectrode from = electrodes_by(network::read_electrode, frame, asked.between);
   if (model == NetworkModel::contact) {
-    result.resistance = resistances_between_contacts(frame, result.options, from);
+    result.resistance = resistances_between_contacts(frame, result.options, from, count);
     return result;
   }
   const network::PackingNetwork built = build(frame, model, result.options, {from});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -55,9 +56,11 @@ struct ResistancesToAll {
   std::vector<double> resistance;
 };
 
-/// By one elimination, of a contact-centred network by one for each particle. options.between: the electrode's name.
-/// Throws InputError as solve_network does.
-ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options);
+/// By one elimination, of a contact-centred network by one for each particle; `count`, if any, is told how many are
+/// done. options.between: the electrode's name. Throws InputError as solve_network does, and for more particles than a
+/// contact-centred network may have here.
+ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options,
+                                    const std::function<void(int)>& count = {});
 
 /// Puts the networks into the result file, one group /network/MODEL each, over those of an earlier call, and removes
 /// the contact-centred one of an earlier call if `no_contact_network`; the file is replaced as a whole. Throws Failure,

@@ -16,6 +16,8 @@
 #include "src/commands/explain_grains.hpp"
 #include "src/commands/field_problem.hpp"
 #include "src/commands/progress.hpp"
+#include "src/commands/start_from.hpp"
+#include "src/commands/streams.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/field_choice.hpp"
@@ -27,7 +29,7 @@ namespace {
 using Summaries = std::vector<effects::EffectSummary>;
 
 void explain_scene(const Scene& scene) {
-  fmt::print("{}{}{}\n", scene.path, scene.title.empty() ? "" : ": ", scene.title);
+  fmt::print("{}{}{}\n", printable(scene.path), scene.title.empty() ? "" : ": ", printable(scene.title));
   const std::string unit = scene.units().length;
   fmt::print("  domain               {:g} {} x {:g} {}{}\n", scene.domain.size.x, unit, scene.domain.size.y, unit,
              (scene.dimension() == 3 ? fmt::format(" x {:g} {}", scene.domain.size.z, unit) : "") +
@@ -330,16 +332,24 @@ void explain(Scene scene) {
 
 Command explain_command() {
   struct Arguments {
-    std::string scene, device;
+    std::string scene, device, from;
+    std::optional<int> frame;
     std::vector<std::string> settings;
   };
   auto request = std::make_shared<Arguments>();
+  const std::vector<Argument> from = from_arguments(request->from, request->frame);
   return {"explain",
           "Says what a scene will compute, what not, and what it costs",
           {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
            device_argument(request->device),
-           set_argument(request->settings)},
-          [request] { explain(read_scene_for(request->scene, request->device, request->settings)); }};
+           set_argument(request->settings),
+           from[0],
+           from[1]},
+          [request] {
+            explain(read_started(request->from, request->frame, [&](const std::vector<Conductor>& bodies) {
+              return read_scene_for(request->scene, request->device, request->settings, {}, bodies);
+            }));
+          }};
 }
 
 }  // namespace lichtenberg

@@ -45,23 +45,12 @@ struct RunArguments {
 };
 
 Scene requested_scene(const RunArguments& request) {
-  std::vector<Conductor> bodies;
-  if (!request.from.empty()) {
-    try_reading(request.from, [&] { bodies_in(request.from, request.frame); });
-    bodies = bodies_in(request.from, request.frame);
-  }
-  Scene scene = read_scene_for(request.scene, request.device, request.settings, Interruption::requested, bodies);
-  if (request.frame && request.from.empty()) throw InputError("--frame is one of the result that --from names");
+  const auto read = [&](const std::vector<Conductor>& bodies) {
+    return read_scene_for(request.scene, request.device, request.settings, Interruption::requested, bodies);
+  };
+  Scene scene = read_started(request.from, request.frame, read, Interruption::requested);
   if (scene.conductors.empty())
     throw InputError(scene.path + " has no conductors, so that nothing moves: `lichtenberg solve` solves its field");
-  if (!request.from.empty()) {
-    const auto start = [&](Scene& there) { start_from(request.from, request.frame, there, Interruption::requested); };
-    try_reading(request.from, [&] {
-      Scene copy = scene;
-      start(copy);
-    });
-    start(scene);
-  }
   if (!request.file.empty()) scene.output.file = request.file;
   effects::check_processes(scene.effects.has(&EffectKind::field) ? &scene.field_table : nullptr);
   effects::check_device(scene);
@@ -144,7 +133,7 @@ class Run {
         frames_(recorder_.frames()),
         motion_(make_motion(scene_)),
         backlog_(motion_->leaves_a_core() ? a_frame : 0) {
-    if (!recorder_.warning().empty()) fmt::print(stderr, "lichtenberg: {}\n", recorder_.warning());
+    if (!recorder_.warning().empty()) fmt::print(stderr, "lichtenberg: {}\n", printable(recorder_.warning()));
     if (recorder_.checkpoint()) motion_->restore(*recorder_.checkpoint());
   }
 
@@ -181,7 +170,7 @@ class Run {
   void warn_before() const {
     for (const std::string& warning :
          {effects::unresolved_bodies(scene_), scene_.reference ? granular::stages_warning(scene_) : std::string()})
-      if (!warning.empty()) fmt::print(stderr, "lichtenberg: {}\n", warning);
+      if (!warning.empty()) fmt::print(stderr, "lichtenberg: {}\n", printable(warning));
   }
 
   void look() {
@@ -241,7 +230,7 @@ class Run {
 
   static void warn(const std::string& warning, Progress& progress) {
     progress.end_line();
-    fmt::print(stderr, "lichtenberg: {}\n", warning);
+    fmt::print(stderr, "lichtenberg: {}\n", printable(warning));
   }
 
   /// With what the last frame left to be written, while the motion goes on.
@@ -330,8 +319,8 @@ class Run {
   }
 
   void print_summary() const {
-    fmt::print("{} {}\n", scene_.output.file, summary_.title);
-    for (const auto& [label, text] : summary_.lines) fmt::print("{:<15}{}\n", label, text);
+    fmt::print("{} {}\n", printable(scene_.output.file), summary_.title);
+    for (const auto& [label, text] : summary_.lines) fmt::print("{:<15}{}\n", label, printable(text));
     const std::map<std::string, double> activities = seconds();
     double total = 0;
     for (const auto& [activity, value] : activities) total += value;
@@ -374,17 +363,20 @@ void run(const RunArguments& request) {
 
 Command run_command() {
   auto request = std::make_shared<RunArguments>();
+  const std::vector<Argument> from = from_arguments(request->from, request->frame);
   return {"run",
           "Carries a scene on in time and records it",
           {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
            {"--out", &request->file, "result file (default: output.file of the scene)"},
            device_argument(request->device),
            set_argument(request->settings),
-           {"--from", &request->from,
-            "start where the particles of this result (.h5) are, with their velocities and charges"},
-           {"--frame", &request->frame, "of that result, from 0 (default: the last)"},
+           from[0],
+           from[1],
            {"--resume", &request->resume, "go on from the checkpoint in the result file"},
-           {"--overwrite", &request->overwrite, "replace the result file and its pictures if they exist", {.excluded = "--resume"}},
+           {"--overwrite",
+            &request->overwrite,
+            "replace the result file and its pictures if they exist",
+            {.excluded = "--resume"}},
            {"--quiet", &request->quiet, "print nothing but errors"}},
           [request] { run(*request); }};
 }

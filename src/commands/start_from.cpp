@@ -96,4 +96,23 @@ void start_from(const std::string& path, std::optional<int> asked, Scene& scene,
   scene.started_from = fmt::format("{}, frame {}", path, index);
 }
 
+Scene read_started(const std::string& result, std::optional<int> frame,
+                   const std::function<Scene(const std::vector<Conductor>&)>& read, const StopRequest& stop) {
+  if (result.empty() && frame) throw InputError("--frame is one of the result that --from names");
+  if (result.empty()) return read({});
+  try_reading(result, [&] { bodies_in(result, frame); });
+  Scene scene = read(bodies_in(result, frame));
+  try_reading(result, [&] {
+    Scene copy = scene;
+    start_from(result, frame, copy, stop);
+  });
+  start_from(result, frame, scene, stop);
+  return scene;
+}
+
+std::vector<Argument> from_arguments(std::string& result, std::optional<int>& frame) {
+  return {{"--from", &result, "start where the particles of this result (.h5) are, with their velocities and charges"},
+          {"--frame", &frame, "of that result, from 0 (default: the last)"}};
+}
+
 }  // namespace lichtenberg

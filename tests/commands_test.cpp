@@ -113,6 +113,55 @@ TEST_CASE("--json prints in place of the table, and with a file writes beside it
   CHECK(json::parse(text_of(folder / "any-name"))["theory"] == "stability");
 }
 
+TEST_CASE("an empty value is refused and does not take the next word") {
+  const Folder folder;
+  folder.write("small.toml", small_scene);
+  for (const std::string option :
+       {"network x.h5 --between= --no-save", "run small.toml --out= --quiet", "solve small.toml --field= --json"})
+    check_refused(run(folder, option), "=: the value is empty");
+  CHECK_FALSE(std::filesystem::exists(folder / "--quiet"));
+}
+
+TEST_CASE("--overwrite: where no file is written it is refused") {
+  const Folder folder;
+  folder.write("small.toml", small_scene);
+  for (const std::string command : {"solve small.toml", "solve small.toml --json", "theory stability"})
+    check_refused(run(folder, command + " --overwrite"), "--overwrite is not allowed where no file is written");
+  CHECK(run(folder, "solve small.toml --overwrite --json=a.json").status == 0);
+}
+
+TEST_CASE("explain: a start from a result needs no random places") {
+  const Folder folder;
+  // Random places alone are not found above some filling of 0.55.
+  const std::string scene = R"(
+  [domain]
+  size = [6.0, 6.0]
+  [[population]]
+  count = 4
+  radius = 1.4
+  [effects.stokes_drag]
+  [medium]
+  viscosity = 1.0
+  [output]
+  every = 0.1
+  picture = false
+  [stop]
+  time = 0.1
+)";
+  std::string given = scene.substr(0, scene.find("[[population]]"));
+  for (const std::string at : {"1.5, 1.5", "4.5, 1.5", "1.5, 4.5", "4.5, 4.5"})
+    given += "[[conductor]]\nposition = [" + at + "]\nradius = 1.4\n";
+  folder.write("given.toml", given + scene.substr(scene.find("[effects.stokes_drag]")));
+  folder.write("dense.toml", scene);
+  REQUIRE(run(folder, "run given.toml --quiet").status == 0);
+  check_refused(run(folder, "explain dense.toml"), "population.count = 4 is impossible");
+  const Ended ended = run(folder, "explain dense.toml --from given.h5 --frame 0");
+  INFO(ended.err);
+  CHECK(ended.status == 0);
+  CHECK(contains(ended.out, "conductors           4"));
+  check_refused(run(folder, "explain dense.toml --frame 0"), "--frame is one of the result that --from names");
+}
+
 TEST_CASE("--version names the commit") {
   const Ended result = run("--version");
   CHECK(result.status == 0);

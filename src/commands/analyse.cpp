@@ -16,6 +16,7 @@
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
 #include "src/commands/reading.hpp"
+#include "src/commands/streams.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/scene/effect_kind.hpp"
 
@@ -148,9 +149,10 @@ void analyse(const Analysis& analyser, const Result& result, const AnalyseArgume
   }
   if (request.frame) return;
   if (!request.not_stored.empty())
-    return fmt::print(stderr, "lichtenberg: nothing is stored: {}\n", request.not_stored);
+    return fmt::print(stderr, "lichtenberg: nothing is stored: {}\n", printable(request.not_stored));
   result.put_analysis(columns);
-  if (!request.json.printed()) fmt::print("stored         {}:/analysis, all {} frames\n", request.file, found.size());
+  if (!request.json.printed())
+    fmt::print("stored         {}:/analysis, all {} frames\n", printable(request.file), found.size());
 }
 
 /// Prints the summary and at its end why the result may be unsafe to use.
@@ -171,6 +173,7 @@ std::string why_not_stored(const std::string& path) {
 }
 
 void analyse(AnalyseArguments& request) {
+  check_overwrite(request.overwrite, {request.csv, request.json.file()}, "--csv or --json=FILE");
   read_in_child({request.file});
   const Result result(request.file);
   if (request.frame && (*request.frame < 0 || *request.frame >= result.frames()))

@@ -62,13 +62,18 @@ void check_command(const CLI::App& program, const std::string& command) {
                                meant.empty() ? ";" : meant));
 }
 
-/// Refuses `--json=` and a second `--json`, which CLI11 takes for flags. `name`: of an option with an optional value.
+/// Refuses `--between=`, for which CLI11 takes the next word as the value, and `--json=`, which it takes for a flag.
+void check_empty_values(const std::vector<std::string>& arguments) {
+  for (const std::string& word : arguments)
+    if (word.starts_with("--") && word.find('=') == word.size() - 1)
+      throw InputError(fmt::format("{}: the value is empty", word));
+}
+
+/// Refuses a second `--json`, which CLI11 takes for a flag. `name`: of an option with an optional value.
 void check_optional_value(const std::vector<std::string>& arguments, const std::string& name) {
   int count = 0;
-  for (const std::string& word : arguments) {
-    if (word == name + "=") throw InputError(fmt::format("{}: the value is empty", word));
+  for (const std::string& word : arguments)
     if (word == name || word.starts_with(name + "=")) ++count;
-  }
   if (count > 1) throw InputError(fmt::format("{} is given {} times, and once is allowed", name, count));
 }
 
@@ -220,6 +225,7 @@ void dispatch(std::vector<std::string> arguments) {
     check_command(program, arguments.front());
     help += " " + arguments.front();
   }
+  check_empty_values(arguments);
   join_optional_values(arguments);
   try {
     std::reverse(arguments.begin(), arguments.end());  // CLI11 reads the arguments from the back
@@ -237,7 +243,7 @@ void dispatch(std::vector<std::string> arguments) {
 
 void warn_of_unused_options() {
   for (const std::string& option : parallel::unused_petsc_options())
-    fmt::print(stderr, "lichtenberg: nothing asked for the option {} after --petsc (misspelt?)\n", option);
+    fmt::print(stderr, "lichtenberg: nothing asked for the option {} after --petsc (misspelt?)\n", printable(option));
 }
 
 /// Throws Failure if what a command printed is its work and could not be written; else standard error says it.
@@ -246,7 +252,7 @@ void finish_output() {
   if (error == 0 || closed_pipe_ends_program()) return;  // run_command_line() does, without a sentence
   const Failure failure(fmt::format("the output could not be written ({})", std::strerror(error)));
   if (!is_output_optional()) throw failure;
-  fmt::print(stderr, "lichtenberg: {}, but the files that it tells of stand\n", failure.what());
+  fmt::print(stderr, "lichtenberg: {}, but the files that it tells of stand\n", printable(failure.what()));
 }
 
 int report(const std::exception& error, int status) {

@@ -13,6 +13,7 @@
 
 #include "solvers/error.hpp"
 #include "src/commands/draw.hpp"
+#include "src/commands/streams.hpp"
 #include "src/record/atomic_file.hpp"
 
 namespace lichtenberg {
@@ -75,6 +76,11 @@ void check_outputs(const std::vector<std::string>& written, const std::vector<st
   }
 }
 
+void check_overwrite(bool overwrite, const std::vector<std::string>& written, const std::string& options) {
+  if (!overwrite || !std::ranges::all_of(written, &std::string::empty)) return;
+  throw InputError(fmt::format("--overwrite is not allowed where no file is written: it goes with {}", options));
+}
+
 void JsonTarget::put(const nlohmann::ordered_json& json, int indent) const {
   if (printed()) return fmt::print("{}\n", json.dump(indent));
   if (!word.empty()) write_json(word, json);
@@ -97,7 +103,7 @@ void draw_json(const std::string& script, const nlohmann::ordered_json& json, co
   const TemporaryFile data;
   write_json(data.path, json);
   draw(script, {data.path, "--out=" + picture});
-  if (!silently) fmt::print("\n{} shows it\n", picture);
+  if (!silently) fmt::print("\n{} shows it\n", printable(picture));
 }
 
 }  // namespace lichtenberg

@@ -19,6 +19,10 @@ void check_different(const std::vector<std::string>& written);
 /// other file unless these may be overwritten.
 void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite);
 
+/// Throws InputError if files may be overwritten and none of these is to be written. `options`: those that write some,
+/// in words.
+void check_overwrite(bool overwrite, const std::vector<std::string>& written, const std::string& options);
+
 /// Target of `--json[=FILE]`: JSON on standard output in place of a table, or in a file beside the table.
 struct JsonTarget {
   std::string word;  ///< empty: no JSON, "true": printed, else the file

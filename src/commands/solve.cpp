@@ -474,6 +474,8 @@ Command solve_command() {
            {"--overwrite", &request->overwrite, "replace the files of --field, --picture and --json if they exist"}},
           [request] {
             const std::string json = request->json.file();
+            check_overwrite(request->overwrite, {json, request->picture, request->field},
+                            "--field, --picture or --json=FILE");
             check_different({json, request->picture, request->field});
             check_files(*request);
             check_outputs({json, request->picture}, {request->scene}, request->overwrite);

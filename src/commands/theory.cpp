@@ -17,6 +17,7 @@
 #include "src/commands/output.hpp"
 #include "src/commands/progress.hpp"
 #include "src/commands/reading.hpp"
+#include "src/commands/streams.hpp"
 #include "src/commands/theory_flow.hpp"
 #include "src/commands/theory_tables.hpp"
 #include "src/effects/read_scene.hpp"
@@ -178,7 +179,7 @@ void print_table(const TheoryTable& table) {
 }
 
 void print_answer(const TheoryAnswer& answer, const std::string& source) {
-  fmt::print("{}\nof {}\n\n", answer.title, source);
+  fmt::print("{}\nof {}\n\n", answer.title, printable(source));
   for (const TheoryFigure& figure : answer.figures)
     fmt::print("  {:<28}{:>14}{:<10}{}\n", figure.name, std::isinf(figure.value) ? "infinite" : cell(figure.value, 8),
                figure.unit == "1" ? "" : " " + figure.unit, figure.meaning);
@@ -270,8 +271,10 @@ void check_theory(const TheoryArguments& request) {
     throw InputError("--set changes a key of the scene that --scene names: it needs --scene");
   if (!request.picture.empty() && !request.plot) throw InputError("--out is for the picture that --plot draws");
   if (request.plot) check_picture("--out", theory_picture(request));
-  check_outputs({request.json.file(), request.csv, request.field, request.plot ? theory_picture(request) : ""},
-                {request.result, request.scene}, request.overwrite);
+  const std::vector<std::string> written{request.json.file(), request.csv, request.field,
+                                         request.plot ? theory_picture(request) : ""};
+  check_overwrite(request.overwrite, written, "--plot, --csv, --field or --json=FILE");
+  check_outputs(written, {request.result, request.scene}, request.overwrite);
 }
 
 void tell_theory(const TheoryArguments& request) {

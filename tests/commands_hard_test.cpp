@@ -1,11 +1,18 @@
 // What users and machines do to the program that it must meet with a sentence: numbers and names beyond all measure,
 // files that are none, signals, scenes that could never end.
 #include <doctest/doctest.h>
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <utility>
 
+#include "src/commands/reading.hpp"
 #include "tests/program.hpp"
 
 using namespace lichtenberg;
@@ -263,7 +270,59 @@ TEST_CASE("control characters of a scene never reach the terminal") {
   const Ended unknown = run_program(folder, "explain scene.toml");
   check_refused(unknown, 2, "unknown key \\x1b[31m");
   CHECK(silent(unknown));
-  CHECK(silent(run_shell(folder, "LICHTENBERG explain $'\\033[31m.toml'")));
+  CHECK(silent(run_program(folder, "explain \"$(printf '\\033[31m').toml\"")));
+}
+
+namespace {
+
+/// Exit status and standard error of a command that reads a file in a child process and crashes there.
+std::pair<int, std::string> end_of_crash(const Folder& folder, const std::string& file) {
+  const std::string messages = folder / "messages";
+  const pid_t command = fork();
+  if (command == 0) {
+    const int target = open(messages.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    dup2(target, STDERR_FILENO);
+    signal(SIGABRT, SIG_DFL);
+    read_in_child({file});
+    abort();
+  }
+  int status = 0;
+  waitpid(command, &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(messages)};
+}
+
+}  // namespace
+
+TEST_CASE("a crash: a file that can be read is not called damaged") {
+  const Folder folder;
+  folder.write("scene.toml", lone_supply);
+  REQUIRE(run_program(folder, "run scene.toml --quiet").status == 0);
+  const auto [status, message] = end_of_crash(folder, folder / "scene.h5");
+  CHECK(status == 1);
+  CHECK(contains(message, "lichtenberg: the program crashed (signal 6"));
+  CHECK(contains(message, "this is an error of the program"));
+  CHECK_FALSE(contains(message, "is damaged"));
+}
+
+TEST_CASE("control characters of file names never reach the terminal") {
+  const Folder folder;
+  const std::string name =
+      "a\x1b[31m\x07"
+      "b";
+  folder.write(name + ".toml", lone_supply);
+  const std::string shown = "\"$(printf 'a\\033[31m\\007b').", scene = shown + "toml\"", result = shown + "h5\"";
+  REQUIRE(run_program(folder, "run --quiet " + scene).status == 0);
+  for (const std::string command :
+       {"explain " + scene, "solve " + scene + " --field " + shown + "hdf\"", "run --overwrite " + scene,
+        "analyse " + result, "export " + result + " --to csv", "export " + result + " --to xyz", "view " + result,
+        "ensemble " + scene + " --quiet", "plot " + result, "network " + result, "theory " + result}) {
+    CAPTURE(command);
+    const Ended ended = run_program(folder, command);
+    CHECK_FALSE(contains(ended.out + ended.err, "\x1b"));
+    CHECK_FALSE(contains(ended.out + ended.err, "\x07"));
+    CHECK((ended.out + ended.err).size() > 0);
+    CHECK(ended.status == (command.starts_with("theory") ? 2 : 0));
+  }
 }
 
 TEST_CASE("a conductor below a cell: solve and run say so before any frame") {

@@ -265,7 +265,7 @@ TEST_CASE("an accuracy that cannot be met is refused with what can") {
   close.replace(close.find("[11e-3, 8e-3]"), 13, "[7.0016e-3, 8e-3]");
   folder.write("close.toml", close);
   for (const std::string command : {"solve", "explain", "run"})
-    check_refused(run(folder, command + " close.toml"), "field.accuracy = ");
+    check_refused(run(folder, command + " close.toml"), "field.accuracy = 1e-09 cannot be met");
 }
 
 TEST_CASE("other shapes than disks are refused by multipoles before any work") {
@@ -294,6 +294,29 @@ TEST_CASE("solve passes what follows --petsc to PETSc") {
   const Ended result = run(folder, "solve small.toml --petsc -field_ksp_type nonsense");
   CHECK(result.status == 1);
   CHECK(contains(result.err, "nonsense"));
+}
+
+TEST_CASE("solve: MINRES and BiCGStab converge with the multigrid") {
+  // An insulating box, whose matrix is singular, and one with ground.
+  const Folder folder;
+  std::string neutral = "[domain]\nsize = [0.02, 0.02]\n[medium]\nrelative_permittivity = 4.7\n";
+  for (const std::string sign : {"", "-"})
+    neutral += "[[conductor]]\nposition = [" + std::string(sign.empty() ? "0.006" : "0.014") +
+               ", 0.01]\nradius = 1e-3\ncharge = " + sign + "1e-10\n";
+  folder.write("neutral.toml", neutral + "[effects.floating_conductors]\n[field]\ncells = 128\n");
+  folder.write("small.toml", small_scene);
+  for (const std::string scene : {"neutral.toml", "small.toml"}) {
+    const json expected = json::parse(run(folder, "solve " + scene + " --json").out);
+    for (const std::string method : {"minres", "bcgs", "gmres", "tfqmr", "symmlq", "bicg", "chebyshev"}) {
+      CAPTURE(scene);
+      CAPTURE(method);
+      const Ended ended = run(folder, "solve " + scene + " --json --petsc -field_ksp_type " + method);
+      REQUIRE_MESSAGE(ended.status == 0, ended.err);
+      const json found = json::parse(ended.out);
+      CHECK(found["residual"] <= 1e-8);
+      CHECK(found["energy"].get<double>() == doctest::Approx(expected["energy"].get<double>()).epsilon(1e-7));
+    }
+  }
 }
 
 TEST_CASE("solve --field writes a file, and replaces one only if told") {

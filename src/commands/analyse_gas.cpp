@@ -12,6 +12,7 @@
 #include "src/analysis/gas_growth.hpp"
 #include "src/commands/analyse_columns.hpp"
 #include "src/commands/gas_parameters.hpp"
+#include "src/commands/streams.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg {
@@ -457,8 +458,8 @@ std::vector<Column> columns_of(const AnalysedGas& run, const GasFrames& frames) 
 }
 
 void print_analysis(const AnalysedGas& run, const GasFrames& frames) {
-  fmt::print("{}: {}, {} grains, {} frames, in units of d0, m0, v0 and q0\n\n", run.file, run.title, run.grains,
-             run.frames);
+  fmt::print("{}: {}, {} grains, {} frames, in units of d0, m0, v0 and q0\n\n", printable(run.file),
+             printable(run.title), run.grains, run.frames);
   print_gas_head();
   for (const GasFrame& found : frames) print_gas_line(found);
   print_last(frames.back());

@@ -8,6 +8,7 @@
 
 #include "src/commands/analyse.hpp"
 #include "src/commands/analyse_columns.hpp"
+#include "src/commands/streams.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -231,8 +232,8 @@ std::vector<Column> columns_of(const AnalysedRun& run, const Frames& frames) {
 }
 
 void print_analysis(const AnalysedRun& run, const Frames& frames) {
-  fmt::print("{}: {}, {} conductors, {} frames, contacts {}\n\n", run.file, run.title, run.conductors, run.frames,
-             run.contacts_recorded ? "as recorded" : "by D 7.1 and the recorded tree");
+  fmt::print("{}: {}, {} conductors, {} frames, contacts {}\n\n", printable(run.file), printable(run.title),
+             run.conductors, run.frames, run.contacts_recorded ? "as recorded" : "by D 7.1 and the recorded tree");
   print_head();
   for (const FrameAnalysis& found : frames) print_line(run, found);
   print_legend();

@@ -1,4 +1,5 @@
 #include "src/commands/draw.hpp"
+#include "src/commands/streams.hpp"
 
 #include <fmt/format.h>
 #include <spawn.h>
@@ -82,7 +83,7 @@ void draw_picture(const std::string& file, double& seconds) {
   try {
     draw("plot.py", {as_word(file), "--of-run"});
   } catch (const Failure& failure) {
-    fmt::print(stderr, "lichtenberg: {}\n", failure.what());
+    fmt::print(stderr, "lichtenberg: {}\n", printable(failure.what()));
   }
 }
 

@@ -147,7 +147,7 @@ void refuse_hopeless(const std::vector<Member>& members) {
 void report_failures(const std::vector<Member>& members) {
   for (const Member& member : members)
     if (member.state == MemberState::failed)
-      fmt::print(stderr, "lichtenberg: {} failed: {}\n", member.name, member.sentence);
+      fmt::print(stderr, "lichtenberg: {} failed: {}\n", printable(member.name), printable(member.sentence));
 }
 
 /// Whether a table holds members that are none of these: that of another sweep, which must not be lost.
@@ -193,8 +193,9 @@ void report(const Arguments& request, const std::vector<Member>& members, const 
   print_warnings(warnings_of(members));
   request.json.put(json, 1);
   if (request.json.printed()) return;
-  fmt::print("{} {} {} of {} runs of {}{}\n", what, share.is_all() ? "and the result files beside it hold" : "holds",
-             count(members, MemberState::finished), members.size(), request.scene,
+  fmt::print("{} {} {} of {} runs of {}{}\n", printable(what),
+             share.is_all() ? "and the result files beside it hold" : "holds", count(members, MemberState::finished),
+             members.size(), printable(request.scene),
              share.is_all() ? ""
                             : fmt::format(", share {} of {}: once all shares are done, the same command without "
                                           "--share makes their table",

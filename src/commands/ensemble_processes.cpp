@@ -20,6 +20,7 @@
 #include "src/commands/ensemble.hpp"
 #include "src/commands/interruption.hpp"
 #include "src/commands/progress.hpp"
+#include "src/commands/streams.hpp"
 
 namespace lichtenberg::ensemble {
 namespace {
@@ -161,7 +162,7 @@ class Progress {
 };
 
 void report_failure(const Member& member) {
-  fmt::print(stderr, "lichtenberg: {} failed: {}\n", member.name, member.sentence);
+  fmt::print(stderr, "lichtenberg: {} failed: {}\n", printable(member.name), printable(member.sentence));
 }
 
 /// Takes those that are over out of `running`.

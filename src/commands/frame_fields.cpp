@@ -1,4 +1,5 @@
 #include "src/commands/frame_fields.hpp"
+#include "src/commands/streams.hpp"
 
 #include <fmt/format.h>
 #include <sys/mman.h>
@@ -78,7 +79,7 @@ std::vector<float> values_of(laplace::LaplaceSolver& solver, const laplace::Lapl
   try {
     solver.solve(problem);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "lichtenberg: the field of frame {} is not drawn: {}\n", index, error.what());
+    fmt::print(stderr, "lichtenberg: the field of frame {} is not drawn: {}\n", index, printable(error.what()));
     return std::vector<float>(count, std::numeric_limits<float>::quiet_NaN());
   }
   const laplace::Field field = solver.field();
@@ -95,7 +96,7 @@ bool has_field(const Result& result) {
     laplace::Grids(plane(scene.domain.size));
     return true;
   } catch (const InputError& error) {  // a scene of another version, or a box without square cells
-    fmt::print(stderr, "lichtenberg: no field is drawn: {}\n", error.what());
+    fmt::print(stderr, "lichtenberg: no field is drawn: {}\n", printable(error.what()));
     return false;
   }
 }

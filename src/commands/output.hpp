@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "solvers/error.hpp"
+#include "src/commands/streams.hpp"
 #include "src/record/atomic_file.hpp"
 
 namespace lichtenberg {
@@ -32,7 +33,8 @@ inline void check_picture(const std::string& option, const std::string& path) {
 inline void print_warnings(const std::vector<std::string>& warnings) {
   std::fflush(stdout);
   const char* label = "WARNING";
-  for (const std::string& warning : warnings) fmt::print(stderr, "{:<15}{}\n", std::exchange(label, ""), warning);
+  for (const std::string& warning : warnings)
+    fmt::print(stderr, "{:<15}{}\n", std::exchange(label, ""), printable(warning));
 }
 
 }  // namespace lichtenberg

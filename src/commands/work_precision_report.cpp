@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "src/commands/streams.hpp"
 #include "src/commands/work_precision.hpp"
 #include "src/record/provenance.hpp"
 #include "src/version.hpp"
@@ -35,7 +36,7 @@ bool shows_evaluations(const Diagram& diagram) {
 }
 
 void print_heading(const Diagram& diagram, const Circumstances& here) {
-  fmt::print("{}: {}\n", here.scene, diagram.title);
+  fmt::print("{}: {}\n", printable(here.scene), diagram.title);
   fmt::print("  errors      {}\n", diagram.measure);
   fmt::print("  reference   {}; its own error is about", diagram.reference);
   for (const double error : diagram.reference_errors) fmt::print(" {:.1e}", error);

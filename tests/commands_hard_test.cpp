@@ -273,6 +273,41 @@ TEST_CASE("control characters of a scene never reach the terminal") {
   CHECK(silent(run_program(folder, "explain \"$(printf '\\033[31m').toml\"")));
 }
 
+TEST_CASE("energy: an imbalance within the noise of solves is called so") {
+  // Nothing moves to speak of: 1e-14 J are stored, and solves to 1e-4 make that differ by more than what is supplied.
+  const Folder folder;
+  folder.write("scene.toml", R"(
+[domain]
+size = [0.032, 0.024]
+left = { potential = 0.6272755018183267 }
+right = { potential = 0.0 }
+[medium]
+relative_permittivity = 4.7
+viscosity = 0.01
+[[conductor]]
+position = [0.026048015083479842, 0.012086521266721257]
+radius = 0.0009709687077031326
+[effects.floating_conductors]
+[effects.stokes_drag]
+[effects.hertz_contact]
+[effects.wall_contact]
+[effects.contact_discharge]
+[field]
+cells = 128
+[output]
+every = 0.01
+picture = false
+[stop]
+time = 0.05
+stationary = false
+)");
+  const Ended ended = run_program(folder, "run scene.toml");
+  CHECK(ended.status == 0);
+  CHECK(contains(ended.out, "the noise of field solves; "));
+  CHECK_FALSE(contains(ended.out, "(relative "));
+  CHECK_FALSE(contains(ended.err, "WARNING"));
+}
+
 namespace {
 
 /// Exit status and standard error of a command that reads a file in a child process and crashes there.

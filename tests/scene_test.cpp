@@ -203,7 +203,7 @@ TEST_CASE("unknown keys: the nearest known one is named") {
   check_refused(box + "[effects.stokes]\n", {"unknown key effects.stokes:", "effects.stokes_drag"});
   check_refused(box + "[material]\nviscosity = 0.7\n", {"unknown key material.viscosity:", "medium.viscosity"});
   check_refused(box + "[material]\npoisson = 0.3\n",
-                {"unknown key material.poisson:", "effects.hertz_contact.poisson"});
+                {"unknown key material.poisson:", "the nearest known key is conductor.poisson"});
   check_refused(box + "sede = 4\n", {"unknown key sede:", "is seed"});
 }
 

@@ -40,7 +40,7 @@ def act(request):
 def show(words, kind, *_, **__):
     """A warning of load() as a sentence, and none of Python's own."""
     if kind is UserWarning:
-        messages.tell(f"lichtenberg: {words}")
+        messages.tell(f"lichtenberg: {printable(str(words))}")
 
 
 def main():

@@ -87,7 +87,7 @@ void read_attributes(hid_t object) {
   }
 }
 
-/// Reads all that stands in a group and below. What HDF5 refuses is left out.
+/// Reads all objects of a group and of the groups below. Skips objects that HDF5 refuses.
 void read_group(hid_t group, int depth = 0) {
   constexpr int deepest = 32;  // links may form a circle
   read_attributes(group);
@@ -103,7 +103,7 @@ void read_group(hid_t group, int depth = 0) {
     }
 }
 
-/// A sentence about a child that crashed: a file is at fault only if reading it, and nothing else, crashes as well.
+/// Reports a crashed child and returns the exit status. A file is at fault only if merely reading it crashes as well.
 int report_crash(const std::vector<std::string>& files, int status) {
   try {
     for (const std::string& file : files)

@@ -156,7 +156,7 @@ def main():
     try:
         save(draw(read_json(request.file)), request.out or Path(request.file).with_suffix(".png"))
     except InputError as error:
-        messages.tell(f"lichtenberg: {error}")
+        messages.tell(f"lichtenberg: {messages.escaped(error)}")
         return 2
     return 0
 

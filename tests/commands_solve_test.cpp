@@ -319,6 +319,20 @@ TEST_CASE("solve: MINRES and BiCGStab converge with the multigrid") {
   }
 }
 
+TEST_CASE("solve: PETSc's methods give the answer of conjugate gradients in space") {
+  const Folder folder;
+  std::filesystem::copy(source_folder() + "/scenes/pair-3d.toml", folder / "pair.toml");
+  const json expected = json::parse(run(folder, "solve pair.toml --json --capacitance").out);
+  for (const std::string method : {"minres", "bcgs", "gmres", "symmlq", "preonly", "chebyshev", "bicg"}) {
+    CAPTURE(method);
+    const Ended ended = run(folder, "solve pair.toml --json --capacitance --petsc -spheres_ksp_type " + method);
+    REQUIRE_MESSAGE(ended.status == 0, ended.err);
+    const json found = json::parse(ended.out);
+    CHECK(found["residual"] <= expected["accuracy"]["tolerance"]);
+    CHECK(found["energy"].get<double>() == doctest::Approx(expected["energy"].get<double>()).epsilon(1e-5));
+  }
+}
+
 TEST_CASE("solve --field writes a file, and replaces one only if told") {
   const Folder folder;
   folder.write("small.toml", small_scene);

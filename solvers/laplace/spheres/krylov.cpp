@@ -115,12 +115,14 @@ double residual_of(const System& system, const std::vector<double>& x, const std
 struct Objects {
   KSP ksp = nullptr;
   Mat matrix = nullptr;
-  ::Vec x = nullptr, b = nullptr;
+  ::Vec x = nullptr, b = nullptr, left = nullptr, step = nullptr;  ///< the last two for other methods than CG
   ~Objects() {
     KSPDestroy(&ksp);
     MatDestroy(&matrix);
     VecDestroy(&x);
     VecDestroy(&b);
+    VecDestroy(&left);
+    VecDestroy(&step);
   }
 };
 
@@ -132,6 +134,60 @@ struct Shell {
   PetscErrorCode (*precondition)(PC, ::Vec, ::Vec) = nullptr;
 };
 
+/// Whether options leave conjugate gradients that stop by the length of the residual. Gives another method a norm that
+/// it supports.
+bool stops_by_residual(KSP ksp) {
+  KSPNormType norm = KSP_NORM_DEFAULT;
+  PetscBool cg = PETSC_FALSE;
+  check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), KSPCG, &cg));
+  if (KSPGetNormType(ksp, &norm) != 0) check_petsc(KSPSetNormType(ksp, KSP_NORM_DEFAULT));
+  return cg == PETSC_TRUE && norm == KSP_NORM_UNPRECONDITIONED;
+}
+
+struct Ended {
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  PetscInt iterations = 0;
+  PetscReal residual = 0;  ///< length
+};
+
+Ended end_of_solve(KSP ksp) {
+  Ended ended;
+  check_petsc(KSPGetIterationNumber(ksp, &ended.iterations));
+  check_petsc(KSPGetResidualNorm(ksp, &ended.residual));
+  check_petsc(KSPGetConvergedReason(ksp, &ended.reason));
+  return ended;
+}
+
+/// Solves by a method of the user's that stops by a norm of its own: again for the residual that is left, until the
+/// length of that is `goal` or a start no longer halves it.
+Ended refine(Objects& petsc, double goal) {
+  constexpr double margin = 0.3, progress = 0.5;
+  check_petsc(VecDuplicate(petsc.b, &petsc.left));
+  check_petsc(VecDuplicate(petsc.b, &petsc.step));
+  check_petsc(VecCopy(petsc.b, petsc.left));
+  check_petsc(VecSet(petsc.x, 0));
+  Ended ended;
+  check_petsc(VecNorm(petsc.left, NORM_2, &ended.residual));
+  while (ended.residual > goal) {
+    check_petsc(
+        KSPSetTolerances(petsc.ksp, margin * goal / ended.residual, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+    check_petsc(KSPSolve(petsc.ksp, petsc.left, petsc.step));
+    check_petsc(VecAXPY(petsc.x, 1, petsc.step));
+    check_petsc(MatMult(petsc.matrix, petsc.x, petsc.left));
+    check_petsc(VecAYPX(petsc.left, -1, petsc.b));
+    const Ended start = end_of_solve(petsc.ksp);
+    const double before = ended.residual;
+    check_petsc(VecNorm(petsc.left, NORM_2, &ended.residual));
+    ended.iterations += start.iterations;
+    if (ended.residual > goal && !(ended.residual < progress * before && start.reason != KSP_DIVERGED_ITS)) {
+      ended.reason = start.reason < 0 ? start.reason : KSP_DIVERGED_ITS;
+      return ended;
+    }
+  }
+  ended.reason = KSP_CONVERGED_ATOL;
+  return ended;
+}
+
 /// Solves from 0 until the residual is `goal`; the result's residual is relative to `scale`.
 KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, double* x, double goal, double scale) {
   Objects petsc;
@@ -139,7 +195,8 @@ KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, do
   check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, shell.size, right_hand_side, &petsc.b));
   check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, shell.size, x, &petsc.x));
   check_petsc(MatCreateShell(PETSC_COMM_SELF, shell.size, shell.size, shell.size, shell.size, context, &petsc.matrix));
-  check_petsc(MatShellSetOperation(petsc.matrix, MATOP_MULT, reinterpret_cast<void (*)()>(shell.multiply)));
+  for (const MatOperation operation : {MATOP_MULT, MATOP_MULT_TRANSPOSE})
+    check_petsc(MatShellSetOperation(petsc.matrix, operation, reinterpret_cast<void (*)()>(shell.multiply)));
   check_petsc(KSPCreate(PETSC_COMM_SELF, &petsc.ksp));
   check_petsc(KSPSetOptionsPrefix(petsc.ksp, "spheres_"));
   check_petsc(KSPSetType(petsc.ksp, KSPCG));
@@ -148,21 +205,22 @@ KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, do
   check_petsc(PCSetType(pc, PCSHELL));
   check_petsc(PCShellSetContext(pc, context));
   check_petsc(PCShellSetApply(pc, shell.precondition));
+  check_petsc(PCShellSetApplyTranspose(pc, shell.precondition));  // symmetric, as the matrix
   check_petsc(KSPSetNormType(petsc.ksp, KSP_NORM_UNPRECONDITIONED));
   check_petsc(KSPSetOperators(petsc.ksp, petsc.matrix, petsc.matrix));
   check_petsc(KSPSetTolerances(petsc.ksp, 0, goal, PETSC_DEFAULT, 2000));
   check_petsc(KSPSetFromOptions(petsc.ksp));
-  check_petsc(KSPSolve(petsc.ksp, petsc.b, petsc.x));
-  PetscInt iterations = 0;
-  PetscReal last = 0;
-  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
-  check_petsc(KSPGetIterationNumber(petsc.ksp, &iterations));
-  check_petsc(KSPGetResidualNorm(petsc.ksp, &last));
-  check_petsc(KSPGetConvergedReason(petsc.ksp, &reason));
-  if (reason < 0)
+  Ended ended;
+  if (stops_by_residual(petsc.ksp)) {
+    check_petsc(KSPSolve(petsc.ksp, petsc.b, petsc.x));
+    ended = end_of_solve(petsc.ksp);
+  } else {
+    ended = refine(petsc, goal);
+  }
+  if (ended.reason < 0)
     throw Failure(fmt::format("the field of spheres: no convergence after {} iterations ({}, relative residual {:.3g})",
-                              iterations, KSPConvergedReasons[reason], last / scale));
-  return {static_cast<int>(iterations), last / scale};
+                              ended.iterations, KSPConvergedReasons[ended.reason], ended.residual / scale));
+  return {static_cast<int>(ended.iterations), ended.residual / scale};
 }
 
 }  // namespace

@@ -199,6 +199,12 @@ TEST_CASE("Hertz: pairs of unlike materials have the modulus of both") {
   CHECK(found[4] == near(force(6e6 / 1.92), 1e-9));
   CHECK(std::abs(found[0] + found[2] + found[4]) < 1e-12 * found[4]);
   Bodies plane{.position = {0, 0, 1.5e-3, 1.3e-3, -1.2e-3, 1.55e-3}, .mass = {1, 1, 1}, .radius = {1e-3, 1e-3, 1e-3}};
+  Bodies pierced = bodies;
+  pierced.position[2] = 0;  // the centres of the first two coincide
+  CHECK_THROWS_WITH_AS(forces_of(hertz, pierced, {{0, 1}, {1, 2}}), doctest::Contains("conductors 0 and 1 overlap"),
+                       Failure);
+  pierced.position[2] = 0.9 * radius;
+  CHECK_THROWS_AS(forces_of(hertz, pierced, {{0, 1}}), Failure);
   const effects::HertzContact stiff({.young = 1e9, .bodies = {{1e9, 0.3}, {3e9, 0.2}, {2e9, 0.1}}});
   CHECK(jacobian_error(stiff, plane, 1e-10, {{0, 1}, {0, 2}, {1, 2}}) < 1e-6);
 }

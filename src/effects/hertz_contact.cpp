@@ -68,7 +68,8 @@ std::optional<Pair> HertzContact::add_forces_of_unlike(const State& state, std::
   std::optional<Pair> refused;
   const int d = state.bodies.dimension;
   visit_spheres(state.bodies, [&](const auto& spheres) {
-    for_each_in_reach(HertzLaw{modulus_}, spheres, state.neighbours, [&](const auto& found) {
+    const HertzLaw common{modulus_};
+    const bool apart = for_each_in_reach(common, spheres, state.neighbours, [&](const auto& found) {
       const auto [i, j] = found.pair;
       const HertzLaw one = law(found.pair);
       if (one.refuses(found.seen) && !refused) refused = found.pair;
@@ -78,6 +79,8 @@ std::optional<Pair> HertzContact::add_forces_of_unlike(const State& state, std::
         force[j * d + k] -= over_distance * found.apart[k];
       }
     });
+    // The loop ends where two centres coincide, which the law refuses whatever the material.
+    if (!apart) refused = add_pair_forces(common, spheres, state.neighbours, force, state.team).refused;
   });
   return refused;
 }

@@ -105,11 +105,11 @@ TEST_CASE("near q = 1 the series for ln q is as good as the library's") {
   CHECK(effects::logarithm_near_one(1) == 0);
 }
 
-/// Random overlaps, some of them deep, in a box of a side of 24.
-Scene crowd(int dimension, int count) {
-  return parse_scene(fmt::format("[domain]\nsize = [24.0, 24.0{}]\n[effects.contact_potential]\n"
-                                 "[[population]]\ncount = {}\nradius = [0.3, 0.5]\noverlapping = true\n",
-                                 dimension == 3 ? ", 24.0" : "", count),
+/// Random overlaps, some of them deep, in a square or cube.
+Scene crowd(int dimension, int count, double side = 24) {
+  return parse_scene(fmt::format("[domain]\nsize = [{0}, {0}{1}]\n[effects.contact_potential]\n"
+                                 "[[population]]\ncount = {2}\nradius = [0.3, 0.5]\noverlapping = true\n",
+                                 side, dimension == 3 ? fmt::format(", {}", side) : "", count),
                      "crowd");
 }
 
@@ -183,6 +183,56 @@ TEST_CASE("when the neighbours were searched for does not show in a bit of energ
     CHECK(potential.energy_and_forces(old_list, old_force) == potential.energy_and_forces(new_list, new_force));
     CHECK(old_force == new_force);
   }
+}
+
+TEST_CASE("close contacts: energy and gradient equal the sum over all pairs") {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> step(-1, 1);
+  for (const int dimension : {2, 3}) {
+    const double side = dimension == 3 ? 24 : 60;
+    const Scene scene = crowd(dimension, 6000, side);
+    Model model = effects::make_model(scene);
+    const effects::ContactPotential potential(scene);
+    statics::PotentialEnergy kept(scene, 2);
+    std::vector<double> x = model.bodies.position;
+    // Steps of many lengths: candidates stay valid, are collected again, and are searched for again.
+    for (const double length : {0.0, 1e-4, 1e-4, 1e-2, 0.1, 1.0, 1e-5, 1e-5, 0.03, 0.03, 0.03, 0.03}) {
+      CAPTURE(dimension);
+      CAPTURE(length);
+      for (double& c : x) c = std::clamp(c + length * step(random), 0.05, side - 0.05);
+      std::vector<double> gradient(x.size()), fresh_gradient(x.size()), force(x.size());
+      const double energy = kept.evaluate(x, gradient);
+      statics::PotentialEnergy fresh(scene, 1);
+      CHECK(fresh.evaluate(x, fresh_gradient) == energy);
+      CHECK(fresh_gradient == gradient);
+      model.bodies.position = x;
+      // Some 1e5 terms: rounding adds up to far less than 1e-12 of their sum.
+      CHECK(potential.energy_and_forces(state_of(model), force) == doctest::Approx(energy).epsilon(1e-12));
+      double largest = 0, difference = 0;
+      for (std::size_t k = 0; k < x.size(); ++k) {
+        largest = std::max(largest, std::abs(force[k]));
+        difference = std::max(difference, std::abs(force[k] + gradient[k]));
+      }
+      CHECK(difference <= 1e-13 * largest);
+    }
+  }
+}
+
+TEST_CASE("close contacts: coinciding centres and crossed walls are infinite") {
+  const Scene scene = crowd(2, 1000);
+  statics::PotentialEnergy energy(scene, 1);
+  const std::vector<double> start = energy.model().bodies.position;
+  std::vector<double> gradient(start.size());
+  for (const double left : {0.0, -1e-3, -2.0}) {
+    CHECK(std::isfinite(energy.evaluate(start, gradient)));
+    std::vector<double> x = start;
+    x[0] = left;
+    CHECK(std::isinf(energy.evaluate(x, gradient)));
+  }
+  CHECK(std::isfinite(energy.evaluate(start, gradient)));
+  std::vector<double> x = start;
+  x[0] = x[2], x[1] = x[3];
+  CHECK(std::isinf(energy.evaluate(x, gradient)));
 }
 
 TEST_CASE("a pair counts once, a wall keeps its sign, and what is beyond a wall has infinite energy") {

@@ -18,12 +18,13 @@ constexpr double near_one = 0.8;
 /// ln q = 2 artanh(s) with s = (q - 1) / (q + 1) (Abramowitz & Stegun 4.1.27): |s| <= 1/9, and s^17 / 17, the first
 /// term left out, is below the rounding of s. No branches, so that a loop takes many at a time. q - 1 is exact, and all
 /// its digits are kept: just inside contact w is a square of it.
-LICHTENBERG_HOST_DEVICE inline double logarithm_near_one(double q) {
-  const double s = (q - 1) / (q + 1), t = s * s;
+LICHTENBERG_HOST_DEVICE inline double logarithm_of_ratio(double s) {
+  const double t = s * s;
   double sum = 1.0 / 15;
   for (int n = 13; n > 0; n -= 2) sum = sum * t + 1.0 / n;
   return 2 * s * sum;
 }
+LICHTENBERG_HOST_DEVICE inline double logarithm_near_one(double q) { return logarithm_of_ratio((q - 1) / (q + 1)); }
 
 /// The law at q, whose logarithm is given.
 LICHTENBERG_HOST_DEVICE inline ContactLaw contact_law(double q, double logarithm) {

@@ -60,6 +60,7 @@ class ContactPotential : public Effect {
   std::vector<Overlap> overlaps(const State& state, int first, int end) const;
 
   double stiffness() const { return stiffness_; }
+  const std::vector<Wall>& walls() const { return walls_; }
 
  private:
   template <int dimension>

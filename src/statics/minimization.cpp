@@ -82,6 +82,19 @@ double longest(std::span<const double> vectors, int dimension) {
   return std::sqrt(most);
 }
 
+/// The same, shared among the threads of `objective`.
+double longest(std::span<const double> vectors, int dimension, const minimize::Objective& objective) {
+  const std::size_t block = 4096 * static_cast<std::size_t>(dimension);
+  std::vector<double> most((vectors.size() + block - 1) / block);
+  objective.share(static_cast<int>(most.size()), [&](int task) {
+    const std::size_t first = task * block;
+    most[task] = longest(vectors.subspan(first, std::min(block, vectors.size() - first)), dimension);
+  });
+  double all = 0;
+  for (const double m : most) all = larger(all, m);
+  return all;
+}
+
 }  // namespace
 
 struct Minimization::Implementation {
@@ -129,7 +142,7 @@ struct Minimization::Implementation {
   }
 
   void look() {
-    largest_force = longest(minimizer->point().gradient, scene.dimension());
+    largest_force = longest(minimizer->point().gradient, scene.dimension(), energy);
     if (!std::isfinite(largest_force))
       throw Failure(fmt::format(
           "{}: after {} iterations a force on a particle is too large for a number: its centre all but lies on "

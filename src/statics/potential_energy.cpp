@@ -1,7 +1,6 @@
 #include "src/statics/potential_energy.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <numeric>
 
@@ -62,7 +61,10 @@ std::array<double, triangle<dimension>> inverse(const double* a) {
 PotentialEnergy::PotentialEnergy(const Scene& scene, int threads)
     : PotentialEnergy(scene, std::make_unique<effects::ContactPotential>(scene), threads) {}
 PotentialEnergy::PotentialEnergy(const Scene& scene, std::unique_ptr<effects::ContactPotential> potential, int threads)
-    : potential_(*potential), model_(effects::make_model(scene, effects::made(std::move(potential)))), team_(threads) {}
+    : potential_(*potential),
+      model_(effects::make_model(scene, effects::made(std::move(potential)))),
+      team_(threads),
+      contacts_(potential_, model_.bodies, team_) {}
 
 int PotentialEnergy::ranges() const { return (model_.bodies.size() + particles_a_task - 1) / particles_a_task; }
 
@@ -73,38 +75,12 @@ void PotentialEnergy::for_each_range(const Task& task) const {
 }
 
 State PotentialEnergy::move_to(std::span<const double> x) {
-  const int d = model_.bodies.dimension;
-  std::atomic<bool> covered = true;
-  for_each_range([&](int, int first, int end) {
-    std::ranges::copy(x.subspan(d * first, d * (end - first)), &model_.bodies.position[d * first]);
-    if (!visit_spheres(model_.bodies, [&](const auto& now) { return model_.neighbours->covers(now, first, end); }))
-      covered = false;
-  });
-  if (!covered) visit_spheres(model_.bodies, [&](const auto& now) { model_.neighbours->search(now, team_); });
-  return {0, model_.bodies, model_.neighbours->pairs()};
+  std::ranges::copy(x, model_.bodies.position.begin());
+  return {0, model_.bodies, contacts_.pairs(x)};
 }
 
-/// Every task has a range of particles, neighbours in space by their numbering, and their forces to itself. What it
-/// finds to act on others is added afterwards, task by task: the sums are the same whoever did what.
 double PotentialEnergy::evaluate(std::span<const double> x, std::span<double> gradient) {
-  const State state = move_to(x);
-  const int d = model_.bodies.dimension;
-  std::vector<double> energies(ranges());
-  beyond_.resize(ranges());
-  for_each_range([&](int task, int first, int end) {
-    const std::span own = gradient.subspan(d * first, d * (end - first));
-    std::ranges::fill(own, 0.0);
-    beyond_[task].clear();
-    energies[task] = potential_.energy_and_forces(state, first, end, gradient, beyond_[task]);
-    for (double& g : own) g = -g;
-  });
-  double energy = 0;
-  for (int task = 0; task < ranges(); ++task) {
-    energy += energies[task];
-    for (const Push& push : beyond_[task])
-      for (int k = 0; k < d; ++k) gradient[push.particle * d + k] -= push.force[k];
-  }
-  return energy;
+  return contacts_.evaluate(x, gradient);
 }
 
 void PotentialEnergy::linearize(std::span<const double> x) {
@@ -115,7 +91,8 @@ void PotentialEnergy::linearize(std::span<const double> x) {
     build_rows<2>(state);
 }
 
-/// As in `evaluate`: what a range of particles adds to the diagonal blocks of others is added afterwards.
+/// Every task has a range of particles. What it adds to the diagonal blocks of others is added afterwards, task by
+/// task: the sums are the same for any number of threads.
 template <int dimension>
 void PotentialEnergy::build_rows(const State& state) {
   constexpr int t = triangle<dimension>;
@@ -174,7 +151,7 @@ void PotentialEnergy::invert(double* positive) const {
   std::ranges::copy(inverse<dimension>(positive), positive);
 }
 
-/// As in `evaluate`. Of a symmetric matrix the upper half is enough, and half as much to read.
+/// As in `build_rows`. Of a symmetric matrix the upper half is enough, and half as much to read.
 template <int d>
 void PotentialEnergy::multiply_rows(std::span<const double> v, std::span<double> product) const {
   constexpr int t = triangle<d>;

@@ -8,6 +8,7 @@
 #include "solvers/parallel/team.hpp"
 #include "src/effects/contact_potential.hpp"
 #include "src/model/model.hpp"
+#include "src/statics/close_contacts.hpp"
 
 namespace lichtenberg::statics {
 
@@ -44,7 +45,8 @@ class PotentialEnergy : public minimize::SmoothObjective {
   const effects::ContactPotential& potential_;  ///< the model's
   Model model_;
   mutable parallel::Team team_;
-  mutable std::vector<std::vector<Push>> beyond_;  ///< by range, of the last evaluation or product
+  CloseContacts contacts_;
+  mutable std::vector<std::vector<Push>> beyond_;  ///< by range, of the last product
   /// Of the Hessian's rows of a range of particles, the blocks right of the diagonal, with the sign reversed; each
   /// block stored from its upper triangle, row by row.
   struct Rows {

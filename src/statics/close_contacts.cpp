@@ -1,0 +1,235 @@
+#include "src/statics/close_contacts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "solvers/larger.hpp"
+#include "src/effects/contact_law.hpp"
+#include "src/model/neighbours.hpp"
+
+namespace lichtenberg::statics {
+namespace {
+
+constexpr int particles_a_task = 2048;
+
+template <int d>
+double squared_distance(const double* a, const double* b) {
+  double sum = 0;
+  for (int k = 0; k < d; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
+  return sum;
+}
+
+template <int d>
+double distance_from(const Wall& wall, const double* position) {
+  double distance = 0;
+  for (int k = 0; k < d; ++k) distance += (position[k] - wall.point[k]) * wall.normal[k];
+  return distance;
+}
+
+/// Two components as one vector, which may start at any element of an array.
+using Two [[gnu::vector_size(16), gnu::aligned(8), gnu::may_alias]] = double;
+
+/// difference = a - b
+template <int d>
+void subtract(const double* a, const double* b, double* difference) {
+  if constexpr (d == 2)
+    *reinterpret_cast<Two*>(difference) = *reinterpret_cast<const Two*>(a) - *reinterpret_cast<const Two*>(b);
+  else
+    for (int k = 0; k < d; ++k) difference[k] = a[k] - b[k];
+}
+
+/// y += factor * x
+template <int d>
+void add(double* y, double factor, const double* x) {
+  if constexpr (d == 2)
+    *reinterpret_cast<Two*>(y) += factor * *reinterpret_cast<const Two*>(x);
+  else
+    for (int k = 0; k < d; ++k) y[k] += factor * x[k];
+}
+
+/// Some candidates, whose law is computed many at a time: distance over reach q (1 beyond contact, where energy and
+/// slope vanish), and the law's results.
+template <int d>
+struct Batch {
+  static constexpr int most = 256;
+  std::array<std::array<double, d>, most> apart;  // m, from j to i
+  std::array<double, most> squared, q, energy,
+      factor;  // m^2; factor: of apart in the gradient over the stiffness, 1/m^2
+
+  void measure(const int* i, const int* j, int count, const double* x) {
+    for (int c = 0; c < count; ++c) {
+      subtract<d>(&x[d * i[c]], &x[d * j[c]], apart[c].data());
+      squared[c] = 0;
+      for (int k = 0; k < d; ++k) squared[c] += apart[c][k] * apart[c][k];
+    }
+  }
+
+  /// As contact_law, with one division: 1/q and 1/(q + 1) follow from 1/(q (q + 1)).
+  void apply_law(const double* per_reach, int count) {
+    int deep = 0;
+    for (int c = 0; c < count; ++c) {
+      const double ratio = std::sqrt(squared[c]) * per_reach[c];
+      q[c] = ratio > 1 ? 1 : ratio;
+      const double excess = q[c] - 1, inverse = 1 / (q[c] * (q[c] + 1)), per_q = (q[c] + 1) * inverse;
+      const double logarithm = effects::logarithm_of_ratio(excess * q[c] * inverse);
+      energy[c] = excess * logarithm;
+      factor[c] = (logarithm + excess * per_q) * per_q * per_reach[c] * per_reach[c];
+      deep |= !(q[c] >= effects::near_one);
+    }
+    for (int c = 0; deep && c < count; ++c) {
+      if (q[c] >= effects::near_one) continue;
+      const effects::ContactLaw law = effects::contact_law(q[c]);
+      energy[c] = law.energy;
+      factor[c] = law.slope / q[c] * per_reach[c] * per_reach[c];
+    }
+  }
+};
+
+}  // namespace
+
+CloseContacts::CloseContacts(const effects::ContactPotential& potential, const Bodies& bodies, parallel::Team& team)
+    : potential_(potential),
+      bodies_(bodies),
+      team_(team),
+      skin_(0.8 * *std::ranges::max_element(bodies.radius)),
+      wanted_margin_(0.25 * skin_),
+      ranges_((bodies.size() + particles_a_task - 1) / particles_a_task) {}
+
+template <class Task>
+void CloseContacts::for_each_range(const Task& task) {
+  const int n = bodies_.size();
+  team_.for_each(static_cast<int>(ranges_.size()),
+                 [&](int k) { task(ranges_[k], k * particles_a_task, std::min(n, (k + 1) * particles_a_task)); });
+}
+
+double CloseContacts::evaluate(std::span<const double> x, std::span<double> gradient) {
+  return bodies_.dimension == 3 ? evaluate<3>(x, gradient) : evaluate<2>(x, gradient);
+}
+
+/// Whether the candidates were valid is found out on the way: they mostly were.
+template <int d>
+double CloseContacts::evaluate(std::span<const double> x, std::span<double> gradient) {
+  if (collected_at_.empty()) update<d>(x);
+  const auto evaluate_all = [&] {
+    for_each_range([&](Range& range, int first, int end) { evaluate_range<d>(range, first, end, x, gradient); });
+  };
+  evaluate_all();
+  if (!std::ranges::all_of(ranges_, &Range::valid)) {
+    update<d>(x);
+    evaluate_all();
+  }
+  ++uses_;
+  double energy = 0;
+  for (const Range& range : ranges_) {
+    energy += range.energy;
+    for (const Push& push : range.beyond)
+      for (int k = 0; k < d; ++k) gradient[push.particle * d + k] += push.force[k];
+  }
+  return potential_.stiffness() * energy;
+}
+
+template <int d>
+void CloseContacts::evaluate_range(Range& range, int first, int end, std::span<const double> x,
+                                   std::span<double> gradient) const {
+  const double most = 0.25 * margin_ * margin_;
+  int left = 0;
+  for (int i = first; i < end; ++i) left |= squared_distance<d>(&x[d * i], &collected_at_[d * i]) > most;
+  range.valid = !left;
+  if (left) return;
+  std::ranges::fill(gradient.subspan(d * first, d * (end - first)), 0.0);
+  range.beyond.clear();
+  range.energy = 0;
+  if (add_walls<d>(range, x, gradient))
+    add_pairs<d>(range, end, x, gradient);
+  else
+    range.energy = INFINITY;
+}
+
+template <int d>
+bool CloseContacts::add_walls(Range& range, std::span<const double> x, std::span<double> gradient) const {
+  for (const auto [i, w] : range.walls) {
+    const Wall& wall = potential_.walls()[w];
+    const double distance = distance_from<d>(wall, &x[d * i]), reach = bodies_.radius[i];
+    if (!(distance < reach)) continue;
+    if (distance <= 0) return false;
+    const effects::ContactLaw law = effects::contact_law(distance / reach);
+    range.energy += law.energy;
+    for (int k = 0; k < d; ++k) gradient[d * i + k] += potential_.stiffness() * law.slope / reach * wall.normal[k];
+  }
+  return true;
+}
+
+/// Sums in the order of the candidates, to which those that do not overlap add nothing: a sum does not depend on how
+/// many of these there are.
+template <int d>
+void CloseContacts::add_pairs(Range& range, int end, std::span<const double> x, std::span<double> gradient) const {
+  Batch<d> batch;
+  const int all = static_cast<int>(range.i.size());
+  const double stiffness = potential_.stiffness();
+  double energy = range.energy, *sum = gradient.data();
+  for (int from = 0; from < all; from += batch.most) {
+    const int count = std::min(batch.most, all - from), *i = &range.i[from], *j = &range.j[from];
+    batch.measure(i, j, count, x.data());
+    batch.apply_law(&range.per_reach[from], count);
+    for (int c = 0; c < count; ++c) {
+      energy += batch.energy[c];
+      const double factor = stiffness * batch.factor[c];
+      const double* apart = batch.apart[c].data();
+      add<d>(&sum[d * i[c]], factor, apart);
+      if (j[c] < end)
+        add<d>(&sum[d * j[c]], -factor, apart);
+      else if (factor != 0)
+        add<d>(range.beyond.emplace_back(j[c]).force.data(), -factor, apart);
+    }
+  }
+  range.energy = energy;
+}
+
+std::span<const Pair> CloseContacts::pairs(std::span<const double> x) {
+  bodies_.dimension == 3 ? update<3>(x) : update<2>(x);
+  return pairs_;
+}
+
+/// Makes the candidates those within a margin at x. The margin is wider the sooner they became invalid, and so narrow
+/// that the last search found all pairs within it.
+template <int d>
+void CloseContacts::update(std::span<const double> x) {
+  constexpr int few = 4, many = 16;
+  if (uses_ < few) wanted_margin_ = std::min(2 * wanted_margin_, 0.5 * skin_);
+  if (uses_ > many) wanted_margin_ = std::max(0.5 * wanted_margin_, 1e-3 * skin_);
+  margin_ = searched_at_.empty() ? 0 : skin_ - 2 * largest_move<d>(x);
+  if (!(margin_ >= 0.25 * wanted_margin_)) {
+    pairs_ = pairs_closer_than(Spheres<d>{x, bodies_.radius}, skin_, team_);
+    searched_at_.assign(x.begin(), x.end());
+    margin_ = skin_;
+  }
+  margin_ = std::min(margin_, wanted_margin_);
+  for_each_range([&](Range& range, int first, int end) { collect<d>(range, first, end, x); });
+  collected_at_.assign(x.begin(), x.end());
+  uses_ = 0;
+}
+
+/// How far (m) the particles are from where they were at the last search, at most.
+template <int d>
+double CloseContacts::largest_move(std::span<const double> x) const {
+  double most = 0;
+  for (int i = 0; i < bodies_.size(); ++i) most = larger(most, squared_distance<d>(&x[d * i], &searched_at_[d * i]));
+  return std::sqrt(most);
+}
+
+template <int d>
+void CloseContacts::collect(Range& range, int first, int end, std::span<const double> x) const {
+  range.i.clear(), range.j.clear(), range.per_reach.clear(), range.walls.clear();
+  for (const auto [i, j] : pairs_of(pairs_, first, end)) {
+    const double reach = bodies_.radius[i] + bodies_.radius[j];
+    if (!(squared_distance<d>(&x[d * i], &x[d * j]) < (reach + margin_) * (reach + margin_))) continue;
+    range.i.push_back(i), range.j.push_back(j), range.per_reach.push_back(1 / reach);
+  }
+  for (std::size_t w = 0; w < potential_.walls().size(); ++w)
+    for (int i = first; i < end; ++i)
+      if (distance_from<d>(potential_.walls()[w], &x[d * i]) < bodies_.radius[i] + margin_)
+        range.walls.push_back({i, static_cast<int>(w)});
+}
+
+}  // namespace lichtenberg::statics

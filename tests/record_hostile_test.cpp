@@ -10,6 +10,7 @@
 #include "solvers/error.hpp"
 #include "src/record/writer_lock.hpp"
 #include "tests/many_frames.hpp"
+#include "tests/source_folder.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::many_frames;
@@ -150,4 +151,22 @@ TEST_CASE("hostile files: types and lengths are checked before HDF5 reads") {
     CAPTURE(sentence);
     CHECK((contains(sentence, "run.h5 is damaged") || contains(sentence, "run.h5 was not written")));
   }
+}
+
+// HDF5 goes on forever where free space of a heap has the length 0.
+TEST_CASE("hostile files: a heap of texts whose free space has no length is refused") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  run(path, 3, false);
+  REQUIRE(python(folder,
+                 "import struct, zlib\nb = bytearray(open('run.h5', 'rb').read()[:-24])\n"
+                 "at = b.index(b'GCOL\\1\\0\\0\\0') + 16\nb[at : at + 64] = bytes(64)\n"
+                 "b += struct.pack('<8sQII', b'LICHTSUM', len(b), zlib.crc32(b), 0)\n"
+                 "open('run.h5', 'wb').write(b)") == 0);
+  CHECK(contains(message_of([&] { ResultFile(path, "read"); }), "a collection of texts in it is broken"));
+  CHECK(python(folder, fmt::format("import sys\nsys.path.insert(0, '{}/python')\nimport lichtenberg\ntry:\n"
+                                   "  lichtenberg.load('run.h5')\nexcept lichtenberg.InputError as error:\n"
+                                   "  sys.exit(0 if 'a collection of texts in it is broken' in str(error) else 1)\n"
+                                   "sys.exit(2)",
+                                   source_folder())) == 0);
 }

@@ -294,6 +294,8 @@ def strange_link(chance, file):
 
 
 def strange_scene(chance, file):
+    if "scene/text" not in file:  # a segment of frames
+        return missing(chance, file)
     text = file["scene/text"][()].decode()
     at = chance.randrange(len(text))
     file["scene/text"][()] = chance.choice([text[:at], text[:at] + "\x01" + text[at:], "", text.replace("1", "9", 1)])
@@ -412,7 +414,10 @@ def try_file(sources, seed, number, count, keep):
             if wrong:
                 found.append(f"file {number}: {source.name}, {what}: {reader}: {wrong}")
                 if keep:
-                    (Path(keep) / f"{number}-{reader}-{damaged.name}").write_bytes(before)
+                    kept = Path(keep) / f"{number}-{reader}-{damaged.name}"
+                    kept.write_bytes(before)
+                    if segment:
+                        shutil.copytree(f"{damaged}.frames", f"{kept}.frames", dirs_exist_ok=True)
             for left in Path(folder).glob("out*"):
                 shutil.rmtree(left) if left.is_dir() else left.unlink()
             damaged.write_bytes(before)  # resume and analyse write to it

@@ -1,4 +1,5 @@
 """What a result file holds, as numpy arrays that know their units (src/record/README.md describes the file)."""
+import mmap
 import os
 import re
 import struct
@@ -16,6 +17,7 @@ TO_GROUND, UNCONNECTED = -1, -2  # of successors
 WITHOUT_CHECKSUMS = 1  # the format of early results
 FOOTER = struct.Struct("<8sQII")  # mark, bytes before it, their CRC-32, 0
 MAGIC = b"LICHTSUM"
+HEAP = b"GCOL\1\0\0\0"  # signature and version of a collection in HDF5's global heap
 GROUPS = ("gas", "relaxation", "packing", "analysis", "network/particle", "network/contact", "summary")  # of tables
 
 
@@ -370,6 +372,8 @@ def check_seal(path):
             else:
                 right = (count, crc, zero) == (length, crc_of(file, length), 0)
                 trouble = None if right else "its bytes are not those that were written: the checksum differs"
+            if not trouble and has_endless_heap(path):
+                trouble = "a collection of texts in it is broken"
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror})") from None
     if trouble:
@@ -384,6 +388,25 @@ def crc_of(file, count):
     for begin in range(0, count, block):
         crc = zlib.crc32(file.read(min(block, count - begin)), crc)
     return crc
+
+
+def has_endless_heap(path):
+    """Whether HDF5 1.10 would walk a collection of its global heap without end (src/record/global_heap.hpp)."""
+    with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        begin = data.find(HEAP)
+        while begin >= 0:
+            size = int.from_bytes(data[begin + 8 : begin + 16], "little")
+            if size > len(data) - begin:
+                return True
+            at = 16
+            while at + 16 <= size:
+                index, _, _, length = struct.unpack_from("<HHIQ", data, begin + at)
+                step = 16 + (length + 7) // 8 * 8 if index else length  # the length of free space includes its header
+                if step == 0 or step > size - at:
+                    return True
+                at += step
+            begin = data.find(HEAP, begin + 1)
+    return False
 
 
 def beyond_end(file):

@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 
+#include "src/record/global_heap.hpp"
+
 namespace lichtenberg::hdf5 {
 namespace {
 
@@ -160,6 +162,7 @@ Handle load(const std::string& path) { return open_in_memory(std::make_shared<Pa
 
 Handle open(const std::shared_ptr<const OpenFile>& file) {
   silence();
+  check_global_heaps(*file);
   return Handle(open_file(std::make_shared<FileBytes>(file), H5F_ACC_RDONLY));
 }
 

@@ -64,6 +64,7 @@ Handle load(const std::string& path);
 /// All bytes of a file on the disk.
 Pages pages_of(const OpenFile& file);
 /// A file on the disk, to read, which stays open as long as the handle. No name is looked up and no lock is taken.
+/// Throws Error for what HDF5 would not return from (global_heap.hpp).
 Handle open(const std::shared_ptr<const OpenFile>& file);
 /// The bytes that a file in memory would have on disk.
 std::vector<std::byte> image(const Handle& file);

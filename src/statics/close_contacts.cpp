@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <type_traits>
 
 #include "solvers/larger.hpp"
 #include "src/effects/contact_law.hpp"
@@ -132,11 +133,8 @@ double CloseContacts::evaluate(std::span<const double> x, std::span<double> grad
 template <int d>
 void CloseContacts::evaluate_range(Range& range, int first, int end, std::span<const double> x,
                                    std::span<double> gradient) const {
-  const double most = 0.25 * margin_ * margin_;
-  int left = 0;
-  for (int i = first; i < end; ++i) left |= squared_distance<d>(&x[d * i], &collected_at_[d * i]) > most;
-  range.valid = !left;
-  if (left) return;
+  range.valid = covers<d>(first, end, x);
+  if (!range.valid) return;
   std::ranges::fill(gradient.subspan(d * first, d * (end - first)), 0.0);
   range.beyond.clear();
   range.energy = 0;
@@ -144,6 +142,15 @@ void CloseContacts::evaluate_range(Range& range, int first, int end, std::span<c
     add_pairs<d>(range, end, x, gradient);
   else
     range.energy = INFINITY;
+}
+
+/// Whether none of these particles has moved by more than half of the margin since the candidates were collected.
+template <int d>
+bool CloseContacts::covers(int first, int end, std::span<const double> x) const {
+  const double most = 0.25 * margin_ * margin_;
+  int left = 0;  // no branch, so that a loop takes many at a time
+  for (int i = first; i < end; ++i) left |= squared_distance<d>(&x[d * i], &collected_at_[d * i]) > most;
+  return !left;
 }
 
 template <int d>
@@ -187,7 +194,13 @@ void CloseContacts::add_pairs(Range& range, int end, std::span<const double> x, 
 }
 
 std::span<const Pair> CloseContacts::pairs(std::span<const double> x) {
-  bodies_.dimension == 3 ? update<3>(x) : update<2>(x);
+  const auto cover = [&]<int d>(std::integral_constant<int, d>) {
+    if (collected_at_.empty() || !covers<d>(0, bodies_.size(), x)) update<d>(x);
+  };
+  if (bodies_.dimension == 3)
+    cover(std::integral_constant<int, 3>{});
+  else
+    cover(std::integral_constant<int, 2>{});
   return pairs_;
 }
 
@@ -196,7 +209,7 @@ std::span<const Pair> CloseContacts::pairs(std::span<const double> x) {
 template <int d>
 void CloseContacts::update(std::span<const double> x) {
   constexpr int few = 4, many = 16;
-  if (uses_ < few) wanted_margin_ = std::min(2 * wanted_margin_, 0.5 * skin_);
+  if (uses_ < few) wanted_margin_ = std::min(2 * wanted_margin_, skin_);
   if (uses_ > many) wanted_margin_ = std::max(0.5 * wanted_margin_, 1e-3 * skin_);
   margin_ = searched_at_.empty() ? 0 : skin_ - 2 * largest_move<d>(x);
   if (!(margin_ >= 0.25 * wanted_margin_)) {
@@ -220,12 +233,16 @@ double CloseContacts::largest_move(std::span<const double> x) const {
 
 template <int d>
 void CloseContacts::collect(Range& range, int first, int end, std::span<const double> x) const {
-  range.i.clear(), range.j.clear(), range.per_reach.clear(), range.walls.clear();
-  for (const auto [i, j] : pairs_of(pairs_, first, end)) {
-    const double reach = bodies_.radius[i] + bodies_.radius[j];
-    if (!(squared_distance<d>(&x[d * i], &x[d * j]) < (reach + margin_) * (reach + margin_))) continue;
-    range.i.push_back(i), range.j.push_back(j), range.per_reach.push_back(1 / reach);
+  const std::span pairs = pairs_of(pairs_, first, end);
+  range.i.resize(pairs.size()), range.j.resize(pairs.size()), range.per_reach.resize(pairs.size());
+  std::size_t count = 0;
+  for (const auto [i, j] : pairs) {  // no branch: which pairs are close is hard to guess
+    const double reach = bodies_.radius[i] + bodies_.radius[j], within = reach + margin_;
+    range.i[count] = i, range.j[count] = j, range.per_reach[count] = 1 / reach;
+    count += squared_distance<d>(&x[d * i], &x[d * j]) < within * within;
   }
+  range.i.resize(count), range.j.resize(count), range.per_reach.resize(count);
+  range.walls.clear();
   for (std::size_t w = 0; w < potential_.walls().size(); ++w)
     for (int i = first; i < end; ++i)
       if (distance_from<d>(potential_.walls()[w], &x[d * i]) < bodies_.radius[i] + margin_)

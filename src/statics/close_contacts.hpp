@@ -42,6 +42,8 @@ class CloseContacts {
   template <int d>
   void evaluate_range(Range& range, int first, int end, std::span<const double> x, std::span<double> gradient) const;
   template <int d>
+  bool covers(int first, int end, std::span<const double> x) const;
+  template <int d>
   bool add_walls(Range& range, std::span<const double> x, std::span<double> gradient) const;
   template <int d>
   void add_pairs(Range& range, int end, std::span<const double> x, std::span<double> gradient) const;

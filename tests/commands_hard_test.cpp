@@ -161,6 +161,37 @@ TEST_CASE("a terminated run ends between two steps, with its last checkpoint") {
     }
 }
 
+// The charge of 10^30 C that is fed in .1 ms makes forces of 10^60 N: CVODE's step became 0, and one call of it endless.
+TEST_CASE("a force without measure ends the run in a sentence") {
+  const Folder folder;
+  folder.write("scene.toml", R"(seed = 1
+[domain]
+size = [0.02844, 0.02844]
+bottom = { potential = 0.0 }
+[medium]
+relative_permittivity = 4.7
+viscosity = 0.7
+[[population]]
+count = 12
+radius = 0.000775
+min_gap = 0.0001
+[effects.floating_conductors]
+[effects.current_source]
+current = 2e+35
+[effects.stokes_drag]
+[effects.hertz_contact]
+[effects.wall_contact]
+[effects.contact_discharge]
+[field]
+cells = 48
+[stop]
+time = 0.0001
+[output]
+every = 5e-5
+)");
+  check_refused(run_within_minutes(folder, "run scene.toml --quiet"), 1, "is pressed into a side of the domain");
+}
+
 TEST_CASE("a file that may grow no larger is an error of writing") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);

@@ -363,6 +363,8 @@ double Cvode::Implementation::advance(double from, double end) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(from), std::abs(end));
   if (end - from <= rounding) return end;
   store(y);
+  // A step that underflows to 0 makes CVODE's Newton iteration endless: it divides by the step before.
+  check(CVodeSetMinStep(memory, std::pow(std::numeric_limits<double>::epsilon(), 2) * (end - from)));
   thrown = nullptr;
   failed_trials = 0;
   const int high = 5, low = 2, patience = 300;

@@ -158,11 +158,11 @@ struct Minimization::Implementation {
 
   std::int64_t evaluations() const { return earlier_evaluations + minimizer->evaluations(); }
 
-  /// Once hardly a contact is made or lost any more, the energy is all but quadratic, and Newton's method ends in some
-  /// tens of evaluations. If it does not, something still gives way: L-BFGS again, to a smaller force.
+  /// Once hardly a contact is made or lost any more, the energy is nearly quadratic, and Newton's method ends in some ten
+  /// evaluations. If it does not, something still gives way: L-BFGS again, to a smaller force.
   void choose_method() {
     if (scene.minimize.method != MinimizeMethod::lbfgs_newton) return;
-    constexpr std::int64_t most_evaluations = 100;
+    constexpr std::int64_t most_evaluations = 30;
     const double unit = stiffness / diameter;
     if (method == MinimizeMethod::lbfgs && largest_force <= settled * unit) {
       change_to(MinimizeMethod::newton_cg);
@@ -178,7 +178,7 @@ struct Minimization::Implementation {
   statics::PotentialEnergy energy;
   double stiffness;       ///< J
   MinimizeMethod method;  ///< the one in use
-  double settled = 1e-4;  ///< the force (stiffness / diameter) from which on the contacts are taken to have settled
+  double settled = 1e-5;  ///< the force (stiffness / diameter) from which on the contacts are taken to have settled
   std::unique_ptr<minimize::Minimizer> minimizer;
   std::int64_t iteration = 0;
   std::int64_t earlier_evaluations = 0;  ///< before this minimizer

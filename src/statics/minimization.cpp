@@ -158,8 +158,8 @@ struct Minimization::Implementation {
 
   std::int64_t evaluations() const { return earlier_evaluations + minimizer->evaluations(); }
 
-  /// Once hardly a contact is made or lost any more, the energy is nearly quadratic, and Newton's method ends in some ten
-  /// evaluations. If it does not, something still gives way: L-BFGS again, to a smaller force.
+  /// Once hardly a contact is made or lost any more, the energy is nearly quadratic, and Newton's method ends in some
+  /// ten evaluations. If it does not, something still gives way: L-BFGS again, to a smaller force.
   void choose_method() {
     if (scene.minimize.method != MinimizeMethod::lbfgs_newton) return;
     constexpr std::int64_t most_evaluations = 30;

@@ -285,8 +285,8 @@ TEST_CASE("theories outside of their range say what it is") {
   refused("monopolar --scene gas.toml", "theory monopolar is for a constant restitution");
   refused("haff --scene none.toml", "none.toml");
   refused("haff gas.h5 --scene gas.toml", "excludes");
-  refused("haff --restitution 0.5", "--restitution and --charge-number are for theory stability");
-  refused("stability --cells 8", "--cells, --seed, --space, --separated and --field are for theory hydrodynamics");
+  refused("haff --restitution 0.5", "--restitution is for theory stability and theory hydrodynamics, not for theory haff");
+  refused("stability --cells 8", "--cells is for theory hydrodynamics, not for theory stability");
   refused("hydrodynamics --restitution 1", "of a restitution in (0, 1), not of 1");
   refused("hydrodynamics --charge-number 101", "theory hydrodynamics is for R in [0, 100], not for 101");
   refused("hydrodynamics --cells 7", "--cells is for 8 to 1024 cells along an edge, not for 7");

@@ -23,6 +23,7 @@
 #include "src/commands/commands.hpp"
 #include "src/commands/self_description.hpp"
 #include "src/commands/streams.hpp"
+#include "src/commands/theory_kind.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/scene.hpp"
@@ -39,12 +40,6 @@ std::vector<std::string> take_petsc_options(std::vector<std::string>& arguments)
   std::vector<std::string> options(mark + 1, arguments.end());
   arguments.erase(mark, arguments.end());
   return options;
-}
-
-std::vector<Command> all_commands() {
-  return {run_command(),     solve_command(),  explain_command(),        plot_command(),
-          film_command(),    view_command(),   export_command(),         analyse_command(),
-          network_command(), theory_command(), work_precision_command(), ensemble_command()};
 }
 
 /// "; did you mean `plot`?", or nothing if none of the words is near.
@@ -78,8 +73,7 @@ void check_optional_value(const std::vector<std::string>& arguments, const std::
 }
 
 /// Joins `--json FILE` to `--json=FILE` where the word after such an option is its value: CLI11 never takes it for one.
-void join_optional_values(std::vector<std::string>& arguments) {
-  const std::vector<Command> commands = all_commands();
+void join_optional_values(std::vector<std::string>& arguments, const std::vector<Command>& commands) {
   const auto command = std::ranges::find(commands, arguments.front(), &Command::name);
   if (command == commands.end()) return;
   for (const Argument& argument : command->arguments)
@@ -165,11 +159,11 @@ std::string help_text(const CLI::App& program, const std::string& topic, const s
 }
 
 /// `program`: whose help it prints.
-Command help_command(const CLI::App* program) {
+Command help_command(const CLI::App* program, const std::vector<Command>& commands) {
   auto words = std::make_shared<std::array<std::string, 2>>();
   auto& [topic, part] = *words;
   std::vector<std::string> topics{"scene", "completion", "man"};
-  for (const Command& command : all_commands()) topics.push_back(command.name);
+  for (const Command& command : commands) topics.push_back(command.name);
   return {"help",
           "Explains a command, or with `help scene` every key of a scene file",
           {{"TOPIC",
@@ -183,11 +177,11 @@ Command help_command(const CLI::App* program) {
 /// For completion and the manual page, which run none of them.
 std::vector<Command> described_commands() {
   std::vector<Command> commands = all_commands();
-  commands.push_back(help_command(nullptr));
+  commands.push_back(help_command(nullptr, commands));
   return commands;
 }
 
-void declare(CLI::App& program) {
+void declare(CLI::App& program, const std::vector<Command>& commands) {
   const Version version = lichtenberg_version();
   program.set_version_flag("--version", fmt::format("lichtenberg {} ({})", version.number, version.commit));
   program.require_subcommand(1);
@@ -195,8 +189,8 @@ void declare(CLI::App& program) {
       "To begin: write a scene from what `lichtenberg help scene` lists, or take one from scenes/ of the source\n"
       "(share/lichtenberg/scenes where it is installed); then explain, run or solve it.\n"
       "Everything after --petsc goes to PETSc, as in --petsc -field_ksp_view.");
-  for (const Command& command : all_commands()) declare(program, command);
-  declare(program, help_command(&program));
+  for (const Command& command : commands) declare(program, command);
+  declare(program, help_command(&program, commands));
 }
 
 /// Refuses an argument that the command does not know.
@@ -215,10 +209,10 @@ void declare(CLI::App& program) {
                                meant ? fmt::format("; did you mean --{}?", *meant) : ";", help));
 }
 
-void dispatch(std::vector<std::string> arguments) {
+void dispatch(std::vector<std::string> arguments, const std::vector<Command>& commands) {
   CLI::App program("Charged conductors in a dielectric: how they move, touch, exchange charge and form structures.",
                    "lichtenberg");
-  declare(program);
+  declare(program, commands);
   if (arguments.empty()) throw InputError("no command was given; `lichtenberg help` lists them");
   std::string help = "lichtenberg help";
   if (!arguments.front().starts_with('-')) {
@@ -226,7 +220,7 @@ void dispatch(std::vector<std::string> arguments) {
     help += " " + arguments.front();
   }
   check_empty_values(arguments);
-  join_optional_values(arguments);
+  join_optional_values(arguments, commands);
   try {
     std::reverse(arguments.begin(), arguments.end());  // CLI11 reads the arguments from the back
     program.parse(arguments);
@@ -290,7 +284,22 @@ int status_of(const std::function<int()>& work) {
 
 }  // namespace
 
-int run_command_line(std::vector<std::string> arguments) {
+std::vector<Command> all_commands() {
+  return {run_command(),
+          solve_command(),
+          explain_command(),
+          plot_command(),
+          film_command(),
+          view_command(),
+          export_command(),
+          analyse_command(),
+          network_command(),
+          theory_command(theory_kinds()),
+          work_precision_command(),
+          ensemble_command()};
+}
+
+int run_command_line(std::vector<std::string> arguments, const std::vector<Command>& commands) {
   prepare_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no larger is an error of writing, with a sentence
   const int status = status_of([&] {
@@ -300,7 +309,7 @@ int run_command_line(std::vector<std::string> arguments) {
     const bool first = parallel::join_processes([&](parallel::Message& message) { shares(message); });
     if (!first) return 0;  // one of mpirun's that only helped the first
     const bool explains = !arguments.empty() && arguments.front() == "explain";  // options are for the run
-    dispatch(std::move(arguments));
+    dispatch(std::move(arguments), commands);
     if (!explains) warn_of_unused_options();
     finish_output();
     return 0;

@@ -51,7 +51,6 @@ Command view_command();
 Command export_command();
 Command analyse_command();
 Command network_command();
-Command theory_command();
 Command work_precision_command();
 Command ensemble_command();
 

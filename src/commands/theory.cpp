@@ -1,5 +1,5 @@
 #include <fmt/format.h>
-#include <unistd.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,39 +8,32 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
-#include <tuple>
+#include <utility>
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
-#include "src/commands/progress.hpp"
 #include "src/commands/reading.hpp"
 #include "src/commands/streams.hpp"
-#include "src/commands/theory_flow.hpp"
-#include "src/commands/theory_tables.hpp"
+#include "src/commands/theory_kind.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/result.hpp"
-#include "src/theory/stability.hpp"
 
 namespace lichtenberg {
 namespace {
 
 struct TheoryArguments {
-  std::string name, result, scene, csv, picture, field;
+  std::string name, result, scene, csv, picture;
   JsonTarget json;
   std::vector<std::string> settings;
-  std::optional<double> restitution, charge_number;
-  std::optional<int> cells, seed;
-  bool plot = false, space = false, separated = false, overwrite = false;
+  TheoryOptions options;
+  bool plot = false, overwrite = false;
 };
 
-const std::vector<std::string> theory_names = {"haff",    "monopolar", "restitution",   "smoluchowski",
-                                               "kinetic", "stability", "hydrodynamics", "all"};
-
-GasParameters parameters_of(const TheoryArguments& request) {
+std::optional<GasParameters> gas_of(const TheoryArguments& request, const TheoryKind& kind) {
   if (!request.result.empty()) {
     const Result result(request.result);
     GasParameters gas = gas_parameters(result.scene());
@@ -48,65 +41,17 @@ GasParameters parameters_of(const TheoryArguments& request) {
     return gas;
   }
   if (!request.scene.empty()) return gas_parameters(read_scene(request.scene, settings_of(request.settings)));
-  return request.name == "monopolar" ? source_monopolar_gas() : source_gas();
+  return kind.usual_gas ? std::optional(kind.usual_gas()) : std::nullopt;
 }
 
-bool has_scene(const TheoryArguments& request) { return !request.scene.empty() || !request.result.empty(); }
-
-/// Restitution and R: what is asked for, else the gas's, else those of G 6.1 (f).
-std::pair<double, double> stability_numbers(const TheoryArguments& request) {
-  double eps = 0.7, charged = 0.9;
-  if (has_scene(request)) {
-    const GasParameters gas = parameters_of(request);
-    eps = mean_restitution(gas);
-    // The mean of charges that grains exchange is 0.
-    charged = gas.exchange ? 0 : theory::charge_number(gas.coupling, gas.density, gas.mean_charge, gas.temperature);
-  }
-  return {request.restitution.value_or(eps), request.charge_number.value_or(charged)};
-}
-
-TheoryAnswer flow_of(const TheoryArguments& request) {
-  const GasParameters gas = parameters_of(request);
-  const auto [eps, charged] = stability_numbers(request);
-  const double unit = theory::hydrodynamic_length(gas.density);
-  const double last_picture = 1.19e12;  // t_0, of G A5.3 (b)
-  Lattice last;
-  std::optional<Progress> progress;  // on a terminal
-  const auto at = [&](double own, double end) {
-    if (!progress) progress.emplace(0, end, !isatty(STDERR_FILENO));
-    if (progress->due()) progress->show(fmt::format("own time {:.1f} of {:.1f}", own, end), own);
-  };
-  const TheoryAnswer answer =
-      flow_theory({.restitution = eps,
-                   .charge_number = charged,
-                   .length = std::cbrt(gas.grains / gas.density) / unit,
-                   .grains = gas.grains,
-                   .end = has_scene(request) ? gas.end * std::sqrt(2 * gas.temperature) / unit : last_picture,
-                   .charges_last = has_scene(request),
-                   .separated = request.separated,
-                   .dimension = request.space ? 3 : 2,
-                   .cells = request.cells.value_or(request.space ? 24 : 32),
-                   .seed = static_cast<std::uint64_t>(request.seed.value_or(1)),
-                   .at = at},
-                  last);
-  if (!request.field.empty()) write_lattice_vtkhdf(request.field, last);
-  return answer;
-}
-
-TheoryAnswer answer_to(const TheoryArguments& request) {
-  if (request.name == "stability") return std::apply(stability_theory, stability_numbers(request));
-  if (request.name == "hydrodynamics") return flow_of(request);
-  const bool needs_gas = request.name != "smoluchowski" || has_scene(request);
-  const std::optional<GasParameters> gas = needs_gas ? std::optional(parameters_of(request)) : std::nullopt;
+TheoryAnswer answer_to(const TheoryArguments& request, const TheoryKind& kind) {
+  const std::optional<GasParameters> gas = gas_of(request, kind);
   std::optional<GasCourse> course;
   if (!request.result.empty()) course.emplace(request.result, gas->warm_up);
-  const GasCourse* run = course ? &*course : nullptr;
-  if (request.name == "haff") return haff_theory(*gas, run);
-  if (request.name == "monopolar") return monopolar_theory(*gas, run);
-  if (request.name == "restitution") return restitution_theory(*gas);
-  if (request.name == "kinetic") return kinetic_theory(*gas, run);
-  if (request.name == "all") return all_theories(*gas, run);
-  return smoluchowski_theory(gas ? &*gas : nullptr, run);
+  return kind.answer({.gas = gas,
+                      .of_scene = !request.scene.empty() || !request.result.empty(),
+                      .run = course ? &*course : nullptr,
+                      .options = request.options});
 }
 
 std::string source_of(const TheoryArguments& request) {
@@ -260,27 +205,45 @@ std::string theory_picture(const TheoryArguments& request) {
   return fmt::format("{}-{}.png", stem, request.name);
 }
 
+/// Throws InputError for the first option that is given and that the theory does not take.
+void check_options(const TheoryOptions& given, const TheoryKind& kind, const std::vector<TheoryKind>& kinds) {
+  const std::pair<const char*, bool> options[] = {{"--restitution", given.restitution.has_value()},
+                                                  {"--charge-number", given.charge_number.has_value()},
+                                                  {"--cells", given.cells.has_value()},
+                                                  {"--seed", given.seed.has_value()},
+                                                  {"--space", given.space},
+                                                  {"--separated", given.separated},
+                                                  {"--field", !given.field.empty()}};
+  const auto takes = [](const TheoryKind& k, const std::string& option) {
+    return std::ranges::find(k.options, option) != k.options.end();
+  };
+  for (const auto& [option, is_given] : options) {
+    if (!is_given || takes(kind, option)) continue;
+    std::vector<std::string> others;
+    for (const TheoryKind& other : kinds)
+      if (takes(other, option)) others.push_back("theory " + other.name);
+    throw InputError(fmt::format("{} is for {}, not for theory {}", option, fmt::join(others, " and "), kind.name));
+  }
+  if (given.seed && *given.seed < 0) throw InputError(fmt::format("--seed is 0 or more, not {}", *given.seed));
+}
+
 void check_theory(const TheoryArguments& request) {
-  const bool flow = request.name == "hydrodynamics";
-  if ((request.restitution || request.charge_number) && request.name != "stability" && !flow)
-    throw InputError("--restitution and --charge-number are for theory stability and theory hydrodynamics");
-  if ((request.cells || request.seed || request.space || request.separated || !request.field.empty()) && !flow)
-    throw InputError("--cells, --seed, --space, --separated and --field are for theory hydrodynamics");
-  if (request.seed && *request.seed < 0) throw InputError(fmt::format("--seed is 0 or more, not {}", *request.seed));
   if (!request.settings.empty() && request.scene.empty())
     throw InputError("--set changes a key of the scene that --scene names: it needs --scene");
   if (!request.picture.empty() && !request.plot) throw InputError("--out is for the picture that --plot draws");
   if (request.plot) check_picture("--out", theory_picture(request));
-  const std::vector<std::string> written{request.json.file(), request.csv, request.field,
+  const std::vector<std::string> written{request.json.file(), request.csv, request.options.field,
                                          request.plot ? theory_picture(request) : ""};
   check_overwrite(request.overwrite, written, "--plot, --csv, --field or --json=FILE");
   check_outputs(written, {request.result, request.scene}, request.overwrite);
 }
 
-void tell_theory(const TheoryArguments& request) {
+void tell_theory(const TheoryArguments& request, const std::vector<TheoryKind>& kinds) {
+  const TheoryKind& kind = *std::ranges::find(kinds, request.name, &TheoryKind::name);
+  check_options(request.options, kind, kinds);
   check_theory(request);
   if (!request.result.empty()) read_in_child({request.result});
-  const TheoryAnswer answer = answer_to(request);
+  const TheoryAnswer answer = answer_to(request, kind);
   const std::string source = source_of(request);
   if (!request.json.printed()) print_answer(answer, source);
   if (!request.json.word.empty()) request.json.put(json_of(answer, source), 1);
@@ -290,12 +253,14 @@ void tell_theory(const TheoryArguments& request) {
 
 }  // namespace
 
-Command theory_command() {
+Command theory_command(const std::vector<TheoryKind>& kinds) {
   auto request = std::make_shared<TheoryArguments>();
+  std::vector<std::string> names;
+  for (const TheoryKind& kind : kinds) names.push_back(kind.name);
   return {
       "theory",
       "Says what theories of a gas of grains expect: cooling, charging, merging, growth, stability, flow",
-      {{"NAME", &request->name, "which one", {.required = true, .allowed = theory_names}},
+      {{"NAME", &request->name, "which one", {.required = true, .allowed = names}},
        {"RESULT", &request->result,
         "result file of a run (.h5), whose scene is taken and which is shown beside; its clusters too once `analyse` "
         "has found them"},
@@ -308,17 +273,18 @@ Command theory_command() {
        {"--out", &request->picture, "picture to write (default: SCENE, RESULT or theory, with -NAME.png)"},
        json_argument(request->json, "all rows", true),
        {"--csv", &request->csv, "CSV file to write, with all rows"},
-       {"--restitution", &request->restitution,
+       {"--restitution", &request->options.restitution,
         "of stability and hydrodynamics, in place of the gas's (default without one: .7)"},
-       {"--charge-number", &request->charge_number, "their R, in place of the gas's (default without one: .9)"},
-       {"--cells", &request->cells, "of hydrodynamics, along an edge (default: 32, in space 24)"},
-       {"--space", &request->space, "hydrodynamics in space, in place of a plane"},
-       {"--separated", &request->separated,
+       {"--charge-number", &request->options.charge_number, "their R, in place of the gas's (default without one: .9)"},
+       {"--cells", &request->options.cells, "of hydrodynamics, along an edge (default: 32, in space 24)"},
+       {"--space", &request->options.space, "hydrodynamics in space, in place of a plane"},
+       {"--separated", &request->options.separated,
         "hydrodynamics from charges of either sign, apart from each other (G A5.3)"},
-       {"--seed", &request->seed, "of the noise that disturbs hydrodynamics (default: 1)"},
-       {"--field", &request->field, "write the last fields of hydrodynamics to this file (VTKHDF, for ParaView)"},
+       {"--seed", &request->options.seed, "of the noise that disturbs hydrodynamics (default: 1)"},
+       {"--field", &request->options.field,
+        "write the last fields of hydrodynamics to this file (VTKHDF, for ParaView)"},
        {"--overwrite", &request->overwrite, "replace files that exist"}},
-      [request] { tell_theory(*request); }};
+      [request, kinds] { tell_theory(*request, kinds); }};
 }
 
 }  // namespace lichtenberg

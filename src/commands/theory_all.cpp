@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
-#include "src/commands/theory_tables.hpp"
+#include "src/commands/theory_kind.hpp"
 #include "src/theory/haff.hpp"
 #include "src/theory/smoluchowski.hpp"
 #include "src/theory/stability.hpp"
@@ -133,8 +133,7 @@ void show_run(TheoryTable& table, const GasParameters& gas, const GasCourse& run
   run.show(table, "structure", "analysis/density_structure/1", grains);
 }
 
-}  // namespace
-
+/// Haff's law, kinetic theory, coagulation and stability of one gas beside a run; nothing is fitted.
 TheoryAnswer all_theories(const GasParameters& gas, const GasCourse* run) {
   const std::vector<double> times = times_until(gas.end);
   const Course course = merging_course(gas, times);
@@ -158,6 +157,14 @@ TheoryAnswer all_theories(const GasParameters& gas, const GasCourse* run) {
   answer.figures.push_back({"restitution", "1", mean_restitution(gas), "the constant one of linear stability"});
   answer.figures.push_back({"coupling", "1", gas.coupling * gas.exchange->strength * gas.exchange->strength, "K Q^2"});
   return answer;
+}
+
+}  // namespace
+
+TheoryKind all_kind() {
+  return {.name = "all",
+          .answer = [](const TheoryRequest& request) { return all_theories(*request.gas, request.run); },
+          .usual_gas = source_gas};
 }
 
 }  // namespace lichtenberg

@@ -7,7 +7,7 @@
 
 #include "solvers/error.hpp"
 #include "src/commands/reading.hpp"
-#include "src/commands/theory_tables.hpp"
+#include "src/commands/theory_kind.hpp"
 #include "src/record/result_file.hpp"
 #include "src/theory/kinetic.hpp"
 #include "src/theory/kinetic_printed.hpp"
@@ -225,6 +225,8 @@ void GasCourse::show(TheoryTable& table, const std::string& column, const std::s
   for (double& y : table.found.back().y) y *= factor;
 }
 
+namespace {
+
 TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run) {
   const std::vector<double> times = times_until(gas.end);
   const auto states = theory::cool(gas.density, gas.impacts(), gas.temperature, times);
@@ -359,6 +361,32 @@ TheoryAnswer kinetic_theory(const GasParameters& gas, const GasCourse* run) {
   }
   answer.tables = {course, printed_table(2 * gas.exchange->exponent)};
   return answer;
+}
+
+}  // namespace
+
+TheoryKind haff_kind() {
+  return {.name = "haff",
+          .answer = [](const TheoryRequest& request) { return haff_theory(*request.gas, request.run); },
+          .usual_gas = source_gas};
+}
+
+TheoryKind monopolar_kind() {
+  return {.name = "monopolar",
+          .answer = [](const TheoryRequest& request) { return monopolar_theory(*request.gas, request.run); },
+          .usual_gas = source_monopolar_gas};
+}
+
+TheoryKind restitution_kind() {
+  return {.name = "restitution",
+          .answer = [](const TheoryRequest& request) { return restitution_theory(*request.gas); },
+          .usual_gas = source_gas};
+}
+
+TheoryKind kinetic_kind() {
+  return {.name = "kinetic",
+          .answer = [](const TheoryRequest& request) { return kinetic_theory(*request.gas, request.run); },
+          .usual_gas = source_gas};
 }
 
 }  // namespace lichtenberg

@@ -1,16 +1,19 @@
-#include "src/commands/theory_flow.hpp"
-
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <iterator>
 #include <numbers>
 
 #include "solvers/error.hpp"
 #include "solvers/granular_flow/flow.hpp"
 #include "solvers/random.hpp"
+#include "src/commands/progress.hpp"
+#include "src/commands/theory_kind.hpp"
+#include "src/record/vtkhdf.hpp"
 #include "src/theory/stability.hpp"
 
 namespace lichtenberg {
@@ -21,6 +24,19 @@ using granular_flow::Grid;
 using std::numbers::pi;
 using Complex = std::complex<double>;
 using Wave = std::array<int, 3>;
+
+/// The gas and the grid whose hydrodynamic equations are solved.
+struct FlowRequest {
+  double restitution = 0, charge_number = 0;
+  double length = 0;          ///< of the box, l_0
+  double grains = 0;          ///< whose thermal noise disturbs it
+  double end = 0;             ///< t_0 of the start
+  bool charges_last = false;  ///< or they fade as the thermal speed does (G 6.29)
+  bool separated = false;     ///< charges of either sign, apart from each other (G A5.3), or the same everywhere
+  int dimension = 2, cells = 0;
+  std::uint64_t seed = 1;
+  std::function<void(double own, double end)> at = {};  ///< told how far it is, in the gas's own time
+};
 
 constexpr int rows = 60;                             // of the course
 constexpr double first_picture = 3.48e2;             // t_0, of G A5.3 (a)
@@ -331,8 +347,7 @@ std::vector<TheoryFigure> grid_changes(const FlowRequest& request, const granula
   }
 }
 
-}  // namespace
-
+/// The course, with maps of it. `last` receives the last fields of the plane or of space.
 TheoryAnswer flow_theory(const FlowRequest& request, Lattice& last) {
   check_flow(request);
   const theory::TransportCoefficients c = theory::transport_coefficients(request.restitution);
@@ -356,6 +371,44 @@ TheoryAnswer flow_theory(const FlowRequest& request, Lattice& last) {
     answer.maps.push_back(maps_of(course[k], grid, times[k], table.columns[1].values[k]));
   last = lattice_of(course.back(), grid);
   return answer;
+}
+
+TheoryAnswer answer_to(const TheoryRequest& request) {
+  const GasParameters& gas = *request.gas;
+  const TheoryOptions& options = request.options;
+  const auto [eps, charged] = stability_numbers(request);
+  const double unit = theory::hydrodynamic_length(gas.density);
+  const double last_picture = 1.19e12;  // t_0, of G A5.3 (b)
+  Lattice last;
+  std::optional<Progress> progress;  // on a terminal
+  const auto at = [&](double own, double end) {
+    if (!progress) progress.emplace(0, end, !isatty(STDERR_FILENO));
+    if (progress->due()) progress->show(fmt::format("own time {:.1f} of {:.1f}", own, end), own);
+  };
+  const TheoryAnswer answer =
+      flow_theory({.restitution = eps,
+                   .charge_number = charged,
+                   .length = std::cbrt(gas.grains / gas.density) / unit,
+                   .grains = gas.grains,
+                   .end = request.of_scene ? gas.end * std::sqrt(2 * gas.temperature) / unit : last_picture,
+                   .charges_last = request.of_scene,
+                   .separated = options.separated,
+                   .dimension = options.space ? 3 : 2,
+                   .cells = options.cells.value_or(options.space ? 24 : 32),
+                   .seed = static_cast<std::uint64_t>(options.seed.value_or(1)),
+                   .at = at},
+                  last);
+  if (!options.field.empty()) write_lattice_vtkhdf(options.field, last);
+  return answer;
+}
+
+}  // namespace
+
+TheoryKind hydrodynamics_kind() {
+  return {.name = "hydrodynamics",
+          .answer = answer_to,
+          .usual_gas = source_gas,
+          .options = {"--restitution", "--charge-number", "--cells", "--seed", "--space", "--separated", "--field"}};
 }
 
 }  // namespace lichtenberg

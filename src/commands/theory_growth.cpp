@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "solvers/error.hpp"
 #include "src/analysis/gas_growth.hpp"
-#include "src/commands/theory_tables.hpp"
+#include "src/commands/theory_kind.hpp"
 #include "src/theory/smoluchowski.hpp"
 #include "src/theory/stability.hpp"
 
@@ -138,6 +139,8 @@ PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vecto
   return growth;
 }
 
+namespace {
+
 TheoryAnswer smoluchowski_theory(const GasParameters* gas, const GasCourse* run) {
   const std::vector<double> times = logarithmic_range(0.01, 2e3, 80);
   TheoryAnswer answer{"smoluchowski", "Coagulation of aggregates in flight (G 4.12, 4.13)", {}, {}};
@@ -190,6 +193,33 @@ TheoryAnswer stability_theory(double eps, double charge_number) {
                      slow < 0 ? "charged sound" : "the flow of charge, too slow to oscillate,")});
   answer.tables = {modes_table(c, charge_number), critical_table(c, eps)};
   return answer;
+}
+
+}  // namespace
+
+TheoryKind smoluchowski_kind() {
+  return {.name = "smoluchowski", .answer = [](const TheoryRequest& request) {
+            return smoluchowski_theory(request.gas ? &*request.gas : nullptr, request.run);
+          }};
+}
+
+std::pair<double, double> stability_numbers(const TheoryRequest& request) {
+  double eps = 0.7, charged = 0.9;
+  if (request.of_scene) {
+    const GasParameters& gas = *request.gas;
+    eps = mean_restitution(gas);
+    // The mean of charges that grains exchange is 0.
+    charged = gas.exchange ? 0 : theory::charge_number(gas.coupling, gas.density, gas.mean_charge, gas.temperature);
+  }
+  return {request.options.restitution.value_or(eps), request.options.charge_number.value_or(charged)};
+}
+
+TheoryKind stability_kind() {
+  return {
+      .name = "stability",
+      .answer = [](const TheoryRequest& request) { return std::apply(stability_theory, stability_numbers(request)); },
+      .usual_gas = source_gas,
+      .options = {"--restitution", "--charge-number"}};
 }
 
 }  // namespace lichtenberg

@@ -93,20 +93,6 @@ class GasCourse {
   std::set<std::string> of_other_shapes_;
 };
 
-// The theories, each with what it is asked for. Throw InputError for a gas that is outside of what they hold for.
-// `run`: null without a result.
-TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run);
-TheoryAnswer monopolar_theory(const GasParameters& gas, const GasCourse* run);
-TheoryAnswer restitution_theory(const GasParameters& gas);
-TheoryAnswer kinetic_theory(const GasParameters& gas, const GasCourse* run);
-/// Of the source's two kernels; of a gas that charges and merges also by its own time, at the pace of kinetic theory.
-/// `gas`: null without a scene.
-TheoryAnswer smoluchowski_theory(const GasParameters* gas, const GasCourse* run);
-/// Haff's law, kinetic theory, coagulation and stability of one gas, and the run beside them; nothing is fitted.
-TheoryAnswer all_theories(const GasParameters& gas, const GasCourse* run);
-/// Of a constant restitution and R.
-TheoryAnswer stability_theory(double restitution, double charge_number);
-
 /// Numbers of a gas that most theories say first.
 std::vector<TheoryFigure> common_figures(const GasParameters& gas);
 /// The constant restitution that loses as much as the gas's own at its temperature.

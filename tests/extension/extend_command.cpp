@@ -1,0 +1,46 @@
+// A command that the program does not have, from outside, through headers alone.
+#include <doctest/doctest.h>
+
+#include <memory>
+
+#include "solvers/error.hpp"
+#include "src/commands/command_line.hpp"
+#include "src/effects/read_scene.hpp"
+#include "tests/scene_texts.hpp"
+#include "tests/source_folder.hpp"
+
+using namespace lichtenberg;
+
+namespace {
+
+struct CountArguments {
+  std::string scene;
+  int least = 0, found = 0;
+};
+
+/// `lichtenberg count SCENE [--least N]`: how many bodies a scene has.
+Command count_command(const std::shared_ptr<CountArguments>& request) {
+  return {"count",
+          "Counts the bodies of a scene",
+          {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
+           {"--least", &request->least, "fewer bodies than this are refused"}},
+          [request] {
+            request->found = static_cast<int>(read_scene(request->scene).conductors.size());
+            if (request->found < request->least) throw InputError(request->scene + ": too few bodies");
+          }};
+}
+
+}  // namespace
+
+TEST_CASE("a command from outside is read, run and explained by the command line") {
+  const auto request = std::make_shared<CountArguments>();
+  std::vector<Command> commands = all_commands();
+  commands.push_back(count_command(request));
+  const std::string scene = source_folder() + "/scenes/two-disks.toml";
+  CHECK(run_command_line({"count", scene}, commands) == 0);
+  CHECK(request->found == 2);
+  CHECK(run_command_line({"count", scene, "--least", "3"}, commands) == 2);
+  CHECK(run_command_line({"count"}, commands) == 2);
+  CHECK(run_command_line({"help", "count"}, commands) == 0);
+  CHECK(run_command_line({"explain", scene}, commands) == 0);  // the others are still there
+}

@@ -1,0 +1,61 @@
+// A theory that the program does not have: the mean free time of a gas, from outside, through headers alone.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "src/commands/command_line.hpp"
+#include "src/commands/theory_kind.hpp"
+#include "tests/folder.hpp"
+
+using namespace lichtenberg;
+
+namespace {
+
+/// Mean time between collisions of a grain of diameter and mass 1 over temperature:
+/// 1 / (4 sqrt(pi) n sqrt(T)), for a dilute gas of spheres.
+TheoryAnswer mean_free_time(const TheoryRequest& request) {
+  const GasParameters& gas = *request.gas;
+  const std::vector<double> temperatures = logarithmic_range(1e-4, 10, 11);
+  TheoryTable table{.name = "course", .title = "mean free time", .columns = {{"temperature", "1", "T", temperatures}}};
+  table.columns.push_back({"free_time", "t0", "mean free time", {}});
+  for (const double t : temperatures)
+    table.columns[1].values.push_back(1 / (4 * std::sqrt(std::numbers::pi * t) * gas.density));
+  return {"free-time", "Mean time between collisions", common_figures(gas), {table}};
+}
+
+int run_theory(const Folder& folder, const std::vector<std::string>& options) {
+  std::vector<TheoryKind> kinds = theory_kinds();
+  kinds.push_back({.name = "free-time", .answer = mean_free_time, .usual_gas = source_gas});
+  std::vector<std::string> words{"theory", "free-time", "--json=" + (folder / "answer.json").string()};
+  words.insert(words.end(), options.begin(), options.end());
+  return run_command_line(words, {theory_command(kinds)});
+}
+
+}  // namespace
+
+TEST_CASE("a theory from outside is told by the command line") {
+  const Folder folder;
+  REQUIRE(run_theory(folder, {}) == 0);
+  const auto answer = nlohmann::json::parse(std::ifstream(folder / "answer.json"));
+  CHECK(answer["theory"] == "free-time");
+  const auto& columns = answer["tables"][0]["columns"];
+  const auto temperature = columns["temperature"]["values"].get<std::vector<double>>(),
+             time = columns["free_time"]["values"].get<std::vector<double>>();
+  REQUIRE(time.size() == 11);
+  // A gas that is a hundred times hotter collides ten times as often, up to the rounding of a logarithm and a power.
+  CHECK(temperature.back() / temperature.front() == doctest::Approx(1e5).epsilon(1e-12));
+  CHECK(time.front() / time.back() == doctest::Approx(std::sqrt(1e5)).epsilon(1e-12));
+  // The program's own collision frequency, at the gas's temperature of 10, has the contact value beside.
+  const auto figure = [&](const std::string& name) {
+    for (const auto& each : answer["figures"])
+      if (each["name"] == name) return each["value"].get<double>();
+    return 0.0;
+  };
+  CHECK(figure("contact_value") / time.back() == doctest::Approx(figure("collision_frequency")).epsilon(1e-12));
+  CHECK(run_theory(folder, {"--cells", "16", "--overwrite"}) == 2);  // an option that it does not take
+}

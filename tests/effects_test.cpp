@@ -281,18 +281,23 @@ TEST_CASE("walls: derivatives agree with central differences") {
   }
 }
 
-TEST_CASE("Stokes drag") {
-  const effects::StokesDrag drag(0.7);
+TEST_CASE("Stokes drag: the model's forces and their derivatives are those of 6 pi viscosity R") {
+  Scene scene = scene_of({{0.05, 0.05}});
+  scene.effects.add<effects::StokesDragOptions>();
+  Model model = effects::make_model(scene);
   // 6 pi * 0.7 * 0.775e-3 = 1.022588e-2 kg/s
-  CHECK(drag.drag_coefficient(0.775e-3) == near(1.022588e-2, 1e-6));
-  Bodies bodies{.position = {0, 0}, .momentum = {2e-6, -1e-6}, .mass = {1e-5}, .radius = {0.775e-3}};
-  const std::vector<double> force = forces_of(drag, bodies);
+  CHECK(model.drag.linear()[0] == near(1.022588e-2, 1e-6));
+  CHECK(model.drag.is_linear());
+  const double mass = model.bodies.mass[0];
+  model.bodies.momentum = {0.2 * mass, -0.1 * mass};
+  std::vector<double> force(2);
+  model.forces(0, force);
   CHECK(force[0] == near(-1.022588e-2 * 0.2, 1e-6));
   CHECK(force[1] == near(1.022588e-2 * 0.1, 1e-6));
   ForceJacobian jacobian(2);
-  drag.add_jacobian({0, bodies, {}}, jacobian);
+  model.jacobian(0, jacobian);
   REQUIRE(jacobian.by_momentum.size() == 2);
-  CHECK(jacobian.by_momentum[1].value * bodies.momentum[1] == near(force[1]));
+  CHECK(jacobian.by_momentum[1].value * model.bodies.momentum[1] == near(force[1]));
 }
 
 TEST_CASE("the field problem of a scene: bodies, groups, charges per metre of depth, sides") {

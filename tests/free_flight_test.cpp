@@ -65,7 +65,7 @@ TEST_CASE("with drag the fall solves m dv/dt = F + rate t - drag v, on both side
 
 TEST_CASE("free flight is what CVODE finds, in one step") {
   Thrown exact, solved;
-  mechanics::FreeFlight flight(exact.model, mechanics::drag_coefficients(exact.model));
+  mechanics::FreeFlight flight(exact.model);
   CHECK(flight.advance(1, 1.02, exact.held, {}) == 1.02);
   mechanics::make_cvode(solved.scene, solved.model).advance(1, 1.02);
   for (int c = 0; c < 4; ++c) {
@@ -76,13 +76,13 @@ TEST_CASE("free flight is what CVODE finds, in one step") {
 
 TEST_CASE("free flight ends at the first event in its direction") {
   Thrown pair;
-  mechanics::FreeFlight flight(pair.model, mechanics::drag_coefficients(pair.model));
+  mechanics::FreeFlight flight(pair.model);
   // The first conductor is thrown to the right and driven back: x - 0.0101 rises at 0.4 ms through zero and falls
   // later.
   const double line = 0.0101;
   const auto first_passage = [&](int direction) {
     Thrown fresh;
-    mechanics::FreeFlight f(fresh.model, mechanics::drag_coefficients(fresh.model));
+    mechanics::FreeFlight f(fresh.model);
     const mechanics::Events events{.direction = {direction, +1},
                                    .values =
                                        [&](std::span<double> value) {
@@ -114,7 +114,7 @@ TEST_CASE("CVODE moves the bodies that are pushed, and events look at those that
                              .longest_step = [](std::span<const double>) { return 1e-3; },
                              .watched = {0, 1}};
   };
-  mechanics::FreeFlight flight(mixed.model, mechanics::drag_coefficients(mixed.model));
+  mechanics::FreeFlight flight(mixed.model);
   mechanics::Cvode cvode = mechanics::make_cvode(mixed.scene, mixed.model);
   const double time = flight.advance(1, 1.05, mixed.held, events_of(mixed), {1}, cvode);
   const double expected = mechanics::make_cvode(solved.scene, solved.model).advance(1, 1.05, events_of(solved));
@@ -129,7 +129,7 @@ TEST_CASE("CVODE moves the bodies that are pushed, and events look at those that
 
 TEST_CASE("free flight is for bodies out of reach of each other, of walls and electrodes, and no others") {
   Thrown pair;
-  const mechanics::FreeFlight flight(pair.model, mechanics::drag_coefficients(pair.model));
+  const mechanics::FreeFlight flight(pair.model);
   const double gap = 0.04 - 2 * radius, to_side = 0.01 - radius;
   const std::vector<int> none, first{0}, both{0, 1};
   CHECK(flight.pushed(std::vector{0.1 * gap, 0.85 * gap}) == none);
@@ -140,5 +140,5 @@ TEST_CASE("free flight is for bodies out of reach of each other, of walls and el
   scene.effects.add<effects::HertzContactOptions>();
   Model touching = effects::make_model(
       scene, effects::made(std::make_unique<effects::FloatingConductors>(scene, std::make_unique<LineCharges>())));
-  CHECK(mechanics::FreeFlight(touching, {drag, drag}).pushed(std::vector{0.0, 0.0}) == both);
+  CHECK(mechanics::FreeFlight(touching).pushed(std::vector{0.0, 0.0}) == both);
 }

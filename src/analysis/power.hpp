@@ -13,7 +13,7 @@ namespace lichtenberg::analysis {
 struct Power {
   /// Of what feeds currents into conductors: each brings its current at the conductor's potential, sum_i J_i phi_i.
   double source = 0;
-  double drag = 0;     ///< dissipated by drag, sum_i 6 pi eta R_i v_i^2 of Stokes's
+  double drag = 0;     ///< heat of drag, sum_i 6 pi eta R_i v_i^2 of Stokes's
   double field = 0;    ///< what the field's forces do, sum_i F_i . v_i
   double kinetic = 0;  ///< J, energy of motion
   double elastic = 0;  ///< J, stored by effects, in contacts with each other and with walls, by weight

@@ -51,7 +51,7 @@ bool is_fed_dragged_and_discharged(const Scene& scene) {
   Model model = effects::make_model_without_field(scene);
   std::vector<double> current(model.bodies.size());
   model.currents(0, current);
-  return current.front() != 0 && model.drag_coefficient(scene.conductors.front().radius) > 0 &&
+  return current.front() != 0 && model.drag.is_linear() && model.drag.linear().front() > 0 &&
          number_in(scene, &EffectKind::contact_gap);
 }
 

@@ -84,7 +84,8 @@ class FloatingConductors : public Effect {
   const EffectKind& kind() const override { return FloatingConductorsOptions::kind(); }
   Needs needs() const override { return {.charges = true, .field = true}; }
   void add_forces(const State& state, std::span<double> force) const override;
-  bool is_held_or_drag() const override { return true; }
+  /// Held forces are linear in time: free flight has a closed form for them.
+  void mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
 
   /// Solves the field. Throws what the solver throws, and Failure (InputError before the first solve) for a conductor
   /// outside the domain, or one that touches another potential in a scene without contact_discharge.

@@ -22,19 +22,8 @@ const EffectKind& StokesDragOptions::kind() {
   return kind;
 }
 
-double StokesDrag::drag_coefficient(double radius) const { return 6 * std::numbers::pi * viscosity_ * radius; }
-
-void StokesDrag::add_forces(const State& state, std::span<double> force) const {
-  const Bodies& b = state.bodies;
-  for_each_asked(state, [&](int i) {
-    const double rate = drag_coefficient(b.radius[i]) / b.mass[i];
-    for (int k = i * b.dimension; k < (i + 1) * b.dimension; ++k) force[k] -= rate * b.momentum[k];
-  });
-}
-
-void StokesDrag::add_jacobian(const State& state, ForceJacobian& jacobian) const {
-  const Bodies& b = state.bodies;
-  for_each_asked(state, [&](int i) { jacobian.add_drag(i, -drag_coefficient(b.radius[i]) / b.mass[i]); });
+DragLaw StokesDrag::drag(const Bodies& bodies, int body) const {
+  return {.linear = 6 * std::numbers::pi * viscosity_ * bodies.radius[body]};
 }
 
 }  // namespace lichtenberg::effects

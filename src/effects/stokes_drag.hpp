@@ -15,11 +15,8 @@ class StokesDrag : public Effect {
   explicit StokesDrag(double viscosity) : viscosity_(viscosity) {}  ///< Pa s
 
   const EffectKind& kind() const override { return StokesDragOptions::kind(); }
-  void add_forces(const State& state, std::span<double> force) const override;
-  void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
-  bool is_held_or_drag() const override { return true; }
-  /// gamma of a sphere (kg/s); radius in m.
-  double drag_coefficient(double radius) const override;
+  DragLaw drag(const Bodies& bodies, int body) const override;
+  void mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
 
  private:
   double viscosity_;

@@ -10,8 +10,7 @@ int steps_in(double interval, double step) { return std::max(1, static_cast<int>
 
 }  // namespace
 
-Euler::Euler(Workplace workplace)
-    : at_(workplace), force_(at_.model.bodies.position.size()), drag_(drag_coefficients(at_.model)) {}
+Euler::Euler(Workplace workplace) : at_(workplace), force_(at_.model.bodies.position.size()) {}
 
 void Euler::advance(double time, double end) {
   const double start = time;
@@ -39,13 +38,16 @@ void Euler::mechanical_steps(double time, double end) {
   Bodies& bodies = at_.model.bodies;
   const int steps = steps_in(end - time, at_.scene.mechanics.euler_step);
   const double dt = (end - time) / steps;
+  const Drag& drag = at_.model.drag;
   double drag_work = 0;
   for (int k = 0; k < steps; ++k) {
     at_.between_steps();
     at_.model.forces(time + k * dt, force_);
+    for (int i = 0; !drag.is_linear() && i < bodies.size(); ++i)
+      drag_work += drag.nonlinear_power(i, norm(velocity_in_space(bodies, i))) * dt;
     for (std::size_t c = 0; c < force_.size(); ++c) {
-      drag_work +=
-          drag_[c / bodies.dimension] * std::pow(bodies.momentum[c] / bodies.mass[c / bodies.dimension], 2) * dt;
+      drag_work += drag.linear()[c / bodies.dimension] *
+                   std::pow(bodies.momentum[c] / bodies.mass[c / bodies.dimension], 2) * dt;
       bodies.position[c] += bodies.momentum[c] / bodies.mass[c / bodies.dimension] * dt;
       bodies.momentum[c] += force_[c] * dt;
     }

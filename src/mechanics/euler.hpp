@@ -20,7 +20,6 @@ class Euler : public Stepper {
 
   Workplace at_;
   std::vector<double> force_;  ///< N
-  std::vector<double> drag_;   ///< kg/s
 };
 
 }  // namespace lichtenberg::mechanics

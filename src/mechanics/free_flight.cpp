@@ -216,8 +216,10 @@ double FreeFall::speed(double velocity, double force, double rate) const {
 
 std::vector<int> FreeFlight::pushed(std::span<const double> travel) const {
   std::vector<bool> is_pushed(model_.bodies.size(), false);
-  for (const auto& effect : model_.effects)
-    if (!effect->is_held_or_drag()) effect->mark_pushed(model_.bodies, travel, is_pushed);
+  for (const auto& effect : model_.effects) effect->mark_pushed(model_.bodies, travel, is_pushed);
+  if (!model_.drag.is_linear())
+    for (int i = 0; i < model_.bodies.size(); ++i)
+      if (!model_.drag.is_linear(i)) is_pushed[i] = true;
   std::vector<int> found;
   for (int i = 0; i < model_.bodies.size(); ++i)
     if (is_pushed[i]) found.push_back(i);
@@ -260,7 +262,7 @@ double first_event(Flight& flight, const Events& events, Lookout& lookout, Beyon
 
 double FreeFlight::advance(double start, double end, const effects::HeldField& held, const Events& events) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
-  Flight flight(model_.bodies, *model_.team, drag_, held, start, seen_by(events, model_.bodies), total_force_);
+  Flight flight(model_.bodies, *model_.team, model_.drag.linear(), held, start, seen_by(events, model_.bodies), total_force_);
   Lookout lookout(events);
   flight.show(start);
   lookout.beyond();
@@ -287,7 +289,7 @@ double FreeFlight::advance(double start, double end, const effects::HeldField& h
   std::vector<int> watched;
   for (const int i : events.watched)
     if (!std::ranges::binary_search(pushed, i)) watched.push_back(i);
-  Flight flight(model_.bodies, *model_.team, drag_, held, start, std::move(watched), total_force_);
+  Flight flight(model_.bodies, *model_.team, model_.drag.linear(), held, start, std::move(watched), total_force_);
   const auto place = [&](double t) { flight.show(t); };
   const auto forces = [&](double t) {
     flight.show(t);

@@ -39,12 +39,11 @@ class LastFall {
   double t_ = 0, mass_ = 0, drag_ = 0;  ///< s, kg, kg/s
 };
 
-/// Bodies that touch nothing and feel a held electric force and drag alone: no equation is left to solve.
+/// Bodies that touch nothing and feel a held electric force and linear drag alone: no equation is left to solve.
 class FreeFlight {
  public:
-  /// The model must outlive this and have floating_conductors; `drag`: kg/s, a body.
-  FreeFlight(Model& model, std::vector<double> drag)
-      : model_(model), drag_(std::move(drag)), total_force_(model.bodies.position.size()) {}
+  /// The model must outlive this and have floating_conductors.
+  explicit FreeFlight(Model& model) : model_(model), total_force_(model.bodies.position.size()) {}
 
   /// The bodies on which more than that may act as long as body i moves by no more than travel[i] (m).
   std::vector<int> pushed(std::span<const double> travel) const;
@@ -58,7 +57,6 @@ class FreeFlight {
 
  private:
   Model& model_;
-  std::vector<double> drag_;
   std::vector<double> total_force_;  ///< N, on the bodies that events watch; kept for its memory alone
 };
 

@@ -3,8 +3,8 @@
 namespace lichtenberg::mechanics {
 
 Monolithic::Monolithic(Workplace workplace)
-    : at_(workplace), drag_(drag_coefficients(at_.model)), cvode_(make_cvode(at_.scene, at_.model)) {
-  book_drag(at_, drag_, cvode_);
+    : at_(workplace), cvode_(make_cvode(at_.scene, at_.model)) {
+  book_drag(at_, cvode_);
   cvode_.between_steps = at_.between_steps;
   if (at_.electrics) cvode_.before_forces = [this](double time) { solve_field(time); };
 }

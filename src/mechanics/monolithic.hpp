@@ -18,7 +18,6 @@ class Monolithic : public Stepper {
   double step(double time, double end);
 
   Workplace at_;
-  std::vector<double> drag_;  ///< kg/s
   Cvode cvode_;
 };
 

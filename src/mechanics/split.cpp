@@ -42,12 +42,12 @@ void find_longest_travel(const Model& model, std::span<const double> drag, const
 Split::Split(Workplace workplace)
     : at_(workplace),
       cvode_(make_cvode(at_.scene, at_.model)),
-      flight_(at_.model, drag_coefficients(at_.model)),
-      drag_(drag_coefficients(at_.model)),
+      flight_(at_.model),
+      drag_(at_.model.drag.linear()),
       largest_step_(at_.scene.mechanics.largest_step),
       shortest_step_(1e-9 * largest_step_),
       shortest_gap_(at_.electrics->contact_gap()) {
-  book_drag(at_, drag_, cvode_);
+  book_drag(at_, cvode_);
   cvode_.between_steps = at_.between_steps;
 }
 
@@ -206,14 +206,15 @@ double Split::wait(double time, double target, const Lookahead& ahead) {
   return limit > time ? advance(time, limit, at_.electrics->events(ahead, true)) : time;
 }
 
-/// Only bodies that may touch something need CVODE; in a scene with a circuit, whose drag it books, all do. Those that
+/// Only bodies that may touch something need CVODE; in a scene with a circuit, whose drag it books, all do, and with
+/// nonlinear drag, for which free flight has no closed form. Those that
 /// a collision throws farther than foreseen end the integration where Electrics::events says: as far as that all count
 /// that they might meet. Without contact_discharge there are no events, and all count. No value: all; none in it:
 /// nobody.
 std::optional<std::vector<int>> Split::moved_by_cvode(std::span<const double> travel,
                                                       std::span<const double> reach) const {
   const Stopwatch watch(at_.counters.mechanics_seconds);
-  if (at_.electrics->energy()) return {};
+  if (at_.electrics->energy() || !at_.model.drag.is_linear()) return {};
   std::vector<int> pushed = flight_.pushed(reach);
   if (pushed.empty() || flight_.pushed(travel).empty()) return std::vector<int>();
   if (!at_.electrics->has_contacts()) return {};
@@ -260,14 +261,18 @@ void Split::find_held_forces(double time, std::vector<Vec3>& force) const {
 /// that grew from nothing at the start. Of bodies alike in a row it is that of the largest defect.
 double Split::error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const {
   const std::vector<double>& mass = at_.model.bodies.mass;
+  const Drag& drag = at_.model.drag;
+  const auto resistance = [&](int body) {
+    return drag.is_linear(body) ? drag_[body] : drag.resistance(body, norm(velocity_in_space(at_.model.bodies, body)));
+  };
   const auto moved_by = [&](double defect2, int body) {
-    return displacement(std::sqrt(defect2), trial.time - since, mass[body], drag_[body]);
+    return displacement(std::sqrt(defect2), trial.time - since, mass[body], resistance(body));
   };
   const auto worst_of = [&](int first, int end) {
     double worst = 0, defect2 = 0;
     int like = first;
     for (int i = first; i < end; ++i) {
-      if (mass[i] != mass[like] || drag_[i] != drag_[like]) {
+      if (mass[i] != mass[like] || drag_[i] != drag_[like] || !drag.is_linear(i)) {
         worst = std::max(worst, moved_by(std::exchange(defect2, 0), like));
         like = i;
       }

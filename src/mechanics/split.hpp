@@ -71,7 +71,7 @@ class Split : public Stepper {
   Workplace at_;
   Cvode cvode_;
   FreeFlight flight_;
-  std::vector<double> drag_;  ///< kg/s
+  std::span<const double> drag_;  ///< kg/s, linear part: a lower bound
   double largest_step_, shortest_step_;
   double shortest_gap_;    ///< m
   double step_ = 0;        ///< s, allowed by the error control, from solve to solve; 0: to be estimated

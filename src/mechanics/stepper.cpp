@@ -1,6 +1,7 @@
 #include "src/mechanics/stepper.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "src/mechanics/euler.hpp"
 #include "src/mechanics/monolithic.hpp"
@@ -17,35 +18,35 @@ std::unique_ptr<Stepper> make_stepper(Workplace workplace) {
   return std::make_unique<Split>(workplace);
 }
 
-std::vector<double> drag_coefficients(const Model& model) {
-  std::vector<double> coefficients;
-  for (const double radius : model.bodies.radius) coefficients.push_back(model.drag_coefficient(radius));
-  return coefficients;
-}
-
 Cvode make_cvode(const Scene& scene, Model& model) {
   const Bodies& bodies = model.bodies;
   const double smallest = *std::ranges::min_element(bodies.radius);
   Accuracy accuracy{.relative = scene.mechanics.relative_tolerance,
                     .position = scene.mechanics.relative_tolerance * smallest,
                     .momentum = {}};
-  const std::vector<double> drag = drag_coefficients(model);
+  const std::span<const double> drag = model.drag.linear();
   for (int i = 0; i < bodies.size(); ++i)
     accuracy.momentum.push_back(std::max(drag[i], bodies.mass[i] / scene.mechanics.largest_step) * accuracy.position);
   return Cvode(model, accuracy);
 }
 
-void book_drag(const Workplace& at, const std::vector<double>& drag, Cvode& cvode) {
+void book_drag(const Workplace& at, Cvode& cvode) {
   EnergyBook* energy = at.electrics ? at.electrics->energy() : nullptr;
-  if (!energy || std::ranges::all_of(drag, [](double d) { return d == 0; })) return;
-  cvode.after_step = [energy, &bodies = at.model.bodies, &drag](double dt, const std::vector<double>& position,
-                                                                const std::vector<double>& momentum) {
+  const auto is_zero = [](double d) { return d == 0; };
+  if (!energy || (at.model.drag.is_linear() && std::ranges::all_of(at.model.drag.linear(), is_zero))) return;
+  cvode.after_step = [energy, &bodies = at.model.bodies, &drag = at.model.drag](
+                         double dt, const std::vector<double>& position, const std::vector<double>& momentum) {
     double work = 0;
-    for (std::size_t c = 0; c < position.size(); ++c) {
-      const std::size_t i = c / bodies.dimension;
-      const double before = momentum[c] / bodies.mass[i], after = bodies.momentum[c] / bodies.mass[i];
-      const double middle = 1.5 * (bodies.position[c] - position[c]) / dt - 0.25 * (before + after);
-      work += drag[i] * dt / 6 * (before * before + 4 * middle * middle + after * after);
+    for (int i = 0; i < bodies.size(); ++i) {
+      double before2 = 0, middle2 = 0, after2 = 0;
+      for (int c = i * bodies.dimension; c < (i + 1) * bodies.dimension; ++c) {
+        const double before = momentum[c] / bodies.mass[i], after = bodies.momentum[c] / bodies.mass[i];
+        const double middle = 1.5 * (bodies.position[c] - position[c]) / dt - 0.25 * (before + after);
+        work += drag.linear()[i] * dt / 6 * (before * before + 4 * middle * middle + after * after);
+        before2 += before * before, middle2 += middle * middle, after2 += after * after;
+      }
+      const auto power = [&](double speed2) { return drag.nonlinear_power(i, std::sqrt(speed2)); };
+      if (!drag.is_linear(i)) work += dt / 6 * (power(before2) + 4 * power(middle2) + power(after2));
     }
     energy->add_drag(work);
   };

@@ -40,17 +40,14 @@ class Stepper {
 /// The one that the scene's [mechanics] asks for.
 std::unique_ptr<Stepper> make_stepper(Workplace workplace);
 
-/// Drag coefficient of each body (kg/s): the sum over all effects.
-std::vector<double> drag_coefficients(const Model& model);
-
 /// CVODE at the accuracy that the scene asks for: positions to relative_tolerance of the smallest radius; momenta to
 /// the same fraction of themselves, but no finer than what carries a body that far before drag stops it (without drag:
 /// in one largest step).
 Cvode make_cvode(const Scene& scene, Model& model);
 
-/// Has the work of drag (`drag`: kg/s, a body; must outlive this) booked after each step of CVODE, if the scene has a
-/// circuit: the integral of drag v^2 by Simpson's rule, with the velocity in the middle that the positions and
-/// velocities at the ends give.
-void book_drag(const Workplace& at, const std::vector<double>& drag, Cvode& cvode);
+/// Adds the heat of drag to the energy balance after each step of CVODE, if the scene has a circuit: the integral of
+/// force times speed by Simpson's rule, with the velocity in the middle that the positions and velocities at the ends
+/// give.
+void book_drag(const Workplace& at, Cvode& cvode);
 
 }  // namespace lichtenberg::mechanics

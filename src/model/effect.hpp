@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "src/model/bodies.hpp"
+#include "src/model/drag.hpp"
 #include "src/model/neighbours.hpp"
 
 namespace lichtenberg {
@@ -66,6 +67,8 @@ class ForceJacobian {
   void add_central(int i, int j, std::span<const double> n, double along, double across);
   /// Adds `rate` (1/s) to d(force on i) / d(momentum of i), the same for each component.
   void add_drag(int i, double rate);
+  /// Adds along * n n' + across * (1 - n n') (1/s) to the same; n is a unit vector with `dimension` components.
+  void add_drag(int i, std::span<const double> n, double along, double across);
 
   std::vector<Entry> by_position, by_momentum;  ///< entries of one place add up
 
@@ -96,11 +99,9 @@ class Effect {
   virtual void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const {
     (void)bodies, (void)travel, pushed.assign(pushed.size(), true);
   }
-  /// True if all its forces are held ones, linear in time until a stepper changes them, or its drag: free flight has a
-  /// closed form for both.
-  virtual bool is_held_or_drag() const { return false; }
-  /// kg/s: its forces oppose the velocity of a sphere of this radius (m) by so much.
-  virtual double drag_coefficient(double radius) const { return (void)radius, 0; }
+  /// Drag on a body, the same at any time and position. The model adds its force and derivative; its heat enters the
+  /// energy balance. So drag is no part of add_forces, and marks nobody as pushed. Grains have `drive` instead.
+  virtual DragLaw drag(const Bodies& bodies, int body) const { return (void)bodies, (void)body, DragLaw{}; }
 
   /// Adds the currents (A, [N]) that it feeds into the bodies; `state` has no neighbours.
   virtual void add_currents(const State& state, std::span<double> current) const { (void)state, (void)current; }

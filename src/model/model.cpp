@@ -15,11 +15,25 @@ namespace lichtenberg {
 
 std::string_view Effect::name() const { return kind().name; }
 
+namespace {
+
+/// Appends along * n n' + across * (1 - n n') in the rows of i and the columns of j.
+void append(std::vector<ForceJacobian::Entry>& entries, int i, int j, std::span<const double> n, double along,
+            double across) {
+  const int d = static_cast<int>(n.size());
+  for (int k = 0; k < d; ++k)
+    for (int l = 0; l < d; ++l)
+      entries.push_back({i * d + k, j * d + l, (along - across) * n[k] * n[l] + (k == l) * across});
+}
+
+}  // namespace
+
 void ForceJacobian::add_central(int i, int j, std::span<const double> n, double along, double across) {
-  for (int k = 0; k < dimension_; ++k)
-    for (int l = 0; l < dimension_; ++l)
-      by_position.push_back(
-          {i * dimension_ + k, j * dimension_ + l, (along - across) * n[k] * n[l] + (k == l) * across});
+  append(by_position, i, j, n.first(dimension_), along, across);
+}
+
+void ForceJacobian::add_drag(int i, std::span<const double> n, double along, double across) {
+  append(by_momentum, i, i, n.first(dimension_), along, across);
 }
 
 void ForceJacobian::add_drag(int i, double rate) {
@@ -56,10 +70,11 @@ double skin_for(const Bodies& bodies, double range) {
 }  // namespace
 
 Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector<double>& charge)
-    : bodies(std::move(b)), effects(std::move(e)) {
+    : bodies(std::move(b)), effects(std::move(e)), drag(bodies.size()), drag_at_(effects.size()) {
   refuse_namesakes(effects);
   const bool periodic = visit_spheres(bodies, [](const auto& s) { return s.box.any_periodic(); });
   std::optional<double> range;
+  for (std::size_t e = 0; e < effects.size(); ++e) add_drag_of(e);
   for (const auto& effect : effects) {
     effect->kind().check_dimension(bodies.dimension);
     if (periodic) effect->kind().check_periodic();
@@ -68,6 +83,17 @@ Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector
     if (needs.neighbour_range) range = std::max(*needs.neighbour_range, range.value_or(*needs.neighbour_range));
   }
   if (range && bodies.size() > 0) neighbours.emplace(*range, skin_for(bodies, *range));
+}
+
+void Model::add_drag_of(std::size_t e) {
+  const Effect& effect = *effects[e];
+  bool drags = false;
+  for (int i = 0; i < bodies.size(); ++i) drags |= drag.add(i, effect.drag(bodies, i));
+  if (!drags) return;
+  if (effect.kind().grains)
+    throw InputError(fmt::format("effects.{} has a law of drag, which grains do not follow: they have Effect::drive",
+                                 effect.name()));
+  drag_at_ = std::min(drag_at_, e);
 }
 
 double Model::largest_move() const {
@@ -85,14 +111,20 @@ void Model::forces(double time, AskedBodies& asked, std::span<double> force) {
   const State now = state(time, asked);
   const int d = bodies.dimension;
   for_each_asked(now, [&](int i) { std::fill_n(force.begin() + i * d, d, 0.0); });
-  for (const auto& effect : effects) effect->add_forces(now, force);
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    effects[e]->add_forces(now, force);
+    if (e == drag_at_) drag.add_forces(now, force);
+  }
   if (bodies.keep_height) for_each_asked(now, [&](int i) { force[i * d + 2] = 0; });
 }
 
 void Model::jacobian(double time, AskedBodies& asked, ForceJacobian& jacobian) {
   jacobian.clear();
   const State now = state(time, asked);
-  for (const auto& effect : effects) effect->add_jacobian(now, jacobian);
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    effects[e]->add_jacobian(now, jacobian);
+    if (e == drag_at_) drag.add_jacobian(now, jacobian);
+  }
 }
 
 void Model::currents(double time, std::span<double> current) {
@@ -106,12 +138,6 @@ double Model::stored_energy(double time) {
   double energy = 0;
   for (const auto& effect : effects) energy += effect->stored_energy(now);
   return energy;
-}
-
-double Model::drag_coefficient(double radius) const {
-  double coefficient = 0;
-  for (const auto& effect : effects) coefficient += effect->drag_coefficient(radius);
-  return coefficient;
 }
 
 double Model::charge_relaxation_time() const {

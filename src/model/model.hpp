@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "src/model/asked_bodies.hpp"
+#include "src/model/drag.hpp"
 #include "src/model/effect.hpp"
 
 namespace lichtenberg {
@@ -13,13 +14,14 @@ namespace lichtenberg {
 /// Bodies and the effects that act on them. Charges and a neighbour list exist only if an effect needs them.
 struct Model {
   /// `charge`: C, [N]; taken over only if an effect needs charges. Throws InputError for an effect that cannot do the
-  /// bodies' dimension or their box's periodic sides, for two of one name, and
-  /// for charges that are needed and are not one a body.
+  /// bodies' dimension or their box's periodic sides, for two of one name,
+  /// for charges that are needed and are not one a body, and for drag of grains or below 0.
   Model(Bodies bodies, std::vector<std::unique_ptr<Effect>> effects, const std::vector<double>& charge);
 
   Bodies bodies;
   std::vector<std::unique_ptr<Effect>> effects;
   std::optional<NeighbourList> neighbours;
+  Drag drag;  ///< of all effects; their forces are among forces()
   parallel::Team* team = &parallel::Team::single();  ///< that effects share their work among; outlives this
 
   /// Sum of all forces on the bodies as they are (N, [N * dimension], overwritten).
@@ -37,8 +39,6 @@ struct Model {
   /// Sum of m v^2 / 2 (J).
   double kinetic_energy() const;
 
-  /// Drag on a sphere of this radius (kg/s, m): the sum over all effects.
-  double drag_coefficient(double radius) const;
   /// In which every charge decays to 1/e of itself (s), by all effects together; infinite if none lets it decay.
   double charge_relaxation_time() const;
 
@@ -58,10 +58,12 @@ struct Model {
   State state(double time) { return state(time, everybody_); }
 
  private:
+  void add_drag_of(std::size_t effect);
   State state(double time, AskedBodies& asked);
   /// Nobody looks for pairs: that is a pass over all bodies.
   State state_without_neighbours(double time) { return {time, bodies, {}, *team, everybody_.bodies()}; }
 
+  std::size_t drag_at_;  ///< the first effect with drag, after whose forces all drag is added; else their number
   AskedBodies everybody_;
 };
 

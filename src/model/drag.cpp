@@ -1,0 +1,73 @@
+#include "src/model/drag.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "solvers/error.hpp"
+#include "src/model/effect.hpp"
+
+namespace lichtenberg {
+
+bool Drag::add(int body, const DragLaw& law) {
+  if (!(law.linear >= 0)) throw InputError(fmt::format("the drag of a body is {:g} kg/s: at least 0", law.linear));
+  linear_[body] += law.linear;
+  if (!law.nonlinear) return law.linear > 0;
+  nonlinear_.resize(linear_.size());
+  auto& sum = nonlinear_[body];
+  if (!sum) {
+    sum = law.nonlinear;
+  } else {
+    sum = [one = std::move(sum), other = law.nonlinear](double speed) {
+      const DragForce a = one(speed), b = other(speed);
+      return DragForce{a.force + b.force, a.slope + b.slope};
+    };
+  }
+  return true;
+}
+
+DragForce Drag::nonlinear(int body, double speed) const {
+  return is_linear(body) ? DragForce{} : nonlinear_[body](speed);
+}
+
+double Drag::resistance(int body, double speed) const {
+  const auto [force, slope] = nonlinear(body, speed);
+  return linear_[body] + (speed > 0 ? std::min(slope, force / speed) : slope);
+}
+
+double Drag::power(int body, Vec3 velocity) const {
+  return linear_[body] * norm2(velocity) + nonlinear_power(body, norm(velocity));
+}
+
+double Drag::nonlinear_power(int body, double speed) const { return nonlinear(body, speed).force * speed; }
+
+void Drag::add_forces(const State& state, std::span<double> force) const {
+  const Bodies& b = state.bodies;
+  for_each_asked(state, [&](int i) {
+    const int first = i * b.dimension, end = first + b.dimension;
+    const double rate = linear_[i] / b.mass[i];
+    for (int k = first; k < end; ++k) force[k] -= rate * b.momentum[k];
+    const double speed = is_linear(i) ? 0 : norm(velocity_in_space(b, i));
+    if (speed == 0) return;
+    const double more = nonlinear(i, speed).force / (speed * b.mass[i]);
+    for (int k = first; k < end; ++k) force[k] -= more * b.momentum[k];
+  });
+}
+
+void Drag::add_jacobian(const State& state, ForceJacobian& jacobian) const {
+  const Bodies& b = state.bodies;
+  for_each_asked(state, [&](int i) {
+    jacobian.add_drag(i, -linear_[i] / b.mass[i]);
+    if (is_linear(i)) return;
+    const Vec3 velocity = velocity_in_space(b, i);
+    const double speed = norm(velocity);
+    const auto [force, slope] = nonlinear(i, speed);
+    const Vec3 n = speed > 0 ? velocity / speed : Vec3{1, 0, 0};
+    const double across = speed > 0 ? force / speed : slope;
+    const std::array<double, 3> along = {n[0], n[1], n[2]};
+    jacobian.add_drag(i, std::span(along).first(b.dimension), -slope / b.mass[i], -across / b.mass[i]);
+  });
+}
+
+}  // namespace lichtenberg

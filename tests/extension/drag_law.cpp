@@ -1,0 +1,116 @@
+// A law of drag added from outside: quadratic drag of conductors, F = c v^2 against the velocity v.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "src/effects/leakage.hpp"
+#include "src/mechanics/simulation.hpp"
+#include "src/scene/effect_kind.hpp"
+#include "tests/line_charges.hpp"
+#include "tests/spheres.hpp"
+
+using namespace lichtenberg;
+using steel_spheres::mass;
+
+namespace {
+
+struct QuadraticDragOptions {
+  double coefficient = 2e-3;  ///< c, kg/m
+  bool is_declared = true;    ///< as drag; false: as a force like any other
+  static const EffectKind& kind();
+};
+
+class QuadraticDrag : public Effect {
+ public:
+  explicit QuadraticDrag(const QuadraticDragOptions& options) : options_(options) {}
+  const EffectKind& kind() const override { return QuadraticDragOptions::kind(); }
+  DragLaw drag(const Bodies&, int) const override {
+    if (!options_.is_declared) return {};
+    return {.nonlinear = [c = options_.coefficient](double v) { return DragForce{c * v * v, 2 * c * v}; }};
+  }
+  void add_forces(const State& state, std::span<double> force) const override {
+    const Bodies& b = state.bodies;
+    for (std::size_t k = 0; k < force.size() && !options_.is_declared; ++k)
+      force[k] -= options_.coefficient * norm(velocity_in_space(b, static_cast<int>(k) / b.dimension)) * b.momentum[k] /
+                  b.mass[k / b.dimension];
+  }
+
+ private:
+  QuadraticDragOptions options_;
+};
+
+const EffectKind& QuadraticDragOptions::kind() {
+  static const EffectKind kind = {.name = "quadratic_drag",
+                                  .description = "drag at high Reynolds number",
+                                  .help = "Drag c v^2.",
+                                  .options = QuadraticDragOptions{},
+                                  .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
+                                    return std::make_unique<QuadraticDrag>(*scene.effects.find<QuadraticDragOptions>());
+                                  }};
+  return kind;
+}
+
+constexpr double speed = 0.05, end = 0.5;             // m/s, s
+const Vec2 start = {0.02, 0.03}, along = {0.6, 0.8};  // m; direction of the velocity
+
+/// One uncharged conductor, in a fluid that leaks: then there is an energy balance.
+Scene one_conductor(Integrator integrator, FieldCoupling coupling, bool has_field) {
+  Scene scene = steel_spheres::scene_of({start});
+  scene.conductors[0].velocity = in_space(speed * along);
+  scene.mechanics.integrator = integrator;
+  scene.mechanics.coupling = coupling;
+  if (has_field) {
+    scene.effects.add<effects::FloatingConductorsOptions>();
+    scene.effects.add(effects::LeakageOptions{.conductivity = 1e-12});
+  }
+  return scene;
+}
+
+Simulation run(Scene scene, const QuadraticDragOptions& drag = {}) {
+  scene.effects.add(drag);
+  Simulation simulation(scene, steel_spheres::no_forces());
+  simulation.advance_to(end);
+  return simulation;
+}
+
+struct Way {
+  Integrator integrator;
+  FieldCoupling coupling;
+  bool has_field = true;
+};
+
+}  // namespace
+
+TEST_CASE("quadratic drag: each integrator gives the closed form, and the heat is what the motion lost") {
+  const double k = QuadraticDragOptions{}.coefficient / mass;                                // 1/m
+  const double way = std::log1p(k * speed * end) / k, left = speed / (1 + k * speed * end);  // m, m/s
+  for (const Way& how :
+       {Way{Integrator::cvode, FieldCoupling::split, false}, Way{Integrator::cvode, FieldCoupling::split},
+        Way{Integrator::cvode, FieldCoupling::monolithic}, Way{Integrator::euler, FieldCoupling::split}}) {
+    CAPTURE(name_of(how.integrator));
+    CAPTURE(name_of(how.coupling));
+    const Scene scene = one_conductor(how.integrator, how.coupling, how.has_field);
+    Simulation simulation = run(scene);
+    const ConductorFrame frame = simulation.now();
+    // Fractions of v and of the way. CVODE: each of some hundred steps may be wrong by its tolerance. Euler: errors of
+    // a step, dt^2 / 2 times the largest second derivatives 2 k^2 v^3 of v and k v^2 of x, add up, and none grows.
+    const double dt = scene.mechanics.euler_step;
+    const bool is_euler = how.integrator == Integrator::euler;
+    const double slower = is_euler ? dt * end * k * k * speed * speed * speed : 300 * 1e-6 * speed;
+    const double off = is_euler ? end * (slower + dt / 2 * k * speed * speed) : 300 * 1e-6 * steel_spheres::radius;
+    CHECK(std::abs(dot(plane(frame.velocity[0]), along) - left) < slower);
+    CHECK(std::abs(dot(plane(frame.position[0]) - start, along) - way) < off);
+    if (!how.has_field) continue;
+    const double lost = mass / 2 * (speed * speed - left * left);
+    CHECK(frame.energy_balance->flows.drag == doctest::Approx(lost).epsilon(is_euler ? 2 * k * speed * dt : 1e-4));
+    CHECK(std::ranges::none_of(simulation.summary().warnings, [](auto& w) { return w.contains("energy balance"); }));
+  }
+}
+
+TEST_CASE("quadratic drag as a plain force: the same motion, and the summary warns of the energy that is lost") {
+  const Scene scene = one_conductor(Integrator::cvode, FieldCoupling::split, true);
+  Simulation simulation = run(scene, {.is_declared = false}), declared = run(scene);
+  CHECK(steel_spheres::largest_distance(simulation.now(), declared.now()) < 1e-3 * steel_spheres::radius);
+  CHECK(std::ranges::any_of(simulation.summary().warnings, [](auto& w) { return w.contains("energy balance off"); }));
+}

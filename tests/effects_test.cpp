@@ -283,6 +283,7 @@ TEST_CASE("walls: derivatives agree with central differences") {
 
 TEST_CASE("Stokes drag: the model's forces and their derivatives are those of 6 pi viscosity R") {
   Scene scene = scene_of({{0.05, 0.05}});
+  scene.conductors[0].radius = 0.775e-3;
   scene.effects.add<effects::StokesDragOptions>();
   Model model = effects::make_model(scene);
   // 6 pi * 0.7 * 0.775e-3 = 1.022588e-2 kg/s

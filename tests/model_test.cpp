@@ -295,3 +295,42 @@ TEST_CASE("a central block has its stiffness along the normal and across it") {
   CHECK(jacobian.by_position[2].value == near(1.44));
   CHECK(jacobian.by_position[3].value == near(3.92));
 }
+
+TEST_CASE("drag: two laws add up, and their derivatives are those of the forces") {
+  for (const int dimension : {2, 3}) {
+    CAPTURE(dimension);
+    Bodies bodies{.dimension = dimension, .position = {0, 0, 0}, .momentum = {3, -4, 2}, .mass = {2}, .radius = {1}};
+    bodies.position.resize(dimension), bodies.momentum.resize(dimension);
+    Drag drag(1);
+    CHECK(drag.add(0, {.linear = 0.5, .nonlinear = [](double v) { return DragForce{v * v, 2 * v}; }}));
+    CHECK(!drag.is_linear());
+    CHECK(drag.add(0, {.nonlinear = [](double v) { return DragForce{v * v * v, 3 * v * v}; }}));
+    CHECK(!drag.add(0, {}));
+    const auto force = [&] {
+      std::vector<double> sum(dimension);
+      drag.add_forces({0, bodies, {}}, sum);
+      return sum;
+    };
+    const double v = norm(velocity_in_space(bodies, 0));
+    const double size = norm(vector_at(force(), dimension, 0));
+    CHECK(size == near(0.5 * v + v * v + v * v * v));
+    CHECK(drag.power(0, velocity_in_space(bodies, 0)) == near(size * v));
+    CHECK(drag.resistance(0, v) == near(0.5 + v + v * v));  // across the velocity: less than along it
+    ForceJacobian jacobian(dimension);
+    drag.add_jacobian({0, bodies, {}}, jacobian);
+    std::vector<double> analytic(dimension * dimension);
+    for (const auto& entry : jacobian.by_momentum) analytic[entry.row * dimension + entry.column] += entry.value;
+    for (int column = 0; column < dimension; ++column) {
+      const double middle = bodies.momentum[column], step = 1e-4;
+      bodies.momentum[column] = middle + step;
+      const std::vector<double> above = force();
+      bodies.momentum[column] = middle - step;
+      const std::vector<double> below = force();
+      bodies.momentum[column] = middle;
+      // The third derivatives are some times the first over v^2; 1e-8 of the step is left, and rounding over the step.
+      for (int row = 0; row < dimension; ++row)
+        CHECK(analytic[row * dimension + column] == near((above[row] - below[row]) / (2 * step), 1e-6));
+    }
+  }
+  CHECK_THROWS_AS(Drag(1).add(0, {.linear = -1}), InputError);
+}

@@ -74,7 +74,7 @@ Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector
   refuse_namesakes(effects);
   const bool periodic = visit_spheres(bodies, [](const auto& s) { return s.box.any_periodic(); });
   std::optional<double> range;
-  for (std::size_t e = 0; e < effects.size(); ++e) add_drag_of(e);
+  for (std::size_t k = 0; k < effects.size(); ++k) add_drag_of(k);
   for (const auto& effect : effects) {
     effect->kind().check_dimension(bodies.dimension);
     if (periodic) effect->kind().check_periodic();

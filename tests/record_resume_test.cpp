@@ -59,6 +59,22 @@ TEST_CASE("a resumed run goes on where the file ends and adds its own provenance
   CHECK_EQ(hdf5::get<double>(file, "summary/energy"), std::vector<double>{2.5});
 }
 
+TEST_CASE("a resumed run leaves out columns that its file was begun without, and says which") {
+  const Folder folder;
+  saved_run(folder / "run.h5", 2);
+  Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
+  Frame more = columns(frame(2));
+  more.add_particles("gap", "m", std::vector<double>{1, 2});
+  more.add_list("ends", "1", std::vector<int>{1, 2, 3});
+  resumed.add(std::move(more));
+  CHECK_NE(resumed.warning_of_columns().find("run.h5 was begun without ends, gap"), std::string::npos);
+  resumed.save(milestone(2));
+  const hdf5::Handle file = hdf5::load(folder / "run.h5");
+  CHECK_EQ(hdf5::get<std::int64_t>(file, "observables/connected/step"), std::vector<std::int64_t>{0, 1, 2});
+  CHECK_FALSE(hdf5::exists(file, "particles/conductors/gap"));
+  CHECK_FALSE(hdf5::exists(file, "network/ends_end"));
+}
+
 TEST_CASE("a run that another build has carried on last says so when it is resumed, and once") {
   const Folder folder;
   const std::string path = folder / "run.h5";

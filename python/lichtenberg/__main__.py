@@ -6,7 +6,7 @@ import warnings
 
 from . import messages
 from . import view as page
-from .export import export, formats
+from .export import export
 from .result import Failure, InputError, damage, default_output, load, printable
 
 
@@ -20,7 +20,7 @@ def parser():
         command.add_argument("--frames", "--frame")
         command.add_argument("--overwrite", action="store_true")
         if name == "export":
-            command.add_argument("--to", choices=formats, required=True)
+            command.add_argument("--to", required=True)
     return commands
 
 

@@ -19,7 +19,7 @@ Command export_command() {
         &request->format,
         "vtk: a folder with .pvd and .vtp of particles, contacts and tree and the last frame's field as .vti; xyz: one "
         "extended XYZ file; csv: a folder with one file a table",
-        {.required = true, .allowed = {"vtk", "xyz", "csv"}}},
+        {.required = true, .offered = {"vtk", "xyz", "csv"}}},
        {"--out", &request->out, "file or folder to write (default: RESULT with .xyz, -vtk or -csv)"},
        frames_argument(request->frames, "all"),
        {"--overwrite", &request->overwrite, "replace what exists, of an earlier export all its files"}},

@@ -251,6 +251,7 @@ class Run {
     backlog_.finish();
     Milestone milestone;
     if (over_) {
+      if (const std::string warning = recorder_.warning_of_columns(); !warning.empty()) warn(warning, progress);
       milestone.field = field();  // of any other instant `plot` solves it from the frame
       conclude();
       milestone.summary = summary_.quantities;

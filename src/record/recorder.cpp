@@ -1,6 +1,7 @@
 #include "src/record/recorder.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/statvfs.h>
 
 #include <algorithm>
@@ -212,6 +213,7 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene, std::uint
                       path));
     check_scene(result.file(), path, scene);
     check_start(result.file(), path, scene);
+    recorder.is_resumed_ = true;
     recorder.warning_ = warning_of_another_build(result.file(), path);
     recorder.take_over(result);
     if (recorder.particles_ != scene.conductors.size())
@@ -323,6 +325,12 @@ void Recorder::take_over_tail(const hdf5::Handle& file, const std::string& prefi
   last_lists_ = lists_of(tail_.back(), series_);
 }
 
+std::string Recorder::warning_of_columns() const {
+  if (left_out_.empty()) return "";
+  return fmt::format("{} was begun without {}, which it therefore does not record: a new run does", path_,
+                     fmt::join(left_out_, ", "));
+}
+
 void Recorder::save_frames_alone() {
   if (!saved_time_ || frames_ == saved_frames_) return;
   try {
@@ -342,7 +350,17 @@ void Recorder::save_frames_alone() {
   }
 }
 
+/// Removes columns that the frames of a resumed file do not have: an effect or a newer program has added them since.
+void Recorder::leave_out_new_columns(Frame& frame) {
+  std::erase_if(frame.columns, [&](const Column& column) {
+    const bool is_new = std::ranges::find(series_, column.name, &Series::name) == series_.end();
+    if (is_new) left_out_.insert(column.name);
+    return is_new;
+  });
+}
+
 void Recorder::add(Frame frame) {
+  if (is_resumed_) leave_out_new_columns(frame);
   std::vector<Series> series = series_;
   if (series.empty()) {
     series = series_of(frame, particles_);

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,6 +54,8 @@ class Recorder {
   /// What the user of a resumed run should be told if another build of this program was the last to carry it on: what
   /// the scene leaves open may have another default here. Else empty.
   const std::string& warning() const { return warning_; }
+  /// Names the columns that a resumed run has and its file does not: they are not recorded. Empty if there are none.
+  std::string warning_of_columns() const;
   /// The checkpoint to go on from; empty for a new run.
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
   /// Of the checkpoint on disk, in the frames' unit of time; empty for a new run.
@@ -98,6 +101,7 @@ class Recorder {
   std::string put_together(const Milestone& milestone);
   void lengthen_history(const ColumnGroup& added);
   std::string what_stands() const;
+  void leave_out_new_columns(Frame& frame);
 
   std::string path_;
   WriterLock lock_;
@@ -105,6 +109,8 @@ class Recorder {
   hdf5::Pages constants_;  ///< a file of all that no save changes: the scene, where the program ran before ...
   int session_ = 0;        ///< 0: the start of the run, then one more for each time it was resumed
   std::string warning_;
+  bool is_resumed_ = false;
+  std::set<std::string> left_out_;  ///< names of columns
   std::size_t particles_ = 0;
   std::string length_unit_;
   std::vector<double> box_edges_;  ///< nine numbers, or none in a box without a periodic axis

@@ -72,7 +72,7 @@ class ExtendedXyzTest(unittest.TestCase):
     def test_one_scale_of_colours_in_the_whole_run(self):
         """White is zero; the largest of all frames has the full colour, in its frame alone."""
         with load(runs.gas()) as result:
-            from lichtenberg.export import colours
+            from lichtenberg.formats.xyz import colours
 
             charge = np.asarray(result["charge"])
             shown = np.array([colours(each) for each in result])

@@ -1,0 +1,25 @@
+"""Formats of other programs that results are exported to: one module a format, named like it.
+
+A module of a format has
+
+    ENDING          what the default name of the output adds to that of the result: ".xyz", or "-vtk" for a folder
+    IS_FOLDER       whether the output is a folder
+    write(result, frames, out)
+                    writes the frames (ascending indices) of a Result to the file or the empty folder `out`
+    earlier_files(folder)
+                    of folders only: names of files there that an earlier export to the format wrote, as a set
+
+A format from outside is a module, or any object with these, that is added to `formats`.
+"""
+import importlib
+import pkgutil
+
+import numpy as np
+
+
+def columns_of(frame):
+    """The arrays of a frame by name, without positions."""
+    return {name: np.asarray(frame[name]) for name in frame.result.columns if name != "position"}
+
+
+formats = {module.name: importlib.import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__)}

@@ -109,7 +109,7 @@ const EffectKind& TetherOptions::kind() {
               scene.effects.find<TetherOptions>()->wear =
                   100 * std::ranges::max(scene.conductors, {}, &Conductor::radius).radius;
           },
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<Tether>(scene); },
+      .make = [](const Scene& scene) { return std::make_unique<Tether>(scene); },
       .explain = [](const Scene& scene) -> std::vector<Remark> {
         return {{"wear", fmt::format("half after {:g} m", scene.effects.find<TetherOptions>()->wear)}};
       }};

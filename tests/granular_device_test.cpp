@@ -481,6 +481,9 @@ TEST_CASE("a device says what it lacks") {
   scene = charged_gas(10, 8, 1);
   scene.effects.find<effects::CoulombOptions>()->accuracy = 1e-8;
   CHECK(sentence(scene).find("single precision reaches 1e-6") != std::string::npos);
+  scene = charged_gas(10, 8, 1);
+  scene.effects.find<effects::CoulombOptions>()->cutoff = 3;
+  CHECK(sentence(scene).find("has no effects.coulomb.cutoff") != std::string::npos);
   scene = polarized_gas();
   CHECK(sentence(scene).empty());
   scene.effects.find<effects::InducedDipolesOptions>()->sum = periodic::DipoleSum::minimum_image;

@@ -10,16 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "solvers/laplace/accuracy/price.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/gas_parameters.hpp"
 #include "src/effects/charge_exchange.hpp"
-#include "src/effects/induced_dipoles.hpp"
 #include "src/granular/contacts.hpp"
 #include "src/granular/device/device.hpp"
+#include "src/granular/held_forces.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/granular/pace.hpp"
-#include "src/granular/resonance.hpp"
 #include "src/granular/summary.hpp"
 #include "src/scene/contact_steps.hpp"
 #include "src/scene/effect_kind.hpp"
@@ -74,7 +72,7 @@ double crowding(const Scene& scene, const GrainContactLaw& law, double temperatu
 /// By what there are as many steps of contacts as there are.
 std::string reason_of_steps(const Scene& scene) {
   const int steps = scene.mechanics.contact_steps;
-  const std::optional<double> accuracy = number_in(scene, &EffectKind::force_accuracy);
+  const std::optional<double> accuracy = least_in(scene, &EffectKind::force_accuracy);
   const std::string error = fmt::format("wrong by about {:.1g} of a contact's energy", contact_error(steps));
   if (steps != contact_steps_for(accuracy.value_or(usual_contact_accuracy))) return error + ": mechanics.contact_steps";
   if (steps == fewest_contact_steps) return error + ", the fewest that there are";
@@ -170,32 +168,24 @@ struct Work {
   double way = 0;          ///< d0, that the fastest grain flies
 };
 
-/// That the fastest grain flies in a step whose length the accuracy of forces decides.
-double way_of(const Scene& scene) {
-  return granular::way_for(number_in(scene, &EffectKind::force_accuracy).value(), scene.conductors.size(),
-                           2 * smallest_radius(scene));
-}
-
-/// How long forces may be held between grains of this charge.
-double hold_of(const Scene& scene, const GrainContactLaw& law, double charge) {
-  const double attraction = number_in(scene, &EffectKind::charge_strength).value_or(0) * charge * charge;
-  return std::visit(
-      [&](const auto& one) { return granular::longest_hold(one, attraction, 0.5 * smallest_mass(scene)); }, law);
-}
-
 /// What multirate takes, accelerations aside. Elastic contacts move no charge, after which forces would have to be
 /// found again.
 Work count_work(const Scene& scene, const GrainContactLaw& law, const Foreseen& foreseen) {
-  const double way = std::isinf(scene.mechanics.step) ? way_of(scene) : granular::longest_way;
+  const double way =
+      std::isinf(scene.mechanics.step) ? granular::way_by_accuracy(scene) : granular::way_by_length(scene);
   const double note = std::min(0.1 * scene.output.every, scene.stop.time);  // a run stops for these
   const granular::GrainsSeen grains = grains_seen(scene);
+  const ContactAttraction attraction = granular::contact_attraction(scene);
   Work work;
   const auto add = [&](double duration, double temperature, double charge, const GrainContactLaw& then, double again) {
     const double speed = fastest_speed(scene, std::max(temperature, 1e-12));
     const double inner = granular::time_to_resolve(then, 2 * speed, grains) / scene.mechanics.contact_steps;
-    const double longest = granular::longest_step_within(
-        {.asked = scene.mechanics.step, .hold = hold_of(scene, then, charge), .way = way, .speed = speed},
-        [&](double) { return inner; });
+    const double longest =
+        granular::longest_step_within({.asked = scene.mechanics.step,
+                                       .hold = granular::longest_hold(attraction, then, charge, smallest_mass(scene)),
+                                       .way = way,
+                                       .speed = speed},
+                                      [&](double) { return inner; });
     const double step = note / std::ceil(note / longest), steps = duration / step;
     work.steps += steps;
     work.contact_steps += steps * std::ceil(step / inner);
@@ -218,10 +208,12 @@ std::string why_so_long(const granular::Gas& gas, double step) {
   if (step == scene.mechanics.step) return "mechanics.step";
   if (step == granular::longest_hold(gas))
     return "longer would drive the swinging of grains that charges hold together";
-  if (!std::isinf(scene.mechanics.step)) return "the fastest grain flies 0.2 d0";
-  if (step * gas.fastest() > 1.001 * way_of(scene)) return "forces come with each step of contacts";
-  const double accuracy = number_in(scene, &EffectKind::force_accuracy).value();
-  return fmt::format("the fastest grain flies {:.2g} d0, which costs what forces to {:g} do", way_of(scene), accuracy);
+  if (!std::isinf(scene.mechanics.step))
+    return fmt::format("the fastest grain flies {:.2g} d0", granular::way_by_length(scene));
+  const double way = granular::way_by_accuracy(scene);
+  if (step * gas.fastest() > 1.001 * way) return "forces come with each step of contacts";
+  const double accuracy = least_in(scene, &EffectKind::force_accuracy).value();
+  return fmt::format("the fastest grain flies {:.2g} d0, which costs what forces to {:g} do", way, accuracy);
 }
 
 /// As a run begins. Throws InputError for a step that a run refuses.
@@ -232,7 +224,7 @@ void explain_integrator(granular::Gas& gas) {
   // Without the forces of the first instant, which nothing else here needs.
   const auto by_accuracy = [&] {
     return granular::longest_step_within(
-        {.hold = granular::longest_hold(gas), .way = way_of(scene), .speed = gas.fastest()},
+        {.hold = granular::longest_hold(gas), .way = granular::way_by_accuracy(scene), .speed = gas.fastest()},
         [&](double) { return contact; });
   };
   const double step =
@@ -255,25 +247,12 @@ void explain_stages(const Scene& scene) {
     fmt::print("  WARNING              {}\n", warning);
 }
 
-/// s a grain, of all effects' forces. Dielectric grains beyond dipoles are a field of spheres, solved anew, in place of
-/// the sums of charges.
-double seconds_of_forces(const Scene& scene) {
-  const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
-  if (dipoles && dipoles->degree > 1) {
-    const double grains = static_cast<double>(scene.conductors.size());
-    const double unknowns = grains * (dipoles->degree + 1) * (dipoles->degree + 1);
-    return laplace::spheres_price.seconds(unknowns, dipoles->tolerance) / grains;
-  }
-  double seconds = 0;
-  for (const Effects::Entry& effect : scene.effects) seconds += effect.kind->seconds;
-  return seconds;
-}
-
 /// Largest resident size of runs of 3e5 to 1e7 grains on one core, with charges at an accuracy of 1e-4
 /// (validation/benchmarks/README.md).
 void explain_memory(const Scene& scene) {
-  constexpr double at_start = 60e6, grain = 660, charge = 850;  // bytes
-  const double each = grain + (scene.effects.has("coulomb") ? charge : 0);
+  constexpr double at_start = 60e6, grain = 660;  // bytes
+  double each = grain;
+  for (const Effects::Entry& effect : scene.effects) each += effect.kind->bytes;
   fmt::print("  memory               some {:.0f} MiB\n",
              (at_start + each * static_cast<double>(scene.conductors.size())) / (1 << 20));
 }
@@ -297,8 +276,21 @@ Slowness slowness(const Scene& scene) {
   return {.contacts = 1.6, .forces = scene.effects.has("induced_dipoles") ? 2.3 : 4};
 }
 
+/// s a grain that the forces of all effects take, on the core whose figures `slow` compares with.
+double seconds_of_forces(granular::Gas& gas, const Slowness& slow) {
+  double seconds = 0;
+  for (const auto& effect : std::as_const(gas).model().effects) {
+    const EffectKind& kind = effect->kind();
+    if (kind.seconds) seconds += kind.seconds(gas.scene());
+    if (!kind.seconds && kind.make.overrides().add_forces)
+      seconds += gas.seconds_of_forces(*effect) / (slow.forces * gas.bodies().size());
+  }
+  return seconds;
+}
+
 /// By figures of one core of an AMD EPYC with AVX-512 on which little else ran (the same README.md).
-void explain_cost(const Scene& scene, const Work& work) {
+void explain_cost(granular::Gas& gas, const Work& work) {
+  const Scene& scene = gas.scene();
   // s a grain: a step of contacts; what pairs cost that come and go, and searches for them, a d0 that the fastest
   // flies; passes over all grains, a step.
   constexpr double contact_step = 3.6e-8, way = 5e-7, step = 1.5e-8;
@@ -308,7 +300,7 @@ void explain_cost(const Scene& scene, const Work& work) {
   const double n = static_cast<double>(scene.conductors.size());
   const Slowness slow = slowness(scene);
   const double contacts = slow.contacts * n * (work.contact_steps * contact_step + work.way * way);
-  const double forces = slow.forces * n * work.evaluations * in_a_run * seconds_of_forces(scene);
+  const double forces = slow.forces * n * work.evaluations * in_a_run * seconds_of_forces(gas, slow);
   fmt::print("\ncost: an estimate for one core, of a gas that stays homogeneous\n");
   fmt::print("  steps                {:.2g}, {:.2g} of contacts\n", work.steps, work.contact_steps);
   fmt::print("  a run                {:.2g} s: {:.2g} s of contacts",
@@ -320,6 +312,7 @@ void explain_cost(const Scene& scene, const Work& work) {
 }  // namespace
 
 void explain_grains(const Scene& scene) {
+  if (is_for_cuda(scene)) granular::device::check_scene(scene);
   granular::Gas gas(scene);
   const GrainContactLaw law = granular::contact_law(scene, std::as_const(gas).model());
   const Foreseen foreseen = foresee(scene, law);
@@ -333,17 +326,15 @@ void explain_grains(const Scene& scene) {
   explain_stages(scene);
   explain_integrator(gas);
   explain_memory(scene);
-  if (is_for_cuda(scene)) {
-    granular::device::check_scene(scene);
+  if (is_for_cuda(scene))
     fmt::print("  device               cuda: some {:.0f} MiB of its memory\n",
                granular::device::bytes_needed(scene) / (1 << 20));
-  }
   if (initial > 0) explain_contacts(scene, law, initial);
   explain_polarization(scene, law);
   if (foreseen.collisions > 0)
     fmt::print("  theory               T = {:.3g} at the end, {:.3g} collisions a grain, if it stays homogeneous\n",
                foreseen.temperature.back(), foreseen.collisions);
-  if (scene.mechanics.integrator == Integrator::multirate) explain_cost(scene, count_work(scene, law, foreseen));
+  if (scene.mechanics.integrator == Integrator::multirate) explain_cost(gas, count_work(scene, law, foreseen));
 }
 
 }  // namespace lichtenberg

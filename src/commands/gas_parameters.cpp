@@ -34,7 +34,7 @@ void check_homogeneous(const Scene& scene) {
   if (scene.conductors.empty()) refuse("this scene has none");
   for (const Conductor& grain : scene.conductors)
     if (std::abs(grain.radius - 0.5) > 1e-9 || std::abs(mass(scene, grain) - 1) > 1e-9) refuse("not all of these are");
-  if (scene.effects.has(&EffectKind::drives)) refuse("here something drives them");
+  if (is_driven(scene)) refuse("here something drives them");
 }
 
 double rms_charge(const Scene& scene) {

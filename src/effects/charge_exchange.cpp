@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
+#include "src/effects/device_forces.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/grain_contact.hpp"
 #include "src/model/motion.hpp"
@@ -42,6 +43,18 @@ void check_capacity(const Draft& draft, Scene& scene) {
              fmt::format("effects.charge_exchange.capacity = {:g} is not allowed: a grain has the charge {:g} at the "
                          "start, and at least its magnitude is needed",
                          *options.capacity, grain.charge));
+}
+
+void device(const Scene& scene, DeviceForces& forces) {
+  const auto& options = *scene.effects.find<ChargeExchangeOptions>();
+  forces.charged = true;
+  if (options.model == ExchangeModel::none) return;
+  if (options.model != ExchangeModel::impact)
+    refuse_on_device(scene, fmt::format("effects.charge_exchange.model = \"{}\"", name_of(options.model)));
+  if (options.each_step) refuse_on_device(scene, "effects.charge_exchange.each_step");
+  if (options.capacity) refuse_on_device(scene, "effects.charge_exchange.capacity");
+  forces.exchange = {options.strength, options.exponent};
+  forces.exchanges = true;
 }
 
 }  // namespace
@@ -94,13 +107,15 @@ const EffectKind& ChargeExchangeOptions::kind() {
       .grains = true,
       .check = check,
       .complete = check_capacity,
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
-        return std::make_unique<ChargeExchange>(*scene.effects.find<ChargeExchangeOptions>(), scene.seed);
-      },
+      .make =
+          [](const Scene& scene) {
+            return std::make_unique<ChargeExchange>(*scene.effects.find<ChargeExchangeOptions>(), scene.seed);
+          },
       .evaluations_a_step =
           [](const Scene& scene) {
             return scene.effects.find<ChargeExchangeOptions>()->model == ExchangeModel::none ? 1.0 : 2.0;
-          }};
+          },
+      .device = device};
   return kind;
 }
 

@@ -99,7 +99,7 @@ const EffectKind& ContactDischargeOptions::kind() {
               scene.effects.find<ContactDischargeOptions>()->gap =
                   std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
           },
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<ContactDischarge>(scene); },
+      .make = [](const Scene& scene) { return std::make_unique<ContactDischarge>(scene); },
       .contact_gap = [](const Scene& scene) { return scene.effects.find<ContactDischargeOptions>()->gap; }};
   return kind;
 }

@@ -93,7 +93,7 @@ const EffectKind& ContactPotentialOptions::kind() {
       .alone = "under which nothing else acts",
       .dimensions = {2, 3},
       .packing = true,
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<ContactPotential>(scene); }};
+      .make = [](const Scene& scene) { return std::make_unique<ContactPotential>(scene); }};
   return kind;
 }
 

@@ -46,7 +46,7 @@ const EffectKind& ContactResistanceOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .check = check,
-      .make = [](const Scene&) -> std::unique_ptr<Effect> { return std::make_unique<ContactResistance>(); },
+      .make = [](const Scene&) { return std::make_unique<ContactResistance>(); },
       .explain = [](const Scene& scene) -> std::vector<Remark> {
         return {{"a contact", fmt::format("{:.4g} ohm", scene.effects.find<ContactResistanceOptions>()->ohms())}};
       },

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "solvers/periodic/accuracy.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/short_range.hpp"
+#include "src/effects/device_forces.hpp"
 #include "src/effects/induced_dipoles.hpp"
 #include "src/effects/multipole_truncation.hpp"
 #include "src/model/checkpoint.hpp"
@@ -116,6 +118,41 @@ double force_accuracy(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   constexpr double of_pairs = 1e-2;
   return options.sum == CoulombSum::mesh || options.sum == CoulombSum::ewald ? options.accuracy : of_pairs;
+}
+
+periodic::MeshChoice mesh_on_device(const Scene& scene) {
+  periodic::MeshRequest request = mesh_request(scene);
+  request.by_hand = {}, request.longest_cutoff = INFINITY, request.on_device = true;
+  return periodic::choose_quick_mesh(request);
+}
+
+/// The device counts the entries of its lists in 32 bits.
+void check_lists_on_device(const Scene& scene, double cutoff) {
+  const double others = grains_within(scene, cutoff), grains = static_cast<double>(scene.conductors.size());
+  if (grains * others < std::numeric_limits<int>::max()) return;
+  refuse_on_device(scene, fmt::format("room in its lists for {} grains with {:.0f} others each within {:.2g} d0, as "
+                                      "effects.coulomb.accuracy = {:g} asks for",
+                                      grains, others, cutoff, scene.effects.find<CoulombOptions>()->accuracy));
+}
+
+void device(const Scene& scene, DeviceForces& forces) {
+  const auto& options = *scene.effects.find<CoulombOptions>();
+  if (options.sum != CoulombSum::mesh)
+    refuse_on_device(scene, fmt::format("effects.coulomb.sum = \"{}\"", name_of(options.sum)));
+  if (options.accuracy < 1e-6)
+    refuse_on_device(
+        scene, fmt::format("effects.coulomb.accuracy = {:g}, its single precision reaches 1e-6", options.accuracy));
+  if (options.cutoff || options.alpha || options.mesh || options.order)
+    refuse_on_device(scene, "effects.coulomb.cutoff, alpha, mesh or order given by hand");
+  forces.mesh = mesh_on_device(scene);
+  const double cutoff = forces.mesh->cutoff + widest_skin, n = static_cast<double>(scene.conductors.size());
+  check_lists_on_device(scene, cutoff);
+  forces.strength = options.strength;
+  forces.charged = true;
+  // Lists of partners, and a mesh of whole numbers, points, modes and factors with the transforms' own.
+  constexpr double a_partner = 4, a_column = 4, a_point = 28;
+  const auto [x, y, z] = forces.mesh->mesh.points;
+  forces.bytes += n * (25 * a_column + 1.25 * a_partner * grains_within(scene, cutoff)) + a_point * x * y * z;
 }
 
 std::string precision_in_words(const periodic::MeshChoice& choice, const periodic::MeshRequest& request) {
@@ -269,11 +306,21 @@ const EffectKind& CoulombOptions::kind() {
       .grains = true,
       .check = check,
       .complete = check_cutoff,
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<Coulomb>(scene); },
+      .make = [](const Scene& scene) { return std::make_unique<Coulomb>(scene); },
       .explain = explain,
       .charge_strength = [](const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; },
       .force_accuracy = force_accuracy,
-      .seconds = 1.6e-7};
+      .contact_attraction =
+          [](const Scene& scene) {
+            return ContactAttraction{.by_charge = scene.effects.find<CoulombOptions>()->strength};
+          },
+      .seconds =
+          [](const Scene& scene) {
+            const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
+            return dipoles && dipoles->degree > 1 ? 0 : 1.6e-7;  // a field of spheres takes this sum's place
+          },
+      .bytes = 850,  // at an accuracy of 1e-4
+      .device = device};
   return kind;
 }
 

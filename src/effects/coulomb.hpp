@@ -48,7 +48,6 @@ class Coulomb : public Effect {
 
   const EffectKind& kind() const override { return CoulombOptions::kind(); }
   Needs needs() const override;
-  bool is_smooth() const override { return true; }
   void add_forces(const State& state, std::span<double> force) const override;
   double stored_energy(const State& state) const override;
   void save(Checkpoint& checkpoint) const override;

@@ -16,7 +16,7 @@ const EffectKind& CurrentSourceOptions::kind() {
       .needs = {{"floating_conductors"}},
       .dimensions = {2, 3},
       .periodic = true,
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
+      .make = [](const Scene& scene) {
         return std::make_unique<CurrentSource>(scene.effects.find<CurrentSourceOptions>()->current);
       }};
   return kind;

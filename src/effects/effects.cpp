@@ -70,6 +70,46 @@ std::unique_ptr<Effect> take(EffectList& list, const EffectKind& kind) {
   return effect;
 }
 
+struct OverriddenFunction {
+  const char* name;
+  bool Overrides::*overridden;
+};
+
+[[noreturn]] void refuse_function(const Scene& scene, const EffectKind& kind, const std::string& what) {
+  throw InputError(fmt::format("{}: effects.{} cannot act: its class overrides {}", scene.path, kind.name, what));
+}
+
+/// Throws InputError for an effect that overrides a function which its kind of scene never calls: its share would be
+/// missing from the result.
+void check_functions(const Scene& scene, const EffectKind& kind) {
+  using O = Overrides;
+  static constexpr OverriddenFunction of_conductors[] = {{"drag", &O::drag},
+                                                         {"add_currents", &O::add_currents},
+                                                         {"charge_relaxation_time", &O::charge_relaxation_time},
+                                                         {"accept", &O::accept}};
+  static constexpr OverriddenFunction of_grains[] = {
+      {"grain_contact", &O::grain_contact}, {"exchange_charges", &O::exchange_charges}, {"drive", &O::drive}};
+  const Overrides& own = kind.make.overrides();
+  if (!kind.grains) {
+    for (const OverriddenFunction& one : of_grains)
+      if (own.*one.overridden)
+        refuse_function(scene, kind, fmt::format("{}, which is called for grains alone", one.name));
+    return;
+  }
+  for (const OverriddenFunction& one : of_conductors)
+    if (own.*one.overridden)
+      refuse_function(scene, kind,
+                      fmt::format("{}, which is never called for grains: add_forces with stored_energy, "
+                                  "drive, exchange_charges and grain_contact are",
+                                  one.name));
+  if (own.add_forces && !own.stored_energy)
+    refuse_function(scene, kind,
+                    "add_forces but not stored_energy: the energy of grains counts the potential of their "
+                    "forces; drive is for forces without a potential");
+  if (own.stored_energy && !own.add_forces)
+    refuse_function(scene, kind, "stored_energy but not add_forces, the slope of that energy");
+}
+
 /// A periodic box is too short for its neighbours from the first search on or never.
 void search_first(const Scene& scene, Model& model) {
   if (!model.neighbours || !scene.domain.box().any_periodic()) return;
@@ -90,6 +130,7 @@ void check_can_run(const Scene& scene) {
 Model make_model(const Scene& scene, EffectList made) {
   EffectList effects;
   for (const EffectKind* kind : kinds_in(scene)) {
+    check_functions(scene, *kind);
     std::unique_ptr<Effect> effect = take(made, *kind);
     if (!effect && kind->check_run) kind->check_run(scene);
     effects.push_back(effect ? std::move(effect) : kind->make(scene));

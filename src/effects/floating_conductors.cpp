@@ -323,7 +323,7 @@ const EffectKind& FloatingConductorsOptions::kind() {
       .check = check,
       .complete = complete,
       .check_run = [](const Scene& scene) { check_device(scene), check_can_move(scene); },
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return make_floating_conductors(scene); }};
+      .make = [](const Scene& scene) { return make_floating_conductors(scene); }};
   return kind;
 }
 

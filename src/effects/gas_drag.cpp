@@ -1,5 +1,7 @@
 #include "src/effects/gas_drag.hpp"
 
+#include "src/effects/device_forces.hpp"
+
 namespace lichtenberg::effects {
 
 const EffectKind& GasDragOptions::kind() {
@@ -31,10 +33,15 @@ const EffectKind& GasDragOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
-      .drives = true,
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
-        return std::make_unique<GasDrag>(*scene.effects.find<GasDragOptions>(), scene.seed);
-      }};
+      .make =
+          [](const Scene& scene) {
+            return std::make_unique<GasDrag>(*scene.effects.find<GasDragOptions>(), scene.seed);
+          },
+      .device =
+          [](const Scene& scene, DeviceForces& forces) {
+            const auto& drag = *scene.effects.find<GasDragOptions>();
+            forces.wind = Wind{drag.stokes, drag.speed, drag.hold, scene.seed};
+          }};
   return kind;
 }
 

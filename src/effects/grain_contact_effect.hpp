@@ -2,6 +2,7 @@
 
 #include "src/model/effect.hpp"
 #include "src/model/grain_contact_law.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {
 
@@ -18,5 +19,8 @@ class GrainContactEffect : public Effect {
   const EffectKind& kind_;
   GrainContactLaw law_;
 };
+
+/// EffectKind::device of a law of contacts: a device takes every GrainContactLaw, from Effect::grain_contact.
+inline void contact_on_device(const Scene&, DeviceForces&) {}
 
 }  // namespace lichtenberg::effects

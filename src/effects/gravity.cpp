@@ -68,7 +68,7 @@ const EffectKind& GravityOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .check = check,
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<Gravity>(scene); }};
+      .make = [](const Scene& scene) { return std::make_unique<Gravity>(scene); }};
   return kind;
 }
 

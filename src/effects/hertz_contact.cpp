@@ -42,7 +42,7 @@ const EffectKind& HertzContactOptions::kind() {
                                   .dimensions = {2, 3},
                                   .periodic = true,
                                   .complete = complete,
-                                  .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
+                                  .make = [](const Scene& scene) {
                                     return std::make_unique<HertzContact>(*scene.effects.find<HertzContactOptions>());
                                   }};
   return kind;

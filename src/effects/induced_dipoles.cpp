@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solvers/laplace/accuracy/price.hpp"
+#include "src/effects/device_forces.hpp"
 #include "src/model/effect.hpp"
 
 namespace lichtenberg::effects {
@@ -52,6 +54,25 @@ void complete(const Draft& draft, Scene& scene) {
                most));
 }
 
+void device(const Scene& scene, DeviceForces& forces) {
+  const auto& options = *scene.effects.find<InducedDipolesOptions>();
+  if (options.sum != periodic::DipoleSum::ewald)
+    refuse_on_device(scene, fmt::format("effects.induced_dipoles.sum = \"{}\"", name_of(options.sum)));
+  if (options.degree > 1) refuse_on_device(scene, "effects.induced_dipoles.degree above 1");
+  forces.polarizability = options.polarizability, forces.dipole_tolerance = options.tolerance;
+  constexpr double a_dipole = 450;  // with its history and the arrays of its solver
+  forces.bytes += a_dipole * static_cast<double>(scene.conductors.size());
+}
+
+/// Grains beyond dipoles are a field of dielectric spheres, solved at each step.
+double seconds_a_grain(const Scene& scene) {
+  const auto& options = *scene.effects.find<InducedDipolesOptions>();
+  if (options.degree == 1) return 2.1e-6;
+  const double grains = static_cast<double>(scene.conductors.size());
+  const double unknowns = grains * (options.degree + 1) * (options.degree + 1);
+  return laplace::spheres_price.seconds(unknowns, options.tolerance) / grains;
+}
+
 }  // namespace
 
 double InducedDipolesOptions::relative_permittivity(double radius) const {
@@ -93,14 +114,15 @@ const EffectKind& InducedDipolesOptions::kind() {
       .grains = true,
       .check = check,
       .complete = complete,
-      .make = [](const Scene&) -> std::unique_ptr<Effect> { return std::make_unique<InducedDipoles>(); },
+      .make = [](const Scene&) { return std::make_unique<InducedDipoles>(); },
       // Of two dipoles A e along the line between them, e = 2 A e / r^3.
       .closest_approach =
           [](const Scene& scene) {
             const auto& options = *scene.effects.find<InducedDipolesOptions>();
             return options.degree == 1 ? std::cbrt(2 * options.polarizability) : 0.0;
           },
-      .seconds = 2.1e-6};
+      .seconds = seconds_a_grain,
+      .device = device};
   return kind;
 }
 

@@ -28,9 +28,7 @@ const EffectKind& LeakageOptions::kind() {
       .needs = {{"floating_conductors"}},
       .dimensions = {2, 3},
       .periodic = true,
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
-        return std::make_unique<Leakage>(leakage_of(scene));
-      },
+      .make = [](const Scene& scene) { return std::make_unique<Leakage>(leakage_of(scene)); },
       .explain = [](const Scene& scene) -> std::vector<Remark> {
         return {
             {"leakage", fmt::format("every charge decays in {:.4g} s", leakage_of(scene).charge_relaxation_time())}};

@@ -46,10 +46,12 @@ const EffectKind& LinearContactOptions::kind() {
                      "effects.linear_contact.damping and effects.linear_contact.restitution are both given: only one "
                      "of them is allowed");
           },
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
-        return std::make_unique<GrainContactEffect>(LinearContactOptions::kind(),
-                                                    law_of(*scene.effects.find<LinearContactOptions>()));
-      }};
+      .make =
+          [](const Scene& scene) {
+            return std::make_unique<GrainContactEffect>(LinearContactOptions::kind(),
+                                                        law_of(*scene.effects.find<LinearContactOptions>()));
+          },
+      .device = contact_on_device};
   return kind;
 }
 

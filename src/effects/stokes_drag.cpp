@@ -16,9 +16,7 @@ const EffectKind& StokesDragOptions::kind() {
           [](const Draft& draft) {
             if (!draft.viscosity) refuse_effect(draft, "stokes_drag", "medium.viscosity in Pa s");
           },
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
-        return std::make_unique<StokesDrag>(scene.medium.viscosity);
-      }};
+      .make = [](const Scene& scene) { return std::make_unique<StokesDrag>(scene.medium.viscosity); }};
   return kind;
 }
 

@@ -1,5 +1,7 @@
 #include "src/effects/uniform_force.hpp"
 
+#include "src/effects/device_forces.hpp"
+
 namespace lichtenberg::effects {
 
 const EffectKind& UniformForceOptions::kind() {
@@ -16,7 +18,6 @@ const EffectKind& UniformForceOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
-      .drives = true,
       .check =
           [](const Draft& draft) {
             const auto& options = *draft.scene.effects.find<UniformForceOptions>();
@@ -24,9 +25,12 @@ const EffectKind& UniformForceOptions::kind() {
               refuse(draft.scene.path, draft.line("effects.uniform_force.acceleration"),
                      "effects.uniform_force.acceleration must have as many components as domain.size");
           },
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
-        return std::make_unique<UniformForce>(*scene.effects.find<UniformForceOptions>());
-      }};
+      .make =
+          [](const Scene& scene) { return std::make_unique<UniformForce>(*scene.effects.find<UniformForceOptions>()); },
+      .device =
+          [](const Scene& scene, DeviceForces& forces) {
+            forces.acceleration = scene.effects.find<UniformForceOptions>()->acceleration.value;
+          }};
   return kind;
 }
 

@@ -80,15 +80,17 @@ const EffectKind& ViscoelasticContactOptions::kind() {
       .grains = true,
       .check = check,
       .complete = take_from_SI,
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
-        const auto& options = *scene.effects.find<ViscoelasticContactOptions>();
-        return std::make_unique<GrainContactEffect>(ViscoelasticContactOptions::kind(),
-                                                    ViscoelasticLaw{options.elastic, options.dissipative});
-      },
+      .make =
+          [](const Scene& scene) {
+            const auto& options = *scene.effects.find<ViscoelasticContactOptions>();
+            return std::make_unique<GrainContactEffect>(ViscoelasticContactOptions::kind(),
+                                                        ViscoelasticLaw{options.elastic, options.dissipative});
+          },
       .explain = [](const Scene& scene) -> std::vector<Remark> {
         const auto& options = *scene.effects.find<ViscoelasticContactOptions>();
         return {{"contact", fmt::format("E = {:.6g}, D = {:.6g}", options.elastic, options.dissipative)}};
-      }};
+      },
+      .device = contact_on_device};
   return kind;
 }
 

@@ -39,7 +39,7 @@ const EffectKind& WallContactOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .complete = complete,
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<WallContact>(scene); }};
+      .make = [](const Scene& scene) { return std::make_unique<WallContact>(scene); }};
   return kind;
 }
 

@@ -89,8 +89,7 @@ double Gas::potential_energy() {
   const State now = state();
   const Stopwatch stopwatch(seconds_.forces);
   double energy = 0;
-  for (const auto& effect : model_.effects)
-    if (effect->is_smooth()) energy += effect->stored_energy(now);
+  for (const auto& effect : model_.effects) energy += effect->stored_energy(now);
   return energy;
 }
 
@@ -101,11 +100,21 @@ const std::vector<double>& Gas::smooth_forces() {
   const State now = state();
   const Stopwatch stopwatch(seconds_.forces);
   for (const auto& effect : model_.effects) {
-    if (!effect->is_smooth()) continue;
     if (time_ >= energy_at_) effect->stored_energy(now);  // which then has found the forces too
     effect->add_forces(now, smooth_force_);
   }
   return smooth_force_;
+}
+
+double Gas::seconds_of_forces(const Effect& effect) {
+  const State now = state();
+  std::vector<double> force(model_.bodies.momentum.size());
+  double seconds = 0;
+  {
+    const Stopwatch stopwatch(seconds);
+    effect.add_forces(now, force);
+  }
+  return seconds;
 }
 
 double Gas::largest_smooth_acceleration() {
@@ -121,14 +130,15 @@ void Gas::kick(double dt) {
 }
 
 bool Gas::has_smooth_forces() const {
-  return std::ranges::any_of(model_.effects, [](const auto& effect) { return effect->is_smooth(); });
+  return std::ranges::any_of(model_.effects,
+                             [](const auto& effect) { return effect->kind().make.overrides().add_forces; });
 }
 
 void Gas::drive(double begin, double dt) {
   if (in_elastic_stage()) return;
   for (const auto& effect : model_.effects) {
     std::vector<double> push;
-    if (effect->kind().drives) push = model_.bodies.momentum;
+    if (effect->kind().make.overrides().drive) push = model_.bodies.momentum;
     const std::optional<double> given = effect->drive(begin, dt, model_.bodies);
     if (!given) continue;
     book_.driven += *given;

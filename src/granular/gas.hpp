@@ -72,6 +72,8 @@ class Gas {
   /// Changes momenta by dt times the smooth forces at this instant.
   void kick(double dt);
   bool has_smooth_forces() const;
+  /// Wall time (s) that the forces of an effect take once, with this gas's threads.
+  double seconds_of_forces(const Effect& effect);
   /// What surrounds the grains acts on them from `begin` on for dt.
   void drive(double begin, double dt);
   /// Contacts, and the smooth forces as they are now, move the grains until `end`, in steps that resolve the shortest

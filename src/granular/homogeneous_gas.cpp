@@ -34,7 +34,7 @@ double integral(double a, double b, double dt) {
 
 std::optional<HomogeneousGas> HomogeneousGas::of(const Gas& gas) {
   const Bodies& bodies = gas.bodies();
-  const bool driven = gas.scene().effects.has(&EffectKind::drives);
+  const bool driven = is_driven(gas.scene());
   constexpr int fewest = 100;  // of which a temperature means something: it varies by sqrt(2 / 3N), 8 %
   if (bodies.size() < fewest || !are_unit_grains(bodies) || driven || !(gas.fastest() > 0)) return {};
   return HomogeneousGas(gas);

@@ -6,8 +6,7 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
-#include "src/granular/resonance.hpp"
-#include "src/scene/effect_kind.hpp"
+#include "src/granular/held_forces.hpp"
 
 namespace lichtenberg::granular {
 
@@ -44,14 +43,11 @@ double step_that_resolves_contacts(const Gas& gas, double steps_a_contact) {
 }
 
 double longest_hold(const Gas& gas) {
-  const double strength = number_in(gas.scene(), &EffectKind::charge_strength).value_or(0);
-  if (!(strength > 0)) return INFINITY;
+  const ContactAttraction attraction = contact_attraction(gas.scene());
   const Bodies& bodies = gas.bodies();
   double charge = 0;
   for (const double q : bodies.charge) charge = std::max(charge, std::abs(q));
-  const double attraction = strength * charge * charge;
-  const double effective_mass = 0.5 * *std::ranges::min_element(bodies.mass);
-  return std::visit([&](const auto& law) { return longest_hold(law, attraction, effective_mass); }, gas.law());
+  return longest_hold(attraction, gas.law(), charge, *std::ranges::min_element(bodies.mass));
 }
 
 }  // namespace lichtenberg::granular

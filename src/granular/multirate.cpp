@@ -1,12 +1,11 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "solvers/error.hpp"
+#include "src/granular/held_forces.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/granular/pace.hpp"
-#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -24,8 +23,9 @@ class Multirate final : public GasIntegrator {
           fmt::format("{}: mechanics.step = {:g} is too long: forces that are held so long would drive the swinging of "
                       "grains that their charges hold together; {:.2g} is the longest",
                       gas.scene().path, asked, 0.99 * hold));
-    StepBounds bounds{.asked = asked, .hold = hold, .speed = gas.fastest()};
-    if (std::isinf(asked)) bounds.way = way_by_accuracy(gas), bounds.acceleration = gas.largest_smooth_acceleration();
+    const double way = std::isinf(asked) ? way_by_accuracy(gas.scene()) : way_by_length(gas.scene());
+    StepBounds bounds{.asked = asked, .hold = hold, .way = way, .speed = gas.fastest()};
+    if (std::isinf(asked)) bounds.acceleration = gas.largest_smooth_acceleration();
     return longest_step_within(bounds, [&](double gain) {
       return gas.time_to_resolve(gas.fastest_impact() + gain) / gas.scene().mechanics.contact_steps;
     });
@@ -37,13 +37,6 @@ class Multirate final : public GasIntegrator {
     gas.follow_contacts(end);
     gas.drive(begin + half, half);
     gas.settle_contacts();
-  }
-
- private:
-  static double way_by_accuracy(const Gas& gas) {
-    const std::vector<double>& radius = gas.bodies().radius;
-    return way_for(number_in(gas.scene(), &EffectKind::force_accuracy).value(), radius.size(),
-                   2 * *std::ranges::min_element(radius));
   }
 };
 

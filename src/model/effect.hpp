@@ -85,7 +85,9 @@ class Effect {
   std::string_view name() const;               ///< of its table in the scene
   virtual Needs needs() const { return {}; }
 
-  /// Adds its forces (N, [N * dimension]) on the bodies asked for.
+  /// Adds its forces (N, [N * dimension]) on the bodies asked for. Forces on grains follow from positions and charges
+  /// alone, have a potential (stored_energy), and change little while a grain moves by a small part of
+  /// EffectKind::force_length: they act as impulses between the steps in which contacts are followed.
   virtual void add_forces(const State& state, std::span<double> force) const { (void)state, (void)force; }
   /// Adds the derivatives of what add_forces adds. What is left out slows an implicit integrator's iteration down, but
   /// does not change where it converges to.
@@ -112,9 +114,6 @@ class Effect {
 
   /// The law of their contacts, of the effect that makes them; null of all others.
   virtual const GrainContactLaw* grain_contact() const { return nullptr; }
-  /// True if its forces follow from places and charges alone and change little while a grain moves by a small part of
-  /// its size: then they may act as impulses between the steps in which contacts are followed.
-  virtual bool is_smooth() const { return false; }
   /// Moves charges (reduced units, [N]) between grains in contact. The bodies still have the charges of before.
   virtual void exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {
     (void)contacts, (void)bodies, (void)charge;

@@ -395,6 +395,7 @@ Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Co
   fill_in_defaults(draft, scene, smallest.radius, largest.radius);
   for (const Effects::Entry& entry : draft.scene.effects)
     if (entry.kind->complete) entry.kind->complete(draft, scene);
+  if (scene.reference) fill_in_steps(draft, scene);
   if (packing) check_packing(draft, scene);
   check_frames(draft);
   check_network(draft, scene);

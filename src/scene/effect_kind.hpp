@@ -1,16 +1,24 @@
 #pragma once
 
 #include <any>
+#include <concepts>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
+#include "src/scene/contact_attraction.hpp"
 #include "src/scene/schema.hpp"
 
 namespace lichtenberg {
 
 class Effect;
+namespace effects {
+struct DeviceForces;
+}
 
 /// An effect that another cannot do without.
 struct NeededEffect {
@@ -21,6 +29,59 @@ struct NeededEffect {
 /// What `lichtenberg explain` says in a line of an effect's own.
 struct Remark {
   std::string label, text;
+};
+
+/// Functions of Effect that a class overrides, of those that scenes of grains call and scenes of conductors do not, or
+/// the reverse.
+struct Overrides {
+  bool add_forces = false, stored_energy = false;
+  bool drag = false, add_currents = false, charge_relaxation_time = false;
+  bool grain_contact = false, exchange_charges = false, drive = false, accept = false;
+};
+
+/// The functions that E overrides. An inherited function has the type of Base's. One that cannot be named here, because
+/// it is private or overloaded, is E's own.
+template <class E, class Base = Effect>
+constexpr Overrides overrides_of() {
+  using std::same_as;
+  Overrides own;
+  own.add_forces = !requires { requires same_as<decltype(&E::add_forces), decltype(&Base::add_forces)>; };
+  own.stored_energy = !requires { requires same_as<decltype(&E::stored_energy), decltype(&Base::stored_energy)>; };
+  own.drag = !requires { requires same_as<decltype(&E::drag), decltype(&Base::drag)>; };
+  own.add_currents = !requires { requires same_as<decltype(&E::add_currents), decltype(&Base::add_currents)>; };
+  own.charge_relaxation_time = !requires {
+    requires same_as<decltype(&E::charge_relaxation_time), decltype(&Base::charge_relaxation_time)>;
+  };
+  own.grain_contact = !requires { requires same_as<decltype(&E::grain_contact), decltype(&Base::grain_contact)>; };
+  own.exchange_charges = !requires {
+    requires same_as<decltype(&E::exchange_charges), decltype(&Base::exchange_charges)>;
+  };
+  own.drive = !requires { requires same_as<decltype(&E::drive), decltype(&Base::drive)>; };
+  own.accept = !requires { requires same_as<decltype(&E::accept), decltype(&Base::accept)>; };
+  return own;
+}
+
+/// Makes an effect, and holds which functions its class overrides.
+class EffectMaker {
+ public:
+  EffectMaker() = default;
+  /// `make`: takes a scene that has the effect's table and returns a std::unique_ptr to the effect's own class.
+  template <class Make>
+  requires std::is_invocable_v<Make, const Scene&> EffectMaker(Make make) : make_(std::move(make)) {
+    using Made = typename std::invoke_result_t<Make, const Scene&>::element_type;
+    static_assert(!std::same_as<Made, Effect>, "the return type must name the effect's class: leave `-> ...` out");
+    overrides_ = overrides_of<Made>();
+  }
+
+  template <class Base = Effect>  // a template, for files that do not know Effect's members
+  std::unique_ptr<Base> operator()(const Scene& scene) const {
+    return make_(scene);
+  }
+  const Overrides& overrides() const { return overrides_; }
+
+ private:
+  std::function<std::unique_ptr<Effect>(const Scene&)> make_;
+  Overrides overrides_;
 };
 
 /// All that the program knows of a kind of effect before it makes one: what its table in a scene file may hold, what it
@@ -41,7 +102,6 @@ struct EffectKind {
   bool grains = false;   ///< one of grains, with [reference] and reduced units; others are in SI
   bool packing = false;  ///< one that [minimize] brings to rest: nothing happens in time
   bool field = false;    ///< one with Laplace's equation, of which [field] says how it is solved
-  bool drives = false;   ///< of grains: one whose gas is not left alone, so that no theory of free cooling holds
 
   /// Compares its keys with each other and with the rest of the file, before anything is placed. Throws InputError
   /// (refuse()). This and what follows may be null.
@@ -51,21 +111,31 @@ struct EffectKind {
   void (*complete)(const Draft&, Scene&) = nullptr;
   /// What only a run cannot do, where other commands can. Throws InputError.
   void (*check_run)(const Scene&) = nullptr;
-  /// Never null. The table stands in the scene.
-  std::unique_ptr<Effect> (*make)(const Scene&) = nullptr;
+  EffectMaker make{};
   std::vector<Remark> (*explain)(const Scene&) = nullptr;
   /// m: conductors with surfaces closer than that are in electrical contact.
   double (*contact_gap)(const Scene&) = nullptr;
   /// K of the energy K q_i q_j / r of two charged grains.
   double (*charge_strength)(const Scene&) = nullptr;
-  /// The error that forces of charges may have, rms over rms.
+  // Of grains: what their steps are chosen by. Steps keep to the strictest of all effects.
+
+  /// The error that its forces may have, rms over rms.
   double (*force_accuracy)(const Scene&) = nullptr;
+  /// d0, over which its forces change; null: over the smallest diameter.
+  double (*force_length)(const Scene&) = nullptr;
+  /// Null: its forces hold no two grains together.
+  ContactAttraction (*contact_attraction)(const Scene&) = nullptr;
   /// How often a step of grains computes the forces of charges; 1 where no effect says it.
   double (*evaluations_a_step)(const Scene&) = nullptr;
   /// d0: two grains whose centres come that close polarize each other without end.
   double (*closest_approach)(const Scene&) = nullptr;
 
-  double seconds = 0;           ///< that its forces on a grain take on one core, measured; for an estimate of the cost
+  /// s a grain that its forces take on one core with AVX-512, for an estimate of the cost; null: they are timed.
+  double (*seconds)(const Scene&) = nullptr;
+  double bytes = 0;  ///< a grain that its arrays take, for an estimate of the memory
+  /// Of grains: tells the steps on a device what this effect does there. Throws InputError (effects::refuse_on_device)
+  /// for what a device does not compute of it. Null: a device does not compute the effect, and refuses it.
+  void (*device)(const Scene&, effects::DeviceForces&) = nullptr;
   std::string energy_advice{};  ///< what to change if a run's energy does not balance; empty: steps and grid
 
   /// Throws InputError if it cannot do that dimension: a sentence, after `where` ("scene.toml:3: ", say).
@@ -74,9 +144,13 @@ struct EffectKind {
   void check_periodic(const std::string& where = "") const;
 };
 
-/// What the scene's first effect that says such a number says, &EffectKind::contact_gap for example; empty if none
-/// does.
+/// The largest of the numbers that the scene's effects give, &EffectKind::contact_gap for example; empty if none does.
 std::optional<double> number_in(const Scene& scene, double (*EffectKind::*number)(const Scene&));
+/// The smallest of them.
+std::optional<double> least_in(const Scene& scene, double (*EffectKind::*number)(const Scene&));
+
+/// True if an effect of the scene drives its grains, so that no theory of free cooling holds.
+bool is_driven(const Scene& scene);
 
 /// Refuses an effect that lacks something: "effects.NAME needs WHAT: add it, or leave the effect out".
 [[noreturn]] void refuse_effect(const Draft& draft, const std::string& name, const std::string& needed);

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "solvers/error.hpp"
@@ -20,9 +21,22 @@ bool Effects::has(bool EffectKind::*flag) const {
 }
 
 std::optional<double> number_in(const Scene& scene, double (*EffectKind::*number)(const Scene&)) {
+  std::optional<double> largest;
   for (const Effects::Entry& entry : scene.effects)
-    if (const auto say = entry.kind->*number) return say(scene);
-  return {};
+    if (const auto of = entry.kind->*number) largest = std::max(of(scene), largest.value_or(-INFINITY));
+  return largest;
+}
+
+std::optional<double> least_in(const Scene& scene, double (*EffectKind::*number)(const Scene&)) {
+  std::optional<double> least;
+  for (const Effects::Entry& entry : scene.effects)
+    if (const auto of = entry.kind->*number) least = std::min(of(scene), least.value_or(INFINITY));
+  return least;
+}
+
+bool is_driven(const Scene& scene) {
+  return std::ranges::any_of(scene.effects,
+                             [](const Effects::Entry& entry) { return entry.kind->make.overrides().drive; });
 }
 
 namespace {

@@ -164,18 +164,18 @@ void check_grains(const Draft& draft) {
 
 namespace {
 
-/// t0: of multirate what the accuracy of charges' forces asks for, if there is one; of others for the shortest contact
-/// of grains at T = 10 in a stage ten times as stiff.
+/// t0: for multirate the step that the accuracy of forces asks for, if an effect has one; for other integrators that of
+/// the shortest contact of grains at T = 10 in a stage ten times as stiff.
 double default_step(const Scene& scene) {
   const Integrator integrator = scene.mechanics.integrator;
   if (integrator == Integrator::verlet) return 0.005;
   if (integrator == Integrator::gear || integrator == Integrator::gear_printed) return 0.0015;
-  return integrator == Integrator::multirate && number_in(scene, &EffectKind::force_accuracy) ? INFINITY : 0.05;
+  return integrator == Integrator::multirate && least_in(scene, &EffectKind::force_accuracy) ? INFINITY : 0.05;
 }
 
-/// What the forces of charges may be wrong by, contacts may be too.
+/// Contacts may be as wrong as the most accurate forces.
 int default_contact_steps(const Scene& scene) {
-  return contact_steps_for(number_in(scene, &EffectKind::force_accuracy).value_or(usual_contact_accuracy));
+  return contact_steps_for(least_in(scene, &EffectKind::force_accuracy).value_or(usual_contact_accuracy));
 }
 
 }  // namespace
@@ -185,14 +185,17 @@ void fill_in_grains(Draft& draft) {
   const auto is_given = [&](const char* key) { return draft.line(key) > 0; };
   if (!is_given("material.density")) scene.material.density = 6 / std::numbers::pi;  // mass 1 at diameter 1
   if (!is_given("mechanics.integrator")) scene.mechanics.integrator = Integrator::multirate;
-  if (!is_given("mechanics.step")) scene.mechanics.step = default_step(scene);
   if (!is_given("mechanics.relative_tolerance")) scene.mechanics.relative_tolerance = 1e-13;  // of a reference
-  if (!is_given("mechanics.contact_steps")) scene.mechanics.contact_steps = default_contact_steps(scene);
   if (!is_given("stop.time")) scene.stop.time = 150;
   if (!is_given("output.every")) scene.output.every = scene.stop.time / 100;
   scene.stop.stationary = false;
   for (PopulationDraft& population : draft.populations)
     if (!population.radius && population.radii.empty()) population.radius = Interval{0.5, 0.5};
+}
+
+void fill_in_steps(const Draft& draft, Scene& scene) {
+  if (draft.line("mechanics.step") == 0) scene.mechanics.step = default_step(scene);
+  if (draft.line("mechanics.contact_steps") == 0) scene.mechanics.contact_steps = default_contact_steps(scene);
 }
 
 namespace {

@@ -43,7 +43,7 @@ const EffectKind& NearestGapOptions::kind() {
       .description = "the gap to the nearest body is recorded",
       .help = "Adds a column; moves nothing.",
       .options = NearestGapOptions{},
-      .make = [](const Scene&) -> std::unique_ptr<Effect> { return std::make_unique<NearestGap>(); }};
+      .make = [](const Scene&) { return std::make_unique<NearestGap>(); }};
   return kind;
 }
 

@@ -45,7 +45,7 @@ const EffectKind& QuadraticDragOptions::kind() {
                                   .description = "drag at high Reynolds number",
                                   .help = "Drag c v^2.",
                                   .options = QuadraticDragOptions{},
-                                  .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
+                                  .make = [](const Scene& scene) {
                                     return std::make_unique<QuadraticDrag>(*scene.effects.find<QuadraticDragOptions>());
                                   }};
   return kind;

@@ -52,7 +52,7 @@ const EffectKind& SpringOptions::kind() {
             constexpr double rate = 2 * 3.14159265358979 * 100;  // rad/s
             scene.effects.find<SpringOptions>()->stiffness = rate * rate * std::ranges::max(mass);
           },
-      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<Spring>(scene); }};
+      .make = [](const Scene& scene) { return std::make_unique<Spring>(scene); }};
   return kind;
 }
 

@@ -8,6 +8,7 @@
 #include "src/granular/device/contact_steps.hpp"
 #include "src/granular/pace.hpp"
 #include "src/granular/resonance.hpp"
+#include "src/scene/contact_attraction.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -16,12 +17,12 @@ template <class Law>
 struct StepRule {
   Law law;
   double longest = 0;  ///< mechanics.step
-  double way = 0;      ///< if that is infinite: of the fastest grain, as the accuracy of forces asks for
+  double way = 0;      ///< of the fastest grain, at most
   double contact_steps = 1;
   GrainsSeen grains;
   double largest_radius = 0, lightest = 1;
-  double strength = 0;  ///< of charges
-  double skin = 0;      ///< of lists
+  ContactAttraction attraction;
+  double skin = 0;  ///< of lists
 
   LICHTENBERG_HOST_DEVICE double longest_step(double speed, double impact, double acceleration, double held) const {
     if (std::isinf(longest)) {
@@ -29,7 +30,7 @@ struct StepRule {
       return std::fmin(held, std::fmax(step, step_of_contacts(impact + 2 * acceleration * step)));
     }
     const double most = held < longest ? held : longest;
-    return speed * most > longest_way ? longest_way / speed : most;
+    return speed * most > way ? way / speed : most;
   }
   LICHTENBERG_HOST_DEVICE double step_of_contacts(double impact) const {
     return time_to_resolve(law, impact, grains) / contact_steps;
@@ -47,9 +48,9 @@ struct StepRule {
 /// Steps that follow each other without a question to the host.
 struct Progress {
   double time = 0, target = 0;
-  double end = 0;          ///< of the step that has been chosen
-  double travel = 0;       ///< of a grain in it
-  double held_charge = 0;  ///< for which forces may be held so long
+  double end = 0;           ///< of the step that has been chosen
+  double travel = 0;        ///< of a grain in it
+  double held_charge = -1;  ///< for which forces may be held so long
   double hold = INFINITY;
   std::int64_t contact_steps = 0, begun = 0, transfers = 0;
   int left = 0;   ///< steps that may still be made
@@ -74,7 +75,7 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const Found& foun
   if (!now.wanted() || found.passed || found.lost) return;
   if (found.charge != now.held_charge) {
     now.held_charge = found.charge;
-    now.hold = longest_hold(rule.law, rule.strength * found.charge * found.charge, 0.5 * rule.lightest);
+    now.hold = longest_hold(rule.law, rule.attraction(found.charge), 0.5 * rule.lightest);
   }
   const double speed = std::sqrt(found.speed2), acceleration = std::sqrt(found.acceleration2);
   const double impact = std::fmax(2 * speed, std::sqrt(found.impact2)), left = now.target - now.time;

@@ -370,7 +370,7 @@ class GasOn final : public DeviceGas {
             {gas_.lightest, gas_.smallest_radius, typical_impact(gas_.options.mass.size())},
             gas_.largest_radius,
             gas_.lightest,
-            gas_.options.tables ? gas_.options.strength : 0,
+            gas_.options.attraction,
             lists_.skin()};
   }
   const double* scale() const { return &gas_.book.data()->scale; }

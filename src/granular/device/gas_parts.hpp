@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "solvers/periodic/device/charges.hpp"
-#include "src/effects/charge_exchange_law.hpp"
-#include "src/effects/wind.hpp"
+#include "src/effects/device_forces.hpp"
 #include "src/granular/device/snapshot.hpp"
+#include "src/scene/contact_attraction.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::granular::device {
@@ -20,23 +20,17 @@ using periodic::device::ChargeSums;
 using periodic::device::Felt;
 using periodic::device::Totals;
 
-/// What a scene has that a device needs to know.
-struct GasOptions {
+/// Data of a scene that a device needs.
+struct GasOptions : effects::DeviceForces {
   Vec3 lengths;
   std::vector<double> mass, radius;  ///< [N]
   double step = 0;                   ///< the longest; infinite: the fastest grain flies `way`
-  double way = 0;
+  double way = 0;                    ///< that it flies at most, d0
+  ContactAttraction attraction;
   int contact_steps = 1;
   std::uint64_t seed = 0;
   std::string path;
-  std::optional<periodic::device::MeshTables> tables;  ///< of charges; empty: they do not act
-  double strength = 0;                                 ///< K
-  double polarizability = 0, dipole_tolerance = 0;     ///< 0: no dipoles
-  bool charged = false, exchanges = false;
-  effects::ImpactExchange exchange{};
-  std::optional<effects::Wind> wind;
-  std::optional<Vec3> acceleration;  ///< of each grain alike
-  double bytes = 0;                  ///< of the device, by an estimate
+  std::optional<periodic::device::MeshTables> tables;  ///< of `mesh`
 };
 
 /// What surrounds grains, and acts on each by itself.

@@ -502,6 +502,6 @@ TEST_CASE("disks below a cell: a warning that names the smallest radius") {
   scene.field().cells = 130;
   CHECK_EQ(effects::unresolved_bodies(scene), "");
   scene.field().cells = 64;
-  scene.field().method = FieldMethod::multipole;
+  scene.field().method = &multipole_method();
   CHECK_EQ(effects::unresolved_bodies(scene), "");
 }

@@ -40,7 +40,7 @@ Scene cube_of(const std::vector<Vec3>& places, double accuracy) {
   for (const Vec3 place : places) scene.conductors.push_back({.position = place, .radius = radius});
   scene.mechanics.position_tolerance = 1e-3 * radius;
   scene.mechanics.largest_step = 0.1;
-  scene.field_table = FieldOptions{.method = FieldMethod::spheres, .moving_tolerance = accuracy};
+  scene.field_table = FieldOptions{.method = &spheres_method(), .moving_tolerance = accuracy};
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add<effects::StokesDragOptions>();
   return scene;
@@ -92,7 +92,7 @@ std::string ball(const std::string& position, const std::string& shape = "shape 
 
 TEST_CASE("a scene of conductors in space: its field is that of spheres, its electrodes are") {
   const Scene scene = parse(dish + sphere("[0.01, 0.01, 0.002]") + ball("[0.004, 0.01, 0.002]") + floating);
-  CHECK(scene.field().method == FieldMethod::spheres);
+  CHECK(scene.field().method == &spheres_method());
   CHECK(scene.field().moving_tolerance == 1e-3);
   CHECK(scene.electrodes.at(0).centre() == Vec3{0.004, 0.01, 0.002});
   const Scene exact = parse(dish + "field = { accuracy = 1e-5 }\n" + sphere("[0.01, 0.01, 0.002]") + floating);
@@ -120,7 +120,7 @@ TEST_CASE("what conductors in space cannot have is refused in a sentence") {
           sphere("[0.01, 0.01]") + floating,
       {"field.method = \"spheres\"", "two dimensions"});
   check_refused(dish + one + sphere("[0.012, 0.01, 0.002]") + floating, {"touches the one at [0.012, 0.01, 0.002]"});
-  CHECK_THROWS_AS(effects::make_sphere_solver({.method = FieldMethod::spheres, .device = FieldDevice::cuda}, 1),
+  CHECK_THROWS_AS(effects::make_sphere_solver({.method = &spheres_method(), .device = FieldDevice::cuda}, 1),
                   InputError);
 }
 

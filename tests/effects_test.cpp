@@ -21,6 +21,7 @@
 #include "src/effects/leakage.hpp"
 #include "src/effects/stokes_drag.hpp"
 #include "src/effects/wall_contact.hpp"
+#include "src/field_methods/field_method.hpp"
 #include "tests/conductors.hpp"
 #include "tests/line_charges.hpp"
 
@@ -348,16 +349,16 @@ TEST_CASE("field forces, charges and energies are SI: per metre of depth times t
 }
 
 TEST_CASE("the field solver is the one that the scene asks for") {
-  CHECK(dynamic_cast<laplace::CutCellSolver*>(make_field_solver({.method = FieldMethod::cut_cell}).get()));
-  CHECK(dynamic_cast<laplace::RelaxationSolver*>(make_field_solver({.method = FieldMethod::relaxation}).get()));
-  CHECK(dynamic_cast<laplace::MultipoleSolver*>(make_field_solver({.method = FieldMethod::multipole}).get()));
-  CHECK_THROWS_AS(make_field_solver({.method = FieldMethod::multipole, .device = FieldDevice::cuda}), InputError);
-  CHECK_THROWS_AS(make_field_solver({.method = FieldMethod::relaxation, .device = FieldDevice::cuda}), InputError);
+  CHECK(dynamic_cast<laplace::CutCellSolver*>(make_field_solver({.method = &cut_cell_method()}).get()));
+  CHECK(dynamic_cast<laplace::RelaxationSolver*>(make_field_solver({.method = &relaxation_method()}).get()));
+  CHECK(dynamic_cast<laplace::MultipoleSolver*>(make_field_solver({.method = &multipole_method()}).get()));
+  CHECK_THROWS_AS(make_field_solver({.method = &multipole_method(), .device = FieldDevice::cuda}), InputError);
+  CHECK_THROWS_AS(make_field_solver({.method = &relaxation_method(), .device = FieldDevice::cuda}), InputError);
 }
 
 TEST_CASE("the multipole method moves only what contact forces keep apart") {
   Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.03}});
-  scene.field().method = FieldMethod::multipole;
+  scene.field().method = &multipole_method();
   CHECK_THROWS_AS(make_model(scene), InputError);
   scene.effects.add<effects::HertzContactOptions>();
   CHECK_THROWS_AS(make_model(scene), InputError);

@@ -37,7 +37,7 @@ TEST_CASE("the predictor's grid is the field's, halved while a radius has two ce
            [](Scene& s) { s.mechanics.predictor = false; },
            [](Scene& s) { s.mechanics.coupling = FieldCoupling::monolithic; },
            [](Scene& s) { s.mechanics.integrator = Integrator::euler; },
-           [](Scene& s) { s.field().method = FieldMethod::relaxation; },
+           [](Scene& s) { s.field().method = &relaxation_method(); },
            [](Scene& s) { s.effects.add(effects::LeakageOptions{.conductivity = 1e-10}); }}) {
     Scene other = resolved_crowd();
     change(other);

@@ -15,6 +15,7 @@
 #include "src/effects/read_scene.hpp"
 #include "src/effects/stokes_drag.hpp"
 #include "src/effects/wall_contact.hpp"
+#include "src/field_methods/field_method.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/scene.hpp"
 #include "src/scene/schema.hpp"
@@ -140,7 +141,7 @@ force = 0.01
   CHECK(s.effects.find<effects::WallContactOptions>()->poisson == 0.3);
   CHECK(s.effects.find<effects::ContactDischargeOptions>()->gap == 1e-4);
   CHECK(s.effects.find<effects::ContactDischargeOptions>()->hysteresis == 0.5);
-  CHECK(s.field().method == FieldMethod::relaxation);
+  CHECK(s.field().method == &relaxation_method());
   CHECK(s.field().cells == 64);
   CHECK(s.field().tolerance == 1e-6);
   CHECK(s.field().moving_tolerance == 1e-3);
@@ -391,7 +392,7 @@ TEST_CASE("an accuracy takes the place of cells and tolerances") {
   };
   CHECK(parse(with("")).field_request()->accuracy == 1e-3);
   CHECK_FALSE(parse(with("")).field_request()->method);
-  CHECK(parse(with("method = \"cut-cell\"\n")).field_request()->method == FieldMethod::cut_cell);
+  CHECK(parse(with("method = \"cut-cell\"\n")).field_request()->method == &cut_cell_method());
   CHECK_THROWS_AS(parse(with("")).field(), InputError);
   CHECK_FALSE(parse(box + "field.cells = 64\n" + disk("[0.01, 0.01]")).field_request());
   for (const std::string key : {"cells", "tolerance", "moving_tolerance"})
@@ -431,7 +432,7 @@ TEST_CASE("a number of any key: a size beyond its bounds is refused by name") {
         const std::string domain = in_domain && key.name == "size" ? "" : "size = [0.04, 0.02]\n";
         const std::string line = key.name + " = " + written + "\n";
         check_refused("[domain]\n" + domain +
-                          (in_domain                                  ? line
+                          (in_domain                             ? line
                            : table.kind == Table::Kind::repeated ? "[[" + table.path + "]]\n" + line
                                                                  : "[" + table.path + "]\n" + line),
                       {path_in(table, key.name) + " = ", "is not allowed"});

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "solvers/laplace/accuracy/gaps.hpp"
+#include "src/field_methods/field_method.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::analysis {
@@ -60,8 +61,8 @@ double energy_account(const ConductorFrame& frame) {
 double allowed_energy_imbalance(const Scene& scene) {
   const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   const double steps = std::pow(2 * scene.mechanics.position_tolerance / radius, 2.0 / 3);
-  if (scene.field().method == FieldMethod::multipole) return steps;
-  if (scene.field().method == FieldMethod::spheres) return steps + scene.field().moving_tolerance;
+  if (scene.dimension() == 3) return steps + scene.field().moving_tolerance;
+  if (!scene.field().method->on_grid) return steps;
   const double cell = std::max(scene.domain.size.x, scene.domain.size.y) / scene.field().cells;
   const double gap = number_in(scene, &EffectKind::contact_gap).value_or(0);
   return steps + laplace::likely_error * laplace::difficulty({.gap = gap, .radius = radius}, cell);

@@ -7,29 +7,15 @@
 #include <numbers>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/accuracy/price.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/field_methods/field_method.hpp"
 #include "src/mechanics/simulation.hpp"
 
 namespace lichtenberg {
 
-bool runs_on_device(const FieldOptions& options) {
-  return options.device == FieldDevice::cuda && options.method == FieldMethod::cut_cell &&
-         options.linear_solver == FieldLinearSolver::multigrid;
-}
-
 namespace {
-
-laplace::Price price_of(const FieldOptions& options) {
-  // Sweeps of an over-relaxed lattice grow with its side (D 6.9), and with them the time of an iteration.
-  if (options.method == FieldMethod::relaxation) return {16, 0, 3.5e-10 * options.cells, 60};
-  if (options.method == FieldMethod::multipole) return laplace::multipole_price;
-  if (options.method == FieldMethod::spheres) return laplace::spheres_price;
-  if (runs_on_device(options)) return laplace::cut_cell_price_on_device;
-  return options.linear_solver == FieldLinearSolver::assembled ? laplace::assembled_price : laplace::cut_cell_price;
-}
 
 /// Of the first instant: what is in contact then has no way to go.
 double floating_groups(const Scene& scene) {
@@ -68,8 +54,6 @@ FieldSolves solves_in_plane(const Scene& scene, double ways) {
 }
 
 constexpr double bytes_at_start = 40e6;  // PETSc and the other libraries
-/// Share of the iterations that is left where earlier solutions give the initial guess.
-double share_in_motion(const FieldOptions& options) { return options.method == FieldMethod::spheres ? 0.5 : 0.8; }
 
 /// Part of the domain that the conductors fill, overlaps counted twice.
 double filling(const Scene& scene) {
@@ -93,10 +77,10 @@ double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_P
 }  // namespace
 
 FieldCost estimate_field_cost(const FieldOptions& options, double size) {
-  const laplace::Price price = price_of(options);
+  const auto [price, around, share_in_motion] = price_of(options);
   return {.bytes = bytes_at_start + price.bytes * size,
           .single_seconds = price.seconds(size, options.tolerance),
-          .moving_seconds = price.seconds(size, options.moving_tolerance, share_in_motion(options))};
+          .moving_seconds = price.seconds(size, options.moving_tolerance, share_in_motion)};
 }
 
 FieldCost estimate_sphere_cost(const FieldOptions& options, double single_unknowns, double moving_unknowns) {

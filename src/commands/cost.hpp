@@ -6,9 +6,6 @@
 
 namespace lichtenberg {
 
-/// Whether a device computes what costs something; else a core.
-bool runs_on_device(const FieldOptions& options);
-
 /// What a field solve will cost on one core or that device, from measured figures an unknown (README.md of this
 /// folder). An estimate: machines differ by factors of two and more.
 struct FieldCost {

@@ -22,6 +22,7 @@
 #include "src/effects/effects.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/field_methods/field_method.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -134,12 +135,14 @@ double explain_grid(const Scene& scene, const laplace::LaplaceProblem& problem) 
   return grid.cells();
 }
 
-/// The method without a grid. Returns its unknowns.
-double explain_multipoles(const Scene& scene, const laplace::LaplaceProblem& problem) {
-  const long unknowns = laplace::multipole_unknowns(problem, effects::multipole_options(scene.field()));
+/// A method without a grid. Returns its unknowns.
+double explain_unknowns(const Scene& scene, const laplace::LaplaceProblem& problem) {
+  const FieldOptions& field = scene.field();
+  const long bodies = static_cast<long>(problem.bodies.size());
+  const long unknowns = field.method->unknowns ? field.method->unknowns(problem, field) : bodies;
   fmt::print("  grid                 none\n");
   fmt::print("  unknowns             {}: some {} a disk, more in narrow gaps\n", unknowns,
-             unknowns / std::max(static_cast<long>(problem.bodies.size()), 1L));
+             unknowns / std::max(bodies, 1L));
   return static_cast<double>(unknowns);
 }
 
@@ -148,8 +151,7 @@ void explain_accuracy(const Scene& scene) {
   if (!scene.field_accuracy()) return;
   fmt::print("  accuracy             {:g}: {} will do; `solve` and `run` measure the error and take more if need be\n",
              scene.field_accuracy()->asked,
-             scene.field().method == FieldMethod::cut_cell ? fmt::format("some {} cells", scene.field().cells)
-                                                           : "this tolerance");
+             scene.field().method->on_grid ? fmt::format("some {} cells", scene.field().cells) : "this tolerance");
 }
 
 /// Returns what the cost grows with.
@@ -159,8 +161,7 @@ double explain_field(const Scene& scene, const laplace::LaplaceProblem& problem)
   explain_accuracy(scene);
   fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", scene.field().tolerance,
              scene.field().moving_tolerance);
-  return scene.field().method == FieldMethod::multipole ? explain_multipoles(scene, problem)
-                                                        : explain_grid(scene, problem);
+  return scene.field().method->on_grid ? explain_grid(scene, problem) : explain_unknowns(scene, problem);
 }
 
 /// Why the scene's own method cannot be used in a run; empty if it can, or if a run would choose one.
@@ -174,16 +175,9 @@ std::string refusal_of_run(const Scene& scene) {
   }
 }
 
-/// What a solve takes beside its cells, a conductor (s): contacts, groups, charges, motion; on a processor, also for
-/// all that is made of it on the grids, cover and links, whatever they count.
-double seconds_around_a_solve(const FieldOptions& options) {
-  const bool has_links = options.method == FieldMethod::cut_cell && !runs_on_device(options);
-  return has_links ? 5e-6 : 3e-7;
-}
-
 /// `size`: cells of the field's grid.
 void explain_solves(const Scene& scene, double size, const FieldCost& cost, const FieldSolves& solves) {
-  const double around = seconds_around_a_solve(scene.field()) * static_cast<double>(scene.conductors.size());
+  const double around = price_of(scene.field()).seconds_a_conductor * static_cast<double>(scene.conductors.size());
   double seconds = solves.whole * cost.moving_seconds + (solves.whole + solves.predictions) * around;
   std::string predictions;
   if (solves.predictions > 0) {

@@ -6,6 +6,7 @@
 #include "solvers/error.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/field_methods/field_method.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -29,28 +30,17 @@ std::vector<std::string> name_groups(const Scene& scene, const std::vector<int>&
   return names;
 }
 
-std::string linear_solver_in_words(const FieldOptions& field) {
-  if (field.linear_solver == FieldLinearSolver::assembled) return "assembled matrix with a preconditioner of PETSc's";
-  return "matrix-free with geometric multigrid";
-}
-
 }  // namespace
 
 std::string method_in_words(const FieldOptions& field) {
-  if (field.method == FieldMethod::relaxation)
-    return "relaxation (D 6.3-6.5): over-relaxed lattice, gradient descent on the floating potentials";
-  if (field.method == FieldMethod::spheres) return "spheres: real solid harmonics on each, walls as mirrors";
-  if (field.method == FieldMethod::multipole)
-    return "multipole: spectral, a Fourier series a disk and walls as mirrors; GMRES with FFT";
-  return fmt::format("cut-cell finite volumes, {} links; conjugate gradients, {}{}", name_of(field.links),
-                     linear_solver_in_words(field), field.device == FieldDevice::cuda ? ", on a CUDA device" : "");
+  return field.method->describe ? field.method->describe(field) : field.method->name + ": " + field.method->help;
 }
 
 std::string choice_in_words(const FieldOptions& field) {
-  const std::string grid = field.method == FieldMethod::cut_cell ? fmt::format("{} cells, ", field.cells) : "";
+  const std::string grid = field.method->on_grid ? fmt::format("{} cells, ", field.cells) : "";
   const double estimate = field.chosen_for->estimate;
-  return fmt::format("{}, {}tolerance {:.2g}: an estimated error {}, where {:g} is allowed", name_of(field.method),
-                     grid, field.tolerance, estimate > 0 ? fmt::format("of {:.1e}", estimate) : "below rounding",
+  return fmt::format("{}, {}tolerance {:.2g}: an estimated error {}, where {:g} is allowed", field.method->name, grid,
+                     field.tolerance, estimate > 0 ? fmt::format("of {:.1e}", estimate) : "below rounding",
                      field.chosen_for->asked);
 }
 

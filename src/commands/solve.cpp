@@ -21,6 +21,7 @@
 #include "src/effects/conductor_frame.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/groups.hpp"
+#include "src/field_methods/field_method.hpp"
 #include "src/model/bodies.hpp"
 #include "src/record/recorder.hpp"
 #include "src/record/result.hpp"
@@ -227,7 +228,7 @@ nlohmann::ordered_json json_of(const Answer& answer) {
   if (!answer.in_space()) json["depth"] = answer.depth();
   json["units"] = {{"position", "m"}, {"radius", "m"}, {"potential", "V"}, {"charge", "C"},
                    {"force", "N"},    {"energy", "J"}, {"depth", "m"},     {"capacitance", "F"}};
-  json["method"] = name_of(field.method);
+  json["method"] = field.method->name;
   if (field.chosen_for) {
     json["accuracy"] = {{"asked", field.chosen_for->asked}, {"estimated_error", field.chosen_for->estimate}};
     if (!answer.in_space()) json["accuracy"]["cells"] = field.cells;

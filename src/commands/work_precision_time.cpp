@@ -8,6 +8,7 @@
 #include "src/commands/work_precision.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/field_methods/field_method.hpp"
 #include "src/mechanics/simulation.hpp"
 
 namespace lichtenberg::work_precision {
@@ -155,7 +156,7 @@ std::string describe_field(const MovingSubject& subject) {
   if (!subject.scene.effects.has(&EffectKind::field)) return "no field";
   if (subject.multipole) return fmt::format("field by the multipole method at tolerance {:g}", subject.field_tolerance);
   const FieldOptions& field = subject.scene.field();
-  return fmt::format("field by the {} method on S = {} at tolerance {:g}", name_of(field.method), field.cells,
+  return fmt::format("field by the {} method on S = {} at tolerance {:g}", field.method->name, field.cells,
                      subject.field_tolerance);
 }
 

@@ -7,6 +7,7 @@
 
 #include "src/effects/contact_resistance.hpp"
 #include "src/effects/leakage.hpp"
+#include "src/field_methods/field_method.hpp"
 
 namespace lichtenberg::effects {
 
@@ -18,12 +19,13 @@ void check_resistors(const Draft& draft) {
   const std::string what = series ? "electrode.series_resistance" : "the table [effects.contact_resistance]";
   const auto refuse_with = [&](const std::string& key, const std::string& value, const std::string& allowed) {
     refuse(scene.path, draft.line(key),
-           fmt::format("{} = \"{}\" is not allowed with {}: it must be \"{}\"", key, value, what, allowed));
+           fmt::format("{} = \"{}\" is not allowed with {}: it must be {}", key, value, what, allowed));
   };
-  if (draft.domain_size.count == 2 && draft.field.method && draft.field.method != FieldMethod::cut_cell)
-    refuse_with("field.method", name_of(*draft.field.method), "cut-cell");
+  if (draft.domain_size.count == 2 && draft.field.method && !draft.field.method->couplings)
+    refuse_with("field.method", draft.field.method->name,
+                field_methods_that(2, [](const FieldMethodKind& method) { return method.couplings; }));
   if (scene.mechanics.integrator == Integrator::cvode && scene.mechanics.coupling == FieldCoupling::monolithic)
-    refuse_with("mechanics.coupling", "monolithic", "split");
+    refuse_with("mechanics.coupling", "monolithic", "\"split\"");
   if (scene.mechanics.integrator == Integrator::euler && draft.field.accuracy)
     refuse(scene.path, draft.line("mechanics.integrator"),
            fmt::format("mechanics.integrator = \"euler\" is not allowed with {} and field.accuracy, which its steps "

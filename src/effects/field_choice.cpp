@@ -13,6 +13,8 @@
 #include "src/effects/current_source.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/floating_spheres.hpp"
+#include "src/field_methods/cut_cell.hpp"
+#include "src/field_methods/field_method.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -24,14 +26,30 @@ int cells_in_memory(Vec2 size) {
   return static_cast<int>(std::min<double>(most_cells, std::sqrt(aspect * bytes / laplace::cut_cell_price.bytes)));
 }
 
-bool multipoles_can_follow(Scene scene) {
-  scene.field_table = FieldOptions{.method = FieldMethod::multipole};
+bool can_follow(Scene scene, const FieldMethodKind& method) {
+  scene.field_table = FieldOptions{.method = &method};
   try {
     check_can_move(scene);
     return true;
   } catch (const InputError&) {
     return false;
   }
+}
+
+/// The method that must be chosen for an accuracy; empty: the cheapest is.
+std::optional<laplace::Method> only_choice(const Scene& scene, bool for_a_run) {
+  const FieldRequest& asked = *scene.field_request();
+  if (asked.method) return asked.method->accuracy;
+  std::vector<laplace::Method> possible;
+  for (const FieldMethodKind* method : field_methods())
+    if (method->accuracy && method->solves(2) && (asked.device == FieldDevice::cpu || method->on_device) &&
+        (!has_resistors(scene) || method->couplings) && (!for_a_run || can_follow(scene, *method)))
+      possible.push_back(*method->accuracy);
+  return possible.size() == 1 ? std::optional(possible.front()) : std::nullopt;
+}
+
+const FieldMethodKind& method_of(laplace::Method chosen) {
+  return **std::ranges::find_if(field_methods(), [&](const auto* method) { return method->accuracy == chosen; });
 }
 
 /// Charges after the first frame's time.
@@ -90,11 +108,7 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
       .most_cells = cells_in_memory(plane(scene.domain.size)),
       .cut_cell =
           cut_cell_options({.device = asked.device, .threads = asked.threads, .linear_solver = asked.linear_solver})};
-  const bool only_cut_cell = has_resistors(scene) || asked.device != FieldDevice::cpu ||
-                             (for_a_run && !asked.method && !multipoles_can_follow(scene));
-  if (asked.method == FieldMethod::multipole) request.method = laplace::Method::multipole;
-  if (asked.method == FieldMethod::cut_cell || (!asked.method && only_cut_cell))
-    request.method = laplace::Method::cut_cell;
+  request.method = only_choice(scene, for_a_run);
   if (const auto* discharge = scene.effects.find<ContactDischargeOptions>(); for_a_run && discharge)
     request.least_gap = discharge->gap;
   return request;
@@ -111,7 +125,7 @@ double usual_moving_tolerance(const Scene& scene) {
 }
 
 FieldOptions field_chosen(const FieldRequest& asked, const laplace::Choice& choice) {
-  return {.method = choice.method == laplace::Method::multipole ? FieldMethod::multipole : FieldMethod::cut_cell,
+  return {.method = &method_of(choice.method),
           .cells = choice.cells,
           .tolerance = choice.tolerance,
           .moving_tolerance = choice.tolerance,
@@ -149,8 +163,7 @@ Scene with_field_chosen(Scene scene) {
 std::string unresolved_bodies(const Scene& scene) {
   if (!scene.effects.has<FloatingConductorsOptions>() || scene.dimension() != 2) return "";
   const FieldOptions& field = scene.field();
-  const bool grid = field.method == FieldMethod::cut_cell || field.method == FieldMethod::relaxation;
-  if (!grid || field.chosen_for) return "";
+  if (!field.method->on_grid || field.chosen_for) return "";
   const double cell = std::max(scene.domain.size.x, scene.domain.size.y) / field.cells;
   double smallest = cell;
   int number = 0;
@@ -169,10 +182,8 @@ std::string unresolved_bodies(const Scene& scene) {
 }
 
 double estimated_error(const FieldOptions& field, const laplace::LaplaceProblem& problem) {
-  const bool multipole = field.method == FieldMethod::multipole;
-  const laplace::Choice choice{.method = multipole ? laplace::Method::multipole : laplace::Method::cut_cell,
-                               .cells = field.cells,
-                               .tolerance = field.moving_tolerance};
+  const laplace::Choice choice{
+      .method = *field.method->accuracy, .cells = field.cells, .tolerance = field.moving_tolerance};
   return laplace::estimated_error(problem, choice, cut_cell_options(field));
 }
 

@@ -8,14 +8,13 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/circuit.hpp"
-#include "solvers/laplace/multipole/solver.hpp"
-#include "solvers/laplace/relaxation/solver.hpp"
 #include "solvers/parallel/petsc.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/current_source.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/wall_contact.hpp"
+#include "src/field_methods/field_method.hpp"
 #include "src/model/neighbours.hpp"
 #include "src/scene/ground.hpp"
 #include "src/scene/touching.hpp"
@@ -74,36 +73,17 @@ void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGro
   add_couplings(groups, charges, nodes.of_node, scene.medium.depth, problem.groups, problem.couplings);
 }
 
-namespace {
-
-laplace::LinkFormula link_formula(FieldLinks links) {
-  if (links == FieldLinks::plain) return laplace::LinkFormula::plain;
-  return links == FieldLinks::aperture ? laplace::LinkFormula::aperture : laplace::LinkFormula::log_fitted;
+const FieldMethodKind* method_of(const FieldTable& table) {
+  return std::visit([](const auto& field) { return field.method; }, table);
 }
 
-}  // namespace
-
-std::optional<FieldMethod> method_of(const FieldTable& table) {
-  return std::visit([](const auto& field) { return std::optional(field.method); }, table);
-}
-
-laplace::CutCellOptions cut_cell_options(const FieldOptions& options) {
-  using CutCell = laplace::CutCellOptions;
-  const bool assembled = options.linear_solver == FieldLinearSolver::assembled;
-  return {.cells = options.cells,
-          .tolerance = options.tolerance,
-          .links = link_formula(options.links),
-          .threads = options.threads,
-          .linear_solver = assembled ? CutCell::LinearSolver::assembled : CutCell::LinearSolver::multigrid,
-          .device = options.device == FieldDevice::cuda ? CutCell::Device::cuda : CutCell::Device::cpu};
-}
-
-void check_device(FieldDevice device, std::optional<FieldMethod> method) {
-  if (device != FieldDevice::cpu && method && method != FieldMethod::cut_cell)
+void check_device(FieldDevice device, const FieldMethodKind* method) {
+  if (device != FieldDevice::cpu && method && !method->on_device)
     throw InputError(
         fmt::format("field.device = \"{}\" is not allowed with field.method = \"{}\", which runs on the CPU: "
-                    "\"cut-cell\" is the method that can use another device",
-                    name_of(device), name_of(*method)));
+                    "methods that can use another device: {}",
+                    name_of(device), method->name,
+                    field_methods_that(2, [](const FieldMethodKind& other) { return other.on_device; })));
 }
 
 void check_device(const Scene& scene) {
@@ -126,7 +106,7 @@ int predictor_cells(const Scene& scene) {
   const MechanicsOptions& mechanics = scene.mechanics;
   if (!mechanics.predictor || mechanics.integrator != Integrator::cvode || mechanics.coupling != FieldCoupling::split)
     return 0;
-  if (scene.field().method != FieldMethod::cut_cell || scene.conductors.empty()) return 0;
+  if (!scene.field().method->follow || scene.conductors.empty()) return 0;
   if (has_circuit(scene)) return 0;     // small errors of potentials are large ones of currents
   constexpr double least_radius = 1.9;  // cells
   const double smallest = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
@@ -138,18 +118,9 @@ int predictor_cells(const Scene& scene) {
   return cells <= scene.field().cells / 4 ? cells : 0;
 }
 
-laplace::MultipoleOptions multipole_options(const FieldOptions& options) {
-  return {.tolerance = options.tolerance, .results_only = options.chosen_for.has_value(), .cells = options.cells};
-}
-
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
   check_device(options.device, options.method);
-  if (options.method == FieldMethod::relaxation)
-    return std::make_unique<laplace::RelaxationSolver>(laplace::RelaxationOptions{
-        .sites = options.cells, .eta = options.relaxation_eta, .tolerance = options.tolerance});
-  if (options.method == FieldMethod::multipole)
-    return std::make_unique<laplace::MultipoleSolver>(multipole_options(options));
-  return std::make_unique<laplace::CutCellSolver>(cut_cell_options(options));
+  return options.method->make(options);
 }
 
 bool is_inside_integrator(const Scene& scene) {
@@ -157,13 +128,15 @@ bool is_inside_integrator(const Scene& scene) {
 }
 
 void check_can_move(const Scene& scene) {
-  if (method_of(scene.field_table) != FieldMethod::multipole || !scene.effects.has<FloatingConductorsOptions>()) return;
+  const FieldMethodKind* method = method_of(scene.field_table);
+  if (!method || !method->only_separate || !scene.effects.has<FloatingConductorsOptions>()) return;
   if (scene.effects.has<HertzContactOptions>() && scene.effects.has<WallContactOptions>()) return;
   throw InputError(
-      fmt::format("{}: field.method = \"multipole\" in a run needs [effects.{}]: it cannot solve disks that "
-                  "overlap{}, and nothing else keeps moving ones from it; \"cut-cell\" can do without",
-                  scene.path, scene.effects.has<HertzContactOptions>() ? "wall_contact" : "hertz_contact",
-                  scene.effects.has<HertzContactOptions>() ? " a side or an electrode" : ""));
+      fmt::format("{}: field.method = \"{}\" in a run needs [effects.{}]: it cannot solve disks that "
+                  "overlap{}, and nothing else keeps moving ones from it; methods that can do without: {}",
+                  scene.path, method->name, scene.effects.has<HertzContactOptions>() ? "wall_contact" : "hertz_contact",
+                  scene.effects.has<HertzContactOptions>() ? " a side or an electrode" : "",
+                  field_methods_that(2, [](const FieldMethodKind& other) { return !other.only_separate; })));
 }
 
 void check_processes(const FieldTable* field) {
@@ -171,12 +144,12 @@ void check_processes(const FieldTable* field) {
   if (processes == 1) return;
   std::string what = "a scene without a field", instead = "leave mpirun out";
   if (field) {
-    const std::optional<FieldMethod> method = method_of(*field);
+    const FieldMethodKind* method = method_of(*field);
     const auto linear_solver = std::visit([](const auto& table) { return table.linear_solver; }, *field);
-    if (method == FieldMethod::cut_cell && linear_solver == FieldLinearSolver::assembled) return;
-    what = !method                           ? "field.accuracy without a field.method"
-           : method == FieldMethod::cut_cell ? fmt::format("field.linear_solver = \"{}\"", name_of(linear_solver))
-                                             : fmt::format("field.method = \"{}\"", name_of(*method));
+    if (method && method->on_processes == linear_solver) return;
+    what = !method                ? "field.accuracy without a field.method"
+           : method->on_processes ? fmt::format("field.linear_solver = \"{}\"", name_of(linear_solver))
+                                  : fmt::format("field.method = \"{}\"", method->name);
     instead = "set field.method = \"cut-cell\" and field.linear_solver = \"assembled\", or leave mpirun out";
   }
   throw InputError(fmt::format("{} runs on one process, and mpirun started {}: {}", what, processes, instead));
@@ -292,12 +265,13 @@ void check(const Draft& draft) {
   if (!draft.permittivity && !draft.relative_permittivity)
     refuse_effect(draft, "floating_conductors", "medium.relative_permittivity, or medium.permittivity in F/m");
   check_resistors(draft);
-  if (draft.domain_size.count == 3)
-    check_spheres(draft);
-  else if (draft.field.method == FieldMethod::spheres)
+  const int dimension = draft.domain_size.count == 3 ? 3 : 2;
+  if (const FieldMethodKind* method = draft.field.method; method && !method->solves(dimension))
     refuse(draft.scene.path, draft.line("field.method"),
-           "field.method = \"spheres\" is not allowed in two dimensions: \"cut-cell\", \"multipole\" and "
-           "\"relaxation\" are");
+           fmt::format("field.method = \"{}\" is not allowed in {} dimensions: methods that are allowed: {}",
+                       method->name, dimension == 3 ? "three" : "two",
+                       field_methods_that(dimension, [](const FieldMethodKind&) { return true; })));
+  if (dimension == 3) check_spheres(draft);
 }
 
 void complete(const Draft& draft, Scene& scene) {
@@ -305,7 +279,7 @@ void complete(const Draft& draft, Scene& scene) {
   check_ground(draft, scene, source && source->current != 0 ? "effects.current_source" : "");
   if (!scene.effects.has<ContactDischargeOptions>()) check_touching(draft, scene);
   auto* field = std::get_if<FieldOptions>(&scene.field_table);
-  if (field && field->method == FieldMethod::cut_cell && !draft.field.moving_tolerance)
+  if (field && field->method->moving_by_positions && !draft.field.moving_tolerance)
     field->moving_tolerance = usual_moving_tolerance(scene);
 }
 
@@ -329,16 +303,16 @@ const EffectKind& FloatingConductorsOptions::kind() {
 
 std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene) {
   FieldOptions moving = scene.field();
-  const bool spheres = moving.method == FieldMethod::spheres;
-  if (!(spheres && is_inside_integrator(scene))) moving.tolerance = moving.moving_tolerance;
-  if (spheres) return std::make_unique<FloatingConductors>(scene, make_sphere_solver(moving, scene.conductors.size()));
+  const bool in_space = scene.dimension() == 3;
+  if (!(in_space && is_inside_integrator(scene))) moving.tolerance = moving.moving_tolerance;
+  if (in_space) return std::make_unique<FloatingConductors>(scene, make_sphere_solver(moving, scene.conductors.size()));
   const int cells = predictor_cells(scene);
-  if (cells == 0) return std::make_unique<FloatingConductors>(scene, make_field_solver(moving));
-  auto solver = std::make_unique<laplace::CutCellSolver>(cut_cell_options(moving));
+  auto solver = make_field_solver(moving);
+  if (cells == 0) return std::make_unique<FloatingConductors>(scene, std::move(solver));
   moving.cells = cells;
   moving.tolerance = std::max(moving.tolerance, 1e-3);  // such a grid's own error is ten times that and more
-  auto predictor = std::make_unique<laplace::CutCellSolver>(cut_cell_options(moving));
-  solver->follow(*predictor);
+  auto predictor = make_field_solver(moving);
+  moving.method->follow(*solver, *predictor);
   auto effect = std::make_unique<FloatingConductors>(scene, std::move(solver));
   effect->set_predictor(std::move(predictor));
   return effect;

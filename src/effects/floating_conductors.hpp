@@ -5,8 +5,6 @@
 #include <optional>
 #include <vector>
 
-#include "solvers/laplace/cutcell/solver.hpp"
-#include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/laplace/problem.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/electrostatics.hpp"
@@ -39,20 +37,14 @@ struct AskedField {
 void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges,
                    AskedField& asked);
 
-/// Empty if it is to be chosen.
-std::optional<FieldMethod> method_of(const FieldTable& table);
+/// Null if it is to be chosen.
+const FieldMethodKind* method_of(const FieldTable& table);
 
-/// Those of the cut-cell method, at the tolerance of a single solve.
-laplace::CutCellOptions cut_cell_options(const FieldOptions& options);
-
-/// Throws InputError for a device that the method cannot use; no method: one is to be chosen.
-void check_device(FieldDevice device, std::optional<FieldMethod> method);
+/// Throws InputError for a device that the method cannot use; null: one is to be chosen.
+void check_device(FieldDevice device, const FieldMethodKind* method);
 
 /// Throws InputError for a device that the scene's method cannot use.
 void check_device(const Scene& scene);
-
-/// The multipole method as a scene asks for it: where it asks for an accuracy, no more than that is to come out.
-laplace::MultipoleOptions multipole_options(const FieldOptions& options);
 
 /// The solver that a scene asks for, at the tolerance of a single solve. Throws InputError for a device that the method
 /// cannot use, or that is not there.

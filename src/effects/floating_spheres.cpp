@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 #include <optional>
-#include <thread>
 
 #include "src/effects/floating_conductors.hpp"
+#include "src/field_methods/field_method.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -121,9 +120,6 @@ void check_spheres(const Draft& draft) {
   const auto refuse_it = [&](const std::string& key, const std::string& sentence) {
     refuse(draft.scene.path, draft.line(key), sentence);
   };
-  if (draft.field.method && draft.field.method != FieldMethod::spheres)
-    refuse_it("field.method", fmt::format("field.method = \"{}\" is not allowed in three dimensions: it must be \"{}\"",
-                                          name_of(*draft.field.method), name_of(FieldMethod::spheres)));
   for (const std::string key : {"medium.depth", "field.cells", "field.links", "field.linear_solver"})
     if (draft.line(key) > 0)
       refuse_it(key, key + " is not allowed in three dimensions, whose field has none: leave it out");
@@ -137,10 +133,7 @@ void check_spheres(const Draft& draft) {
 
 laplace::SphereSolver make_sphere_solver(const FieldOptions& options, std::size_t spheres) {
   check_device(options.device, options.method);
-  constexpr std::size_t few = 48;  // a product of theirs takes less than a millisecond
-  const int available = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const int threads = options.threads > 0 ? options.threads : spheres < few ? 1 : available;
-  return {{.accuracy = options.tolerance}, std::make_unique<parallel::Team>(threads)};
+  return options.method->make_in_space(options, spheres);
 }
 
 }  // namespace lichtenberg::effects

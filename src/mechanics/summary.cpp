@@ -9,6 +9,7 @@
 #include "src/effects/field_choice.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/surface.hpp"
+#include "src/field_methods/field_method.hpp"
 #include "src/model/neighbours.hpp"
 #include "src/scene/effect_kind.hpp"
 
@@ -41,14 +42,9 @@ double turned_over(const Outcome& outcome) {
 }
 
 /// J: by what the stored energy and the charges of supplies differ from one solve to the next though nothing moves.
-/// Of cut-cell's it is measured, in moving_tolerances of the energy, with field.moving_tolerance of 1e-4, 1e-5,
-/// 1e-6 and 1e-7 and stop.time = 1e-9: 21, 4.5, 7.5 and 1.6 in shuttle.toml, 1.8, .08, .06 and .5 in broken-wire.toml.
-/// Others hold potentials and charges to the tolerance: two each in the energy and in what is supplied, at two
-/// instants.
 double noise_of_solves(const Scene& scene, const Outcome& outcome) {
-  const double tolerances = scene.field().method == FieldMethod::cut_cell ? 30 : 8;
   const double stored = std::max(std::abs(outcome.frame.energy), std::abs(outcome.initial_energy));
-  return tolerances * scene.field().moving_tolerance * stored;
+  return scene.field().method->energy_noise * scene.field().moving_tolerance * stored;
 }
 
 /// J: what was turned over or, if nothing was, what is stored.
@@ -199,8 +195,7 @@ std::string energy_advice(const Scene& scene) {
           : fmt::format("set mechanics.position_tolerance = {:.2g}", 0.1 * scene.mechanics.position_tolerance);
   const FieldOptions& field = scene.field();
   if (field.chosen_for) return steps + ", then if that changes little a smaller field.accuracy";
-  if (field.method == FieldMethod::cut_cell || field.method == FieldMethod::relaxation)
-    return steps + ", then if that changes little more field.cells";
+  if (field.method->on_grid) return steps + ", then if that changes little more field.cells";
   return steps + ", then if that changes little a smaller field.moving_tolerance";
 }
 

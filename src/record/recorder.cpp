@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "src/field_methods/field_method.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"
 #include "src/record/provenance.hpp"
@@ -96,7 +97,7 @@ void put_program(const hdf5::Handle& group, const Provenance& provenance) {
 
 /// What the scene left open may have been chosen by the program, or on the command line.
 void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
-  hdf5::put_attribute(group, "method", name_of(field.method));
+  hdf5::put_attribute(group, "method", field.method->name);
   hdf5::put_attribute(group, "cells", field.cells);
   hdf5::put_attribute(group, "tolerance", field.moving_tolerance);
   hdf5::put_attribute(group, "device", name_of(field.device));

@@ -10,6 +10,7 @@
 #include "solvers/error.hpp"
 #include "solvers/network/electrode.hpp"
 #include "solvers/network/resistor.hpp"
+#include "src/field_methods/field_method.hpp"
 #include "src/scene/draft.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/electrodes.hpp"
@@ -121,38 +122,46 @@ void check_accuracy(const Draft& draft) {
     refuse(draft.scene.path, draft.line(key),
            fmt::format("{} = \"{}\" is not allowed with field.accuracy: {}", key, value, why));
   };
-  if (field.method == FieldMethod::relaxation)
-    refuse_with("field.method", name_of(*field.method),
-                "its error is not estimated; \"cut-cell\" and \"multipole\" are allowed");
+  const auto estimates = [](const FieldMethodKind& method) { return method.accuracy.has_value(); };
+  if (field.method && field.method->solves(2) && !estimates(*field.method))
+    refuse_with("field.method", field.method->name,
+                fmt::format("its error is not estimated; {} are allowed", field_methods_that(2, estimates)));
   if (field.options.links != FieldLinks::log_fitted)
     refuse_with("field.links", name_of(field.options.links), "\"log-fitted\" needs fewer cells");
 }
 
-/// What a method makes of the tolerance.
-struct ToleranceOf {
-  double single, moving;  ///< defaults
-  double least;           ///< that rounding allows
-};
-
-ToleranceOf tolerance_of(FieldMethod method) {
-  if (method == FieldMethod::spheres) return {.single = 1e-6, .moving = 1e-3, .least = 1e-12};
-  if (method == FieldMethod::multipole) return {.single = 1e-10, .moving = 1e-6, .least = 1e-13};
-  // The integrals round the bodies are not better than that, and the scheme's own error is a hundred times the default.
-  if (method == FieldMethod::relaxation) return {.single = 1e-4, .moving = 1e-4, .least = 1e-10};
-  return {.single = 1e-8, .moving = 1e-5, .least = 1e-14};
-}
-
 void fill_in_tolerances(const Draft& draft, FieldOptions& field) {
-  const ToleranceOf method = tolerance_of(field.method);
+  const FieldTolerances& method = field.method->tolerance;
   const auto fill_in = [&](const std::string& key, std::optional<double> given, double usual, double& value) {
     value = given.value_or(usual);
     if (value < method.least)
       refuse(draft.scene.path, draft.line(key),
              fmt::format("{} = {:g} is not allowed: rounding ends at {:g} with field.method = \"{}\"", key, value,
-                         method.least, name_of(field.method)));
+                         method.least, field.method->name));
   };
   fill_in("field.tolerance", draft.field.tolerance, method.single, field.tolerance);
   fill_in("field.moving_tolerance", draft.field.moving_tolerance, method.moving, field.moving_tolerance);
+}
+
+/// The method that the scene names, or the usual one; null: to be chosen.
+const FieldMethodKind* method_of(const Draft& draft) {
+  if (draft.field.method || (draft.field.accuracy && draft.scene.dimension() == 2)) return draft.field.method;
+  return &usual_field_method(draft.scene.dimension());
+}
+
+/// Refuses keys of [field] that the method does not read.
+void check_field_keys(const Draft& draft) {
+  const FieldMethodKind* method = method_of(draft);
+  if (!method || !draft.scene.effects.has(&EffectKind::field)) return;
+  for (const std::string key : {"cells", "threads", "links", "linear_solver", "relaxation_eta"}) {
+    const int line = draft.line("field." + key);
+    if (line == 0 || method->reads(key)) continue;
+    const std::string readers =
+        field_methods_that(draft.scene.dimension(), [&](const FieldMethodKind& other) { return other.reads(key); });
+    refuse(draft.scene.path, line,
+           fmt::format("field.{} is not allowed with field.method = \"{}\": methods that read it are {}", key,
+                       method->name, readers));
+  }
 }
 
 /// [field] with its defaults.
@@ -161,7 +170,7 @@ FieldTable field_of(const Draft& draft, int cells) {
   FieldOptions options = given.options;
   options.cells = cells;
   if (draft.scene.dimension() == 3) {
-    options.method = FieldMethod::spheres;
+    options.method = method_of(draft);
     fill_in_tolerances(draft, options);
     if (!given.accuracy) return options;
     options.tolerance = options.moving_tolerance = *given.accuracy;  // or less: effects::with_field_chosen
@@ -174,23 +183,22 @@ FieldTable field_of(const Draft& draft, int cells) {
                         .device = options.device,
                         .threads = options.threads,
                         .linear_solver = options.linear_solver};
-  options.method = given.method.value_or(options.method);
+  options.method = method_of(draft);
   options.relaxation_eta = given.relaxation_eta.value_or(0);
   fill_in_tolerances(draft, options);
   return options;
 }
 
-/// The lattice scheme holds a conductor's potential at the sites inside it (D 6.3). A disk contains a site wherever
-/// it lies if its radius is at least half a cell's diagonal.
 void check_resolution(const Draft& draft, double smallest_radius, double h) {
-  const double least = std::sqrt(0.5) * h;
-  if (draft.field.method == FieldMethod::relaxation && smallest_radius < least)
+  if (!draft.field.method) return;
+  const double least = draft.field.method->least_radius * h;
+  if (smallest_radius < least)
     refuse(
         draft.scene.path, draft.line("field.method"),
-        fmt::format(
-            "field.method = \"relaxation\" needs a radius of at least {:.3g} m with these cells, but the smallest is "
-            "{:.3g} m: field.cells must be at least {:.0f}",
-            least, smallest_radius, std::ceil(draft.field.options.cells * least / smallest_radius)));
+        fmt::format("field.method = \"{}\" needs a radius of at least {:.3g} m with these cells, but the smallest is "
+                    "{:.3g} m: field.cells must be at least {:.0f}",
+                    draft.field.method->name, least, smallest_radius,
+                    std::ceil(draft.field.options.cells * least / smallest_radius)));
 }
 
 int group_index(const Draft& draft, const ConductorDraft& conductor) {
@@ -366,6 +374,7 @@ Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Co
   check_series_resistances(draft);
   check_materials(draft);
   check_accuracy(draft);
+  check_field_keys(draft);
   Scene scene = draft.scene;
   const bool packing = scene.effects.has(&EffectKind::packing);
   scene.seed = static_cast<std::uint64_t>(draft.seed);
@@ -373,7 +382,9 @@ Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Co
   scene.walls = build_walls(draft);
   scene.groups = build_groups(draft);
   if (!packing) check_given_conductors(draft, scene.electrodes);
-  const bool has_no_field = packing || scene.reference || scene.dimension() == 3 || scene.domain.box().any_periodic();
+  const FieldMethodKind* method = method_of(draft);
+  const bool has_no_field = (method && !method->reads("cells")) || packing || scene.reference ||
+                            scene.dimension() == 3 || scene.domain.box().any_periodic();
   const int cells = has_no_field ? draft.field.options.cells : fitting_cells(draft);
   const double h = has_no_field ? 0 : std::max(scene.domain.size.x, scene.domain.size.y) / cells;
   const bool empty = draft.conductors.empty() && draft.populations.empty();
@@ -399,7 +410,7 @@ Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Co
   if (packing) check_packing(draft, scene);
   check_frames(draft);
   check_network(draft, scene);
-  if (draft.field.method == FieldMethod::multipole) check_disks_only(draft, scene.electrodes);
+  if (draft.field.method && draft.field.method->only_disks) check_disks_only(draft, scene.electrodes);
   return scene;
 }
 

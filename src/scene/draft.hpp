@@ -96,15 +96,15 @@ struct PopulationDraft {
   std::optional<double> charge_exponent{};
   double relative_resistivity = 1;
   std::optional<double> young{}, poisson{};  ///< of its material, Pa and 1
-  std::optional<double> temperature{};  ///< of grains, m0 v0^2
-  double min_gap = 0;                   ///< m, to every other conductor, electrode and side of the domain
+  std::optional<double> temperature{};       ///< of grains, m0 v0^2
+  double min_gap = 0;                        ///< m, to every other conductor, electrode and side of the domain
   std::optional<Region> region{};
 };
 
 /// [field] as written.
 struct FieldDraft {
   std::optional<double> accuracy{};
-  std::optional<FieldMethod> method{};
+  const FieldMethodKind* method = nullptr;  ///< null: not given
   std::optional<double> tolerance{}, moving_tolerance{}, relaxation_eta{};
   FieldOptions options{};  ///< takes what needs no second thought
 };

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "solvers/geometry/box.hpp"
+#include "src/field_methods/field_method.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -234,11 +235,11 @@ void check_disks_only(const Draft& draft, const std::vector<Electrode>& electrod
   const Domain& domain = draft.scene.domain;
   for (std::size_t i = 0; i < electrodes.size(); ++i) {
     const auto refuse_it = [&](const std::string& why) {
-      refuse(
-          draft.scene.path, draft.electrodes[i].line,
-          fmt::format("field.method = \"multipole\" does not solve a scene where the electrode \"{}\" {}: whole disks, "
-                      "and disks centred on a side, are allowed; \"cut-cell\" solves all shapes",
-                      electrodes[i].name, why));
+      refuse(draft.scene.path, draft.electrodes[i].line,
+             fmt::format("field.method = \"{}\" does not solve a scene where the electrode \"{}\" {}: whole disks, "
+                         "and disks centred on a side, are allowed; other methods are {}",
+                         draft.field.method->name, electrodes[i].name, why,
+                         field_methods_that(2, [](const FieldMethodKind& method) { return !method.only_disks; })));
     };
     const Disk* disk = std::get_if<Disk>(&electrodes[i].shape);
     if (disk == nullptr) refuse_it("is a " + draft.electrodes[i].shape);

@@ -24,6 +24,7 @@ struct AtChoice {
   std::function<std::string(Draft&)> name;                   ///< of the value; empty if there is none
   std::function<void(Draft&, const std::string& name)> set;  ///< does nothing for what is no name
 
+  AtChoice() = default;
   /// Of a function from Draft& to E* or std::optional<E>*.
   template <class F, class Value = std::remove_pointer_t<std::invoke_result_t<F, Draft&>>>
   requires Enumeration<Value> || Enumeration<typename Value::value_type> AtChoice(F at) {
@@ -59,8 +60,8 @@ struct Overloaded : Functions... {
 template <class... Functions>
 Overloaded(Functions...) -> Overloaded<Functions...>;
 
-/// The sizes that a number of a scene may have beside 0, in the unit of its key: products of a few of them, such as a mass
-/// or an energy, neither overflow nor vanish.
+/// The sizes that a number of a scene may have beside 0, in the unit of its key: products of a few of them, such as a
+/// mass or an energy, neither overflow nor vanish.
 inline constexpr double smallest_size = 1e-50, largest_size = 1e50;
 
 /// The finite numbers from low to high.

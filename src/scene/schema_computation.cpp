@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "solvers/network/resistor.hpp"
+#include "src/field_methods/field_method.hpp"
 #include "src/scene/schema.hpp"
 
 namespace lichtenberg {
@@ -49,6 +50,33 @@ Table minimize() {
       }};
 }
 
+AtChoice field_method() {
+  AtChoice at;
+  for (const FieldMethodKind* method : field_methods()) at.names.push_back(method->name);
+  at.name = [](Draft& d) { return d.field.method ? d.field.method->name : std::string(); };
+  at.set = [](Draft& d, const std::string& name) { d.field.method = find_field_method(name); };
+  return at;
+}
+
+/// "cut-cell: finite volumes; multipole: ..."
+std::string methods_in_words() {
+  std::vector<std::string> words;
+  for (const FieldMethodKind* method : field_methods()) words.push_back(method->name + ": " + method->help);
+  return fmt::format("{}", fmt::join(words, "; "));
+}
+
+/// `usual`, which is the first method's, then "1e-10 of multipole, ..." of the others.
+std::string default_tolerances(const std::string& usual, double FieldTolerances::*which) {
+  std::vector<std::string> others;
+  for (const FieldMethodKind* method : field_methods())
+    if (method != field_methods().front()) {
+      std::string digits = fmt::format("{:g}", method->tolerance.*which);
+      if (const auto zero = digits.find("e-0"); zero != std::string::npos) digits.erase(zero + 2, 1);
+      others.push_back(digits + " of " + method->name);
+    }
+  return fmt::format("{}; {}", usual, fmt::join(others, ", "));
+}
+
 Table field() {
   return {
       .path = "field",
@@ -67,12 +95,9 @@ Table field() {
                "is chosen for at its start, in the plane for gaps down to contact_discharge's, and there checked at "
                "checkpoints"},
           {.name = "method",
-           .place = [](Draft& d) { return &d.field.method; },
+           .place = field_method(),
            .computed_default = "\"cut-cell\"; in three dimensions \"spheres\"",
-           .help =
-               "cut-cell: finite volumes, one linear system; multipole: spectral, as many digits as asked for, disks "
-               "only; relaxation: lattice and gradient descent (D 6.3-6.5); spheres: harmonics on each, in three "
-               "dimensions, where it is the only one"},
+           .help = methods_in_words()},
           {.name = "cells",
            .place = [](Draft& d) { return &d.field.options.cells; },
            .range = {.low = 8, .high = most_cells},
@@ -81,17 +106,17 @@ Table field() {
           {.name = "tolerance",
            .place = [](Draft& d) { return &d.field.tolerance; },
            .range = accuracy,
-           .computed_default = "1e-8; 1e-10 of multipole, 1e-4 of relaxation, 1e-6 of spheres",
+           .computed_default = default_tolerances("1e-8", &FieldTolerances::single),
            .help = "error of a single solve: of cut-cell in the energy norm, relative to the solution's; of multipole "
                    "and spheres in potentials, charges and forces, relative to the largest; of relaxation in the "
                    "groups' charges"},
           {.name = "moving_tolerance",
            .place = [](Draft& d) { return &d.field.moving_tolerance; },
            .range = accuracy,
-           .computed_default =
+           .computed_default = default_tolerances(
                "1e-4 where mechanics.position_tolerance is 1e-3 of the smallest radius, with its square below, from "
-               "1e-5 to 1e-4; 1e-5 with a circuit, coupling = \"monolithic\" or integrator = \"euler\"; 1e-6 of "
-               "multipole, 1e-4 of relaxation, 1e-3 of spheres",
+               "1e-5 to 1e-4; 1e-5 with a circuit, coupling = \"monolithic\" or integrator = \"euler\"",
+               &FieldTolerances::moving),
            .help = "the same for the solves of a moving scene"},
           {.name = "device",
            .place = [](Draft& d) { return &d.field.options.device; },

@@ -1,0 +1,72 @@
+#include "src/field_methods/cut_cell.hpp"
+
+#include <fmt/format.h>
+
+#include "solvers/laplace/accuracy/accuracy.hpp"
+#include "src/field_methods/field_method.hpp"
+
+namespace lichtenberg {
+namespace {
+
+laplace::LinkFormula link_formula(FieldLinks links) {
+  if (links == FieldLinks::plain) return laplace::LinkFormula::plain;
+  return links == FieldLinks::aperture ? laplace::LinkFormula::aperture : laplace::LinkFormula::log_fitted;
+}
+
+std::string describe(const FieldOptions& options) {
+  return fmt::format("cut-cell finite volumes, {} links; conjugate gradients, {}{}", name_of(options.links),
+                     options.linear_solver == FieldLinearSolver::assembled
+                         ? "assembled matrix with a preconditioner of PETSc's"
+                         : "matrix-free with geometric multigrid",
+                     options.device == FieldDevice::cuda ? ", on a CUDA device" : "");
+}
+
+FieldMethodPrice price(const FieldOptions& options) {
+  if (runs_on_device(options)) return {laplace::cut_cell_price_on_device};
+  // On a processor, also for cover and links on the grids, whatever they count.
+  constexpr double seconds_a_conductor = 5e-6;
+  const bool assembled = options.linear_solver == FieldLinearSolver::assembled;
+  return {assembled ? laplace::assembled_price : laplace::cut_cell_price, seconds_a_conductor};
+}
+
+void follow(laplace::LaplaceSolver& fine, laplace::LaplaceSolver& coarse) {
+  dynamic_cast<laplace::CutCellSolver&>(fine).follow(dynamic_cast<laplace::CutCellSolver&>(coarse));
+}
+
+}  // namespace
+
+laplace::CutCellOptions cut_cell_options(const FieldOptions& options) {
+  using CutCell = laplace::CutCellOptions;
+  const bool assembled = options.linear_solver == FieldLinearSolver::assembled;
+  return {.cells = options.cells,
+          .tolerance = options.tolerance,
+          .links = link_formula(options.links),
+          .threads = options.threads,
+          .linear_solver = assembled ? CutCell::LinearSolver::assembled : CutCell::LinearSolver::multigrid,
+          .device = options.device == FieldDevice::cuda ? CutCell::Device::cuda : CutCell::Device::cpu};
+}
+
+const FieldMethodKind& cut_cell_method() {
+  static const FieldMethodKind kind = {
+      .name = "cut-cell",
+      .help = "finite volumes, one linear system",
+      .describe = describe,
+      .make = [](const FieldOptions& options) -> std::unique_ptr<laplace::LaplaceSolver> {
+        return std::make_unique<laplace::CutCellSolver>(cut_cell_options(options));
+      },
+      .follow = follow,
+      .price = price,
+      .keys = {"cells", "threads", "links", "linear_solver"},
+      .accuracy = laplace::Method::cut_cell,
+      .on_device = true,
+      .couplings = true,
+      .on_grid = true,
+      .moving_by_positions = true,
+      .on_processes = FieldLinearSolver::assembled,
+      // Measured with field.moving_tolerance of 1e-4, 1e-5, 1e-6 and 1e-7 and stop.time = 1e-9: 21, 4.5, 7.5 and 1.6 in
+      // shuttle.toml, 1.8, .08, .06 and .5 in broken-wire.toml.
+      .energy_noise = 30};
+  return kind;
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,37 @@
+#include <cmath>
+
+#include "solvers/laplace/relaxation/solver.hpp"
+#include "src/field_methods/field_method.hpp"
+
+namespace lichtenberg {
+
+const FieldMethodKind& relaxation_method() {
+  static const FieldMethodKind kind = {
+      .name = "relaxation",
+      .help = "lattice and gradient descent (D 6.3-6.5)",
+      .describe =
+          [](const FieldOptions&) {
+            return std::string(
+                "relaxation (D 6.3-6.5): over-relaxed lattice, gradient descent on the floating potentials");
+          },
+      .make = [](const FieldOptions& options) -> std::unique_ptr<laplace::LaplaceSolver> {
+        return std::make_unique<laplace::RelaxationSolver>(laplace::RelaxationOptions{
+            .sites = options.cells, .eta = options.relaxation_eta, .tolerance = options.tolerance});
+      },
+      // Sweeps of an over-relaxed lattice grow with its side (D 6.9), and with them the time of an iteration.
+      .price =
+          [](const FieldOptions& options) {
+            return FieldMethodPrice{laplace::Price{16, 0, 3.5e-10 * options.cells, 60}};
+          },
+      .keys = {"cells", "relaxation_eta"},
+      // The integrals round the bodies are not better than that, and the scheme's own error is a hundred times the
+      // default.
+      .tolerance = {.single = 1e-4, .moving = 1e-4, .least = 1e-10},
+      .on_grid = true,
+      // The scheme holds a conductor's potential at the sites inside it (D 6.3). A disk contains a site wherever it
+      // lies if its radius is at least half a cell's diagonal.
+      .least_radius = std::sqrt(0.5)};
+  return kind;
+}
+
+}  // namespace lichtenberg

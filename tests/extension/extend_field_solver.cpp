@@ -1,0 +1,105 @@
+// A field method that the program does not have, from outside: one disk held by charge before a grounded plane.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/problem.hpp"
+#include "src/commands/command_line.hpp"
+#include "src/effects/read_scene.hpp"
+#include "src/field_methods/field_method.hpp"
+#include "src/record/result.hpp"
+#include "tests/folder.hpp"
+
+using namespace lichtenberg;
+
+namespace {
+
+/// Capacitance per metre of depth of a disk before a plane (F/m) over the permittivity: 2 pi / arcosh(height / radius).
+double theory(double height, double radius) { return 2 * std::numbers::pi / std::acosh(height / radius); }
+
+/// A floating disk before the grounded bottom side, all other sides far away: one line charge and its image.
+class ImageCharge : public laplace::LaplaceSolver {
+ public:
+  laplace::LaplaceSolution solve(const laplace::LaplaceProblem& problem) override {
+    if (problem.bodies.size() != 1 || problem.sides[laplace::bottom].kind != laplace::Side::Kind::electrode)
+      throw InputError("images solves one disk before a bottom that is an electrode");
+    const Disk& disk = std::get<Disk>(problem.bodies.front().shape);
+    const double charge = problem.groups.front().charge,
+                 focus = std::sqrt(disk.centre.y * disk.centre.y - disk.radius * disk.radius);
+    const double potential = charge / (problem.permittivity * theory(disk.centre.y, disk.radius));
+    laplace::LaplaceSolution solution{.group_potential = {potential}, .body_charge = {charge}};
+    // Two line charges 2 * focus apart attract each other.
+    solution.body_force = {{0, -charge * charge / (4 * std::numbers::pi * problem.permittivity * focus)}};
+    solution.side_charge[laplace::bottom] = -charge;
+    solution.energy = charge * potential / 2;
+    solution.unknowns = solution.iterations = 1;
+    return solution;
+  }
+  laplace::Field field() const override { return {.nx = 1, .ny = 1, .h = 1, .value = {0}, .body = {-1}}; }
+  void forget() override {}
+};
+
+const FieldMethodKind images = {.name = "images",
+                                .help = "one disk before a plane",
+                                .make = [](const FieldOptions&) -> std::unique_ptr<laplace::LaplaceSolver> {
+                                  return std::make_unique<ImageCharge>();
+                                },
+                                .tolerance = {.single = 1e-12, .moving = 1e-12, .least = 1e-15},
+                                .only_disks = true};
+
+std::string scene_text(const std::string& field, const std::string& more = "") {
+  return "domain = { size = [1.0, 0.5], bottom = { potential = 0.0 } }\nmedium = { relative_permittivity = 2.0, depth "
+         "= 1.0, viscosity = 1e-3 }\n" +
+         field +
+         "effects.floating_conductors = {}\nstop = { time = 1e-3 }\noutput = { every = 1e-3, picture = false }\n" +
+         more + "[[conductor]]\nposition = [0.5, 0.01]\nradius = 0.002\ncharge = 1e-12\n";
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    parse_scene(text, "test.toml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("added field method: scenes, explain, solve and run have it") {
+  add_field_method(images);
+  CHECK_THROWS_AS(add_field_method(images), InputError);
+  const Folder folder;
+  const std::string scene = (folder / "scene.toml").string(), json = (folder / "answer.json").string();
+  std::ofstream(scene) << scene_text("field.method = \"images\"\n", "effects.stokes_drag = {}\n");
+  CHECK(contains(scene_help("field.method"), "images: one disk before a plane"));
+  CHECK(run_command_line({"explain", scene}, all_commands()) == 0);
+  REQUIRE(run_command_line({"solve", scene, "--json=" + json}, all_commands()) == 0);
+  const auto answer = nlohmann::json::parse(std::ifstream(json));
+  CHECK(answer["method"] == "images");
+  // Its capacitance, and that of the program's own method in a box whose other sides are far away.
+  const double potential = answer["conductors"][0]["potential"], permittivity = 2 * 8.8541878128e-12;
+  CHECK(1e-12 / potential == doctest::Approx(permittivity * theory(0.01, 0.002)).epsilon(1e-12));
+  REQUIRE(run_command_line({"solve", scene, "--set=field.method=multipole", "--json=" + json, "--overwrite"},
+                           all_commands()) == 0);
+  const double other = nlohmann::json::parse(std::ifstream(json))["conductors"][0]["potential"];
+  CHECK(other == doctest::Approx(potential).epsilon(1e-3));  // (height / distance of the sides)^2
+  REQUIRE(run_command_line({"run", scene, "--quiet", "--out=" + (folder / "result.h5").string()}, all_commands()) == 0);
+  CHECK(Result((folder / "result.h5").string()).scene().field().method == &images);
+}
+
+TEST_CASE("added field method: refusals follow from its properties") {
+  const std::string field = "field.method = \"images\"\n";
+  CHECK(contains(refusal(scene_text(field + "field.cells = 64\n")),
+                 "field.cells is not allowed with field.method = \"images\""));
+  CHECK(contains(refusal(scene_text(field + "field.accuracy = 1e-3\n")), "its error is not estimated"));
+  CHECK(contains(refusal(scene_text(field + "field.tolerance = 1e-16\n")), "rounding ends at 1e-15"));
+}

@@ -56,7 +56,6 @@ const FieldMethodKind& cut_cell_method() {
       },
       .follow = follow,
       .price = price,
-      .keys = {"cells", "threads", "links", "linear_solver"},
       .accuracy = laplace::Method::cut_cell,
       .on_device = true,
       .couplings = true,

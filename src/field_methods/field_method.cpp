@@ -16,7 +16,7 @@ FieldMethodKinds& list() {
 
 }  // namespace
 
-bool FieldMethodKind::reads(std::string_view key) const { return std::ranges::find(keys, key) != keys.end(); }
+bool FieldMethodKind::takes(std::string_view key) const { return std::ranges::find(keys, key) != keys.end(); }
 
 const FieldMethodKinds& field_methods() { return list(); }
 

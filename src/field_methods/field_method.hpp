@@ -52,8 +52,9 @@ struct FieldMethodKind {
   long (*unknowns)(const laplace::LaplaceProblem&, const FieldOptions&) = nullptr;
   FieldMethodPrice (*price)(const FieldOptions&) = nullptr;  ///< Null: the default.
 
-  /// Keys of [field] that the method reads beside method, tolerance, moving_tolerance and device. Others are refused.
-  std::vector<std::string> keys{};
+  /// Keys of [field] that a scene may give beside method, tolerance, moving_tolerance and device. The default takes
+  /// those of the program's methods, so that --set field.method compares methods on one scene. Others are refused.
+  std::vector<std::string> keys = {"cells", "threads", "links", "linear_solver", "relaxation_eta"};
   FieldTolerances tolerance{};
   /// What estimates the error for field.accuracy. Empty: nothing does, and in the plane field.accuracy is refused.
   std::optional<laplace::Method> accuracy{};
@@ -71,7 +72,7 @@ struct FieldMethodKind {
 
   /// Whether it is a method of a space of two or three dimensions.
   bool solves(int dimension) const { return dimension == 3 ? make_in_space != nullptr : make != nullptr; }
-  bool reads(std::string_view key) const;
+  bool takes(std::string_view key) const;
 };
 
 using FieldMethodKinds = std::vector<const FieldMethodKind*>;

@@ -29,7 +29,6 @@ const FieldMethodKind& multipole_method() {
             return laplace::multipole_unknowns(problem, multipole_options(options));
           },
       .price = [](const FieldOptions&) { return FieldMethodPrice{laplace::multipole_price}; },
-      .keys = {"cells"},
       .tolerance = {.single = 1e-10, .moving = 1e-6, .least = 1e-13},
       .accuracy = laplace::Method::multipole,
       .only_disks = true,

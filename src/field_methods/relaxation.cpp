@@ -23,7 +23,6 @@ const FieldMethodKind& relaxation_method() {
           [](const FieldOptions& options) {
             return FieldMethodPrice{laplace::Price{16, 0, 3.5e-10 * options.cells, 60}};
           },
-      .keys = {"cells", "relaxation_eta"},
       // The integrals round the bodies are not better than that, and the scheme's own error is a hundred times the
       // default.
       .tolerance = {.single = 1e-4, .moving = 1e-4, .least = 1e-10},

@@ -29,7 +29,6 @@ const FieldMethodKind& spheres_method() {
           [](const FieldOptions&) {
             return FieldMethodPrice{.of_a_solve = laplace::spheres_price, .share_in_motion = 0.5};
           },
-      .keys = {"threads"},
       .tolerance = {.single = 1e-6, .moving = 1e-3, .least = 1e-12},
       .couplings = true};
   return kind;

@@ -149,18 +149,18 @@ const FieldMethodKind* method_of(const Draft& draft) {
   return &usual_field_method(draft.scene.dimension());
 }
 
-/// Refuses keys of [field] that the method does not read.
+/// Refuses keys of [field] that the method does not take.
 void check_field_keys(const Draft& draft) {
   const FieldMethodKind* method = method_of(draft);
   if (!method || !draft.scene.effects.has(&EffectKind::field)) return;
   for (const std::string key : {"cells", "threads", "links", "linear_solver", "relaxation_eta"}) {
     const int line = draft.line("field." + key);
-    if (line == 0 || method->reads(key)) continue;
-    const std::string readers =
-        field_methods_that(draft.scene.dimension(), [&](const FieldMethodKind& other) { return other.reads(key); });
+    if (line == 0 || method->takes(key)) continue;
+    const std::string others =
+        field_methods_that(draft.scene.dimension(), [&](const FieldMethodKind& other) { return other.takes(key); });
     refuse(draft.scene.path, line,
-           fmt::format("field.{} is not allowed with field.method = \"{}\": methods that read it are {}", key,
-                       method->name, readers));
+           fmt::format("field.{} is not allowed with field.method = \"{}\": methods that take it are {}", key,
+                       method->name, others));
   }
 }
 
@@ -383,7 +383,7 @@ Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Co
   scene.groups = build_groups(draft);
   if (!packing) check_given_conductors(draft, scene.electrodes);
   const FieldMethodKind* method = method_of(draft);
-  const bool has_no_field = (method && !method->reads("cells")) || packing || scene.reference ||
+  const bool has_no_field = (method && !method->takes("cells")) || packing || scene.reference ||
                             scene.dimension() == 3 || scene.domain.box().any_periodic();
   const int cells = has_no_field ? draft.field.options.cells : fitting_cells(draft);
   const double h = has_no_field ? 0 : std::max(scene.domain.size.x, scene.domain.size.y) / cells;

@@ -21,6 +21,7 @@ struct Spheres {
   std::span<const double> position;  ///< m, [N * d]
   std::span<const double> radius;    ///< m, [N]
   Box<d> box{};
+  std::span<const double> charge{};  ///< C, [N]; empty: none
 
   int size() const { return static_cast<int>(radius.size()); }
   LICHTENBERG_HOST_DEVICE Vec<d> place(int i) const {

@@ -2,11 +2,13 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "solvers/geometry/vec.hpp"
 #include "solvers/periodic/accuracy.hpp"
 #include "src/effects/charge_exchange_law.hpp"
 #include "src/effects/wind.hpp"
+#include "src/model/device_part.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::effects {
@@ -20,8 +22,9 @@ struct DeviceForces {
   bool charged = false, exchanges = false;
   ImpactExchange exchange{};
   std::optional<Wind> wind;
-  std::optional<Vec3> acceleration;  ///< of every grain
-  double bytes = 0;                  ///< of the device's memory, an estimate
+  std::optional<Vec3> acceleration;     ///< of every grain
+  std::vector<DevicePartForm> parts{};  ///< forces of pairs (device_pair.hpp)
+  double bytes = 0;                     ///< of the device's memory, an estimate
 };
 
 /// Throws InputError: device = "cuda" has no `what`.

@@ -35,13 +35,13 @@ Bodies make_bodies(const Scene& scene);
 /// says how it really is.
 std::vector<double> initial_charges(const Scene& scene);
 
-/// Places, radii and box of bodies of `d` dimensions, as they are now.
+/// Positions, radii, box and charges of bodies of `d` dimensions, as they are now.
 template <int d>
 Spheres<d> spheres(const Bodies& bodies) {
   Box<d> box;
   for (int k = 0; k < d; ++k) box.lengths[k] = bodies.box.lengths[k];
   std::copy_n(bodies.box.sides.begin(), 2 * d, box.sides.begin());
-  return {bodies.position, bodies.radius, box};
+  return {bodies.position, bodies.radius, box, bodies.charge};
 }
 
 /// Brings bodies that have left a periodic box back in and counts their turns: position + image * lengths goes on.

@@ -10,6 +10,7 @@ struct PairSeen {
   double reach = 0;                   ///< m, the law's: within it the force acts
   double radius_i = 0, radius_j = 0;  ///< m
   double closing = 0;                 ///< m/s, at which the distance shrinks; 0 unless the law is `damped`
+  double charge_i = 0, charge_j = 0;  ///< C, q0 of grains; 0 unless the law is `charged`
 };
 
 struct PairForce {
@@ -28,6 +29,7 @@ struct PairForce {
 ///
 /// and, if it wants them,
 ///
+///     static constexpr bool charged = true    // it looks at PairSeen::charge_i and charge_j
 ///     PairForce quick(const PairSeen&) const  // the same without branches, wherever
 ///     bool quick_holds(const PairSeen&) const
 ///     bool refuses(const PairSeen&) const     // it is not meant for such a pair
@@ -36,6 +38,10 @@ struct PairForce {
 template <class Law>
 concept HasQuick = requires(const Law& law, const PairSeen& seen) {
   law.quick(seen), law.quick_holds(seen);
+};
+template <class Law>
+concept NeedsCharges = requires {
+  requires Law::charged;
 };
 template <class Law>
 concept CanRefuse = requires(const Law& law, const PairSeen& seen) {

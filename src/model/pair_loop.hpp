@@ -55,6 +55,7 @@ class Batch {
   /// Takes those of `pairs`, `most` of them at most, that are within reach.
   void gather(std::span<const Pair> pairs) {
     const double *p = spheres_.position.data(), *radius = spheres_.radius.data(), *v = velocity_.data();
+    [[maybe_unused]] const double* charge = spheres_.charge.data();
     count_ = 0;
     for (const Pair pair : pairs) {  // no branch: which pairs are within reach is hard to guess
       double sum = 0, approach = 0;
@@ -72,6 +73,7 @@ class Batch {
       radius_i_[count_] = radius[pair.i];
       radius_j_[count_] = radius[pair.j];
       if constexpr (Law::damped) approach_[count_] = approach;
+      if constexpr (NeedsCharges<Law>) charge_i_[count_] = charge[pair.i], charge_j_[count_] = charge[pair.j];
       count_ += sum < reach * reach;
     }
   }
@@ -123,7 +125,9 @@ class Batch {
  private:
   PairSeen seen(int c) const {
     const double distance = std::sqrt(squared_[c]);
-    return {distance, reach_[c], radius_i_[c], radius_j_[c], Law::damped ? approach_[c] / distance : 0};
+    PairSeen pair{distance, reach_[c], radius_i_[c], radius_j_[c], Law::damped ? approach_[c] / distance : 0};
+    if constexpr (NeedsCharges<Law>) pair.charge_i = charge_i_[c], pair.charge_j = charge_j_[c];
+    return pair;
   }
   void keep(int c, const PairForce& law) {
     energy_[c] = law.energy;
@@ -139,8 +143,9 @@ class Batch {
   NearestImage<d> nearest_;
   int count_ = 0;
   std::array<Pair, most> pair_;
-  Numbers squared_, reach_, radius_i_, radius_j_, approach_;  // m^2, m, m, m, m^2/s
-  Numbers energy_, force_, distance_;                         // as in PairForce; m
+  Numbers squared_, reach_, radius_i_, radius_j_, approach_;              // m^2, m, m, m, m^2/s
+  Numbers energy_, force_, distance_;                                     // as in PairForce; m
+  std::array<double, NeedsCharges<Law> ? most : 0> charge_i_, charge_j_;  // C
   std::array<Numbers, d> direction_;  // m, from j to i; then of length 1, or N if the force is one over the distance
 };
 
@@ -174,6 +179,8 @@ bool visit(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pair
     if (!(sum < reach * reach)) continue;
     if (sum == 0) return false;
     found.seen = {std::sqrt(sum), reach, radius_i, radius_j};
+    if constexpr (NeedsCharges<Law>)
+      found.seen.charge_i = spheres.charge[pair.i], found.seen.charge_j = spheres.charge[pair.j];
     use(found);
   }
   return true;

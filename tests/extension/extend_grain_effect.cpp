@@ -28,7 +28,11 @@ struct OptionsOf {
                                     .grains = E::grains,
                                     .make = [](const Scene&) { return std::make_unique<E>(); },
                                     .force_accuracy = [](const Scene& s) { return 1e-6 * s.conductors.at(0).radius; },
-                                    .force_length = [](const Scene&) { return 0.1; }};
+                                    .force_length = [](const Scene&) { return 0.1; },
+                                    .contact_attraction =
+                                        [](const Scene&) {
+                                          return ContactAttraction{0.25, 0};
+                                        }};
     return kind;
   }
 };
@@ -109,4 +113,7 @@ TEST_CASE("effects of grains: steps keep to the strictest effect") {
   const double way = 0.1 * std::sqrt(0.5e-6) * granular::fastest_of(1);
   CHECK(granular::way_by_accuracy(scene) == doctest::Approx(way));
   CHECK(granular::way_by_length(scene) == doctest::Approx(0.02));
+  CHECK(granular::contact_attraction(scene)(2) == 0.25 + 4);  // of both: K q^2 is Coulomb's at a distance of 1
+  granular::Gas gas(scene);
+  CHECK(gas.seconds_of_forces(*std::as_const(gas).model().effects.back()) > 0);
 }

@@ -14,26 +14,9 @@
 #include "src/effects/charge_exchange_law.hpp"
 #include "src/granular/device/pair_path.hpp"
 #include "src/granular/device/restitution.hpp"
+#include "src/model/whole.hpp"
 
 namespace lichtenberg::granular::device {
-
-/// A vector in quanta.
-struct WholeVec {
-  std::int64_t x = 0, y = 0, z = 0;
-
-  LICHTENBERG_HOST_DEVICE Vec3 times(double quantum) const {
-    return {quantum * static_cast<double>(x), quantum * static_cast<double>(y), quantum * static_cast<double>(z)};
-  }
-};
-static_assert(sizeof(WholeVec) == 3 * sizeof(std::int64_t), "many are cleared as one row of numbers");
-
-LICHTENBERG_HOST_DEVICE inline std::int64_t whole(double value) {
-#ifdef __CUDA_ARCH__
-  return __double2ll_rn(value);
-#else
-  return static_cast<std::int64_t>(std::nearbyint(value));
-#endif
-}
 
 /// What sums of pairs are multiples of: powers of two.
 struct Quanta {

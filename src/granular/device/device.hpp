@@ -39,8 +39,11 @@ class DeviceGas {
   virtual StepCounts counts() const = 0;
 };
 
+/// The kernels that a gas runs: tests run those of the host.
+enum class Target { host, cuda };
+
 /// Throws InputError, with a sentence, for a scene that has what a device does not compute.
-void check_scene(const Scene& scene);
+void check_scene(const Scene& scene, Target target = Target::cuda);
 /// Bytes of a device that a gas of this scene will take, by an estimate for grains evenly spread.
 double bytes_needed(const Scene& scene);
 

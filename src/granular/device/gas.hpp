@@ -30,6 +30,8 @@ class GasOn final : public DeviceGas {
       : run_(std::move(run)), gas_(*run_, checked(*run_, options)), lists_(gas_) {
     if (options.tables) sums_.emplace(*run_, *options.tables);
     if (options.polarizability > 0) dipoles_.emplace(*run_, *sums_, options.polarizability, options.dipole_tolerance);
+    for (const DevicePartForm& form : options.parts) parts_.push_back(form.make(*run_));
+    pair_quanta_ = quanta_of_parts();
   }
 
   void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin) override {
@@ -54,7 +56,7 @@ class GasOn final : public DeviceGas {
     return now;
   }
   double potential_energy() override {
-    if (!sums_) return 0;
+    if (!has_held_forces()) return 0;
     if (lists_.skin() == 0) begin();
     if (!std::exchange(energy_known_, true)) recharge_once();
     return gas_.book.download().front().energy;
@@ -163,7 +165,7 @@ class GasOn final : public DeviceGas {
 
   void begin() {
     arrange(0);
-    if (sums_) recharge_once();
+    if (has_held_forces()) recharge_once();
     energy_known_ = true;
     std::visit([&](const auto& law) { begin(law); }, gas_.law);
     run_->wait();
@@ -194,6 +196,7 @@ class GasOn final : public DeviceGas {
     const Stopwatch stopwatch(counts_.list_seconds);
     ++counts_.lists;
     lists_.arrange(travel, sums_, dipoles_);
+    find_pair_forces();
     found_.host().moved2 = 0;
     if (auto seen = lists_.kernels(); !(seen == recorded_)) {
       step_.clear();
@@ -201,9 +204,21 @@ class GasOn final : public DeviceGas {
     }
   }
 
-  /// After charges or the order of grains have changed: what charges feel. `booked`: the change of energy is what an
-  /// exchange gave to the field; `solved`: dipoles are as they should be.
+  /// Computes forces and energy after charges or the order of grains have changed. `booked`: the change of energy is
+  /// the exchange's; `solved`: dipoles are known.
   void recharge(bool booked, bool solved = false) {
+    if (sums_) recharge_sums(solved);
+    find_pair_forces();
+    FieldBook* book = gas_.book.data();
+    const ForceView force = forces();
+    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
+      const double energy = force.energy();
+      if (booked) book->exchanged += energy - book->energy;
+      book->energy = energy;
+    });
+    hold();
+  }
+  void recharge_sums(bool solved) {
     FieldBook* book = gas_.book.data();
     const double* charge = gas_.charge.data();
     const int n = gas_.n;
@@ -229,15 +244,18 @@ class GasOn final : public DeviceGas {
       dipoles_->follow_charges(charges, scale(), lists_.partners());
     else
       dipoles_->evaluate(charges, scale(), lists_.partners());
-    const ForceView force = forces();
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-      const double energy = force.energy();
-      if (booked) book->exchanged += energy - book->energy;
-      book->energy = energy;
-    });
-    hold();
   }
-  /// Forces of charges as they are, until the next ones are known.
+  /// Forces of laws of pairs, and their energy. Sums of whole quanta do not depend on the order of lists.
+  void find_pair_forces() {
+    if (parts_.empty()) return;
+    gas_.pair_force.zero();
+    gas_.pair_energy.zero();
+    const DeviceGrains grains{gas_.n,           gas_.box, gas_.place.data(), gas_.radius.data(), gas_.charge.data(),
+                              lists_.in_reach()};
+    for (const auto& part : parts_)
+      part->add_forces(grains, pair_quanta_, gas_.pair_force.data(), gas_.pair_energy.data());
+  }
+  /// Forces at this instant, until the next ones are known.
   void hold() {
     const ForceView force = forces();
     Vec3* held = gas_.held.data();
@@ -248,7 +266,7 @@ class GasOn final : public DeviceGas {
   template <class Law>
   void record(const Law& law) {
     Progress* now = progress_.device();
-    const bool exchanges = sums_ && gas_.options.exchanges;
+    const bool exchanges = has_held_forces() && gas_.options.exchanges;
     follow(law);
     run_->beside([&] { follow_charges(); }, [&] { find_impacts(law); });
     finish(GoOn<Law>{rule(law), found_.device(), parameters_.device(), now, dipoles_ ? dipoles_->unstable() : nullptr,
@@ -265,6 +283,7 @@ class GasOn final : public DeviceGas {
       dipoles_->follow(gas_.charges.data(), scale(), lists_.partners(), &progress_.device()->go);
     else if (sums_)
       sums_->evaluate(gas_.charges.data(), lists_.partners(), gas_.options.exchanges);
+    find_pair_forces();
   }
   /// What the last step of contacts has left, pair by pair; parts of them side by side.
   template <class Law>
@@ -332,15 +351,34 @@ class GasOn final : public DeviceGas {
     return options;
   }
 
+  bool has_held_forces() const { return sums_ || !parts_.empty(); }
+
   ForceView forces() const {
-    if (!sums_) return {};
-    return {gas_.charges.data(),
-            sums_->felt(),
-            sums_->totals(),
-            gas_.book.data(),
-            gas_.options.strength,
-            sums_->background(),
-            dipoles_ ? sums_->force() : nullptr};
+    ForceView view;
+    if (sums_)
+      view = {gas_.charges.data(),
+              sums_->felt(),
+              sums_->totals(),
+              gas_.book.data(),
+              gas_.options.strength,
+              sums_->background(),
+              dipoles_ ? sums_->force() : nullptr};
+    if (!parts_.empty())
+      view.of_pairs = gas_.pair_force.data(), view.pair_energy = gas_.pair_energy.data(), view.quanta = pair_quanta_;
+    return view;
+  }
+  /// Powers of two: 2^-44 of the largest force and energy of a pair. Sums may be 2^18 times as large.
+  PairQuanta quanta_of_parts() const {
+    PairQuanta most{0, 0};
+    for (const auto& part : parts_) {
+      const PairQuanta size = part->size();
+      most.force = std::max(most.force, std::abs(size.force)),
+      most.energy = std::max(most.energy, std::abs(size.energy));
+    }
+    const auto quantum = [](double value) {
+      return value > 0 ? std::ldexp(1.0, static_cast<int>(std::ceil(std::log2(value))) - 44) : 0x1p-44;
+    };
+    return {quantum(most.force), quantum(most.energy)};
   }
   template <class Law>
   ContactSteps<Law> contact_steps(const Law& law) const {
@@ -391,6 +429,8 @@ class GasOn final : public DeviceGas {
   GasLists<Executor> lists_;
   typename GasLists<Executor>::Sums sums_;
   typename GasLists<Executor>::Dipoles dipoles_;
+  std::vector<std::unique_ptr<DevicePart>> parts_;
+  PairQuanta pair_quanta_;
   mutable SnapshotMemories<Executor> memories_{*run_};
   parallel::Mirrored<Found, Executor> found_{*run_};
   parallel::Mirrored<StepParameters, Executor> parameters_{*run_};

@@ -119,16 +119,22 @@ struct FieldBook {
   double largest_charge = 0;  ///< magnitude
 };
 
-/// The forces of charges, or of charges with dipoles, on grains.
+/// Forces on grains: of charges, or of charges with dipoles, and of pairs.
 struct ForceView {
   const Charged* charges = nullptr;
   const Felt* felt = nullptr;
   const Totals* totals = nullptr;
   const FieldBook* book = nullptr;
   double strength = 0, background = 0;
-  const Felt* force = nullptr;  ///< null: there are no dipoles
+  const Felt* force = nullptr;         ///< null: there are no dipoles
+  const WholeVec* of_pairs = nullptr;  ///< [N], quanta; null: there are no laws of pairs
+  const std::int64_t* pair_energy = nullptr;
+  PairQuanta quanta{};
 
   LICHTENBERG_HOST_DEVICE Vec3 operator()(int s) const {
+    return of_pairs ? of_charges(s) + of_pairs[s].times(quanta.force) : of_charges(s);
+  }
+  LICHTENBERG_HOST_DEVICE Vec3 of_charges(int s) const {
     if (!felt || totals->square == 0) return {};
     if (force) {
       const double share = force[s].potential / totals->square, unit = strength / (book->scale * book->scale);
@@ -140,9 +146,10 @@ struct ForceView {
             factor * (felt[s].z - over * totals->z)};
   }
   LICHTENBERG_HOST_DEVICE double energy() const {
-    if (!felt) return 0;
-    return strength / (book->scale * book->scale) *
-           (totals->energy + 0.5 * background * totals->charge * totals->charge);
+    const double of_others = pair_energy ? quanta.energy * static_cast<double>(*pair_energy) : 0;
+    if (!felt) return of_others;
+    return of_others + strength / (book->scale * book->scale) *
+                           (totals->energy + 0.5 * background * totals->charge * totals->charge);
   }
 };
 

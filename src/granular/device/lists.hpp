@@ -34,7 +34,7 @@ class GasLists {
   struct Kernels {
     std::vector<const void*> arrays;
     std::size_t room = 0;
-    int columns = 0, partner_columns = 0;
+    int columns = 0, partner_columns = 0, reach_columns = 0;
     double skin = 0;
 
     bool operator==(const Kernels&) const = default;
@@ -45,13 +45,17 @@ class GasLists {
         state_(&state),
         cells_(*run_, state.options.lengths, cell_edges(state.options)),
         table_(*run_),
-        partners_(*run_) {
+        partners_(*run_),
+        in_reach_(*run_) {
     place_of_.resize(state.n);
+    for (const DevicePartForm& part : state.options.parts) reach_ = std::max(reach_, part.reach);
   }
 
   /// 0: there are none. They hold while no grain has moved by half of it.
   double skin() const { return skin_; }
   TableView partners() const { return partners_.view(); }
+  /// Partners of each grain within the reach of laws of pairs.
+  TableView in_reach() const { return in_reach_.view(); }
   /// Entries of the table; as many of near and of active pairs have room.
   long entries() const { return static_cast<long>(near_.size()); }
 
@@ -104,14 +108,16 @@ class GasLists {
             .next = next_.data()};
   }
   Kernels kernels() const {
-    const TableView table = table_.view(), partners = partners_.view();
-    return {{table.start, table.partner, partners.start, partners.partner, since_.data(), impact_speed_.data(),
-             alone_.data(), owner_.data(), near_.data(), active_.data(), seen_.data(), scale_.data(),
-             active_force_.data(), active_halfway_.data(), active_first_.data(), next_.data()},
-            near_.capacity(),
-            table.columns,
-            partners.columns,
-            skin_};
+    const TableView table = table_.view(), partners = partners_.view(), in_reach = in_reach_.view();
+    return {
+        {table.start, table.partner, partners.start, partners.partner, in_reach.start, in_reach.partner, since_.data(),
+         impact_speed_.data(), alone_.data(), owner_.data(), near_.data(), active_.data(), seen_.data(), scale_.data(),
+         active_force_.data(), active_halfway_.data(), active_first_.data(), next_.data()},
+        near_.capacity(),
+        table.columns,
+        partners.columns,
+        in_reach.columns,
+        skin_};
   }
 
   // With kernels, which nvcc wants to be public.
@@ -128,6 +134,7 @@ class GasLists {
     const Located* located = gas.located.data();
     const auto place_of = [=] LICHTENBERG_HOST_DEVICE(int s) { return located[s].at; };
     table_.build(gas.n, cells_.view(), gas.box.lengths, 2 * gas.largest_radius + skin_, place_of, true);
+    if (reach_ > 0) in_reach_.build(gas.n, cells_.view(), gas.box.lengths, reach_ + skin_, place_of);
     if (!sums) return;
     partners_.build(gas.n, cells_.view(), gas.box.lengths, sums->cutoff() + skin_, place_of);
     sums->arrange(gas.n, cells_.view(), 0.5 * skin_);
@@ -205,6 +212,8 @@ class GasLists {
   bool loaded_ = false;  ///< contacts stand in the table
   CellGrid<Executor> cells_;
   NeighbourTable<Executor> table_, partners_;  ///< of those that may touch; whose charges are near
+  NeighbourTable<Executor> in_reach_;          ///< of laws of pairs
+  double reach_ = 0;                           ///< d0, the largest of these laws
 
   // Of each entry of table_; as many of near and of active pairs have room.
   Array<double> since_{*run_}, impact_speed_{*run_};

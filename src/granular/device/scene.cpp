@@ -17,11 +17,14 @@ using effects::DeviceForces;
 using effects::refuse_on_device;
 
 /// Throws InputError for an effect without a device form, and for what a device does not compute of the others.
-DeviceForces device_forces(const Scene& scene) {
+DeviceForces device_forces(const Scene& scene, Target target) {
   DeviceForces forces;
   for (const Effects::Entry& entry : scene.effects) {
     if (!entry.kind->device) refuse_on_device(scene, "effects." + entry.kind->name);
+    const std::size_t before = forces.parts.size();
     entry.kind->device(scene, forces);
+    for (std::size_t k = before; target == Target::cuda && k < forces.parts.size(); ++k)
+      if (!forces.parts[k].on_cuda) refuse_on_device(scene, "kernels of effects." + entry.kind->name);
   }
   return forces;
 }
@@ -35,21 +38,21 @@ double bytes_needed(const Scene& scene, const DeviceForces& forces) {
 
 }  // namespace
 
-void check_scene(const Scene& scene) {
+void check_scene(const Scene& scene, Target target) {
   if (!scene.reference) refuse_on_device(scene, "scenes without [reference] but for their field");
   if (scene.dimension() != 3) refuse_on_device(scene, "grains in the plane");
   if (!scene.domain.box().periodic(0) || !scene.domain.box().periodic(1) || !scene.domain.box().periodic(2))
     refuse_on_device(scene, "walls around grains");
   if (scene.mechanics.integrator != lichtenberg::Integrator::multirate)
     refuse_on_device(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
-  device_forces(scene);
+  device_forces(scene, target);
 }
 
-double bytes_needed(const Scene& scene) { return bytes_needed(scene, device_forces(scene)); }
+double bytes_needed(const Scene& scene) { return bytes_needed(scene, device_forces(scene, Target::host)); }
 
 GasOptions gas_options(const Scene& scene) {
   const Bodies bodies = make_bodies(scene);
-  GasOptions options{device_forces(scene)};
+  GasOptions options{device_forces(scene, Target::host)};
   options.lengths = bodies.box.lengths;
   options.mass = bodies.mass, options.radius = bodies.radius;
   options.step = scene.mechanics.step, options.contact_steps = scene.mechanics.contact_steps;

@@ -33,6 +33,7 @@ struct GasState {
     make(place, momentum, image, charge, over_mass, radius, number, collisions, moved_charge, dissipated);
     make(located, held, charges, sorted_at, busy, touches, begun, spare);
     make(force, halfway, impulse, shift);
+    if (!options.parts.empty()) pair_force.resize(n), pair_energy.resize(1);
   }
 
   /// All but contacts.
@@ -183,6 +184,8 @@ struct GasState {
   Array<Turns> sorted_at{*run};
   Array<WholeVec> force{*run}, halfway{*run}, impulse{*run}, shift{*run};
   Array<int> busy{*run}, touches{*run}, begun{*run};
+  Array<WholeVec> pair_force{*run};  ///< of laws of pairs; empty if there are none
+  Array<std::int64_t> pair_energy{*run};
   Array<Grain> spare{*run};
 
   Array<Extremes> extremes{*run};

@@ -1,0 +1,52 @@
+#pragma once
+
+// The device form of an effect that is a law of pairs (src/model/pair_law.hpp).
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "src/effects/device_forces.hpp"
+#include "src/model/pair_part.hpp"
+
+namespace lichtenberg::effects {
+
+/// A pair whose force is about the largest that charges and contacts of the scene's grains make: two of the smallest
+/// that touch, of charge 1 (q0) or the largest of the scene.
+PairSeen strongest_pair(const Scene& scene, double reach_of_smallest);
+/// Adds memory of the lists, and throws InputError for a reach (d0) beyond half of the box.
+void add_pair_lists(const Scene& scene, double reach, DeviceForces& forces);
+
+/// Adds the forces of `law` on grains, for the host executor; in reduced units.
+template <class Law>
+DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& forces) {
+  const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
+  const double reach =
+      std::max({law.reach(smallest.radius, smallest.radius), law.reach(smallest.radius, largest.radius),
+                law.reach(largest.radius, largest.radius)});
+  add_pair_lists(scene, reach, forces);
+  if (NeedsCharges<Law>) forces.charged = true;
+  const PairSeen strongest = strongest_pair(scene, law.reach(smallest.radius, smallest.radius));
+  DevicePartForm& form = forces.parts.emplace_back();
+  form.reach = reach;
+  form.make_on_host = [=](const parallel::HostExecutor& run) {
+    return std::make_unique<PairPart<Law, parallel::HostExecutor>>(run, law, strongest);
+  };
+  return form;
+}
+
+/// The same with CUDA kernels, which CMake's add_pair_kernels adds to a target.
+template <class Law>
+DevicePartForm& add_pair_law_with_kernels(const Scene& scene, const Law& law, DeviceForces& forces) {
+  DevicePartForm& form = add_pair_law(scene, law, forces);
+  form.on_cuda = true;
+#ifdef LICHTENBERG_WITH_CUDA
+  const PairSeen strongest = strongest_pair(scene, 0);
+  form.make_on_cuda = [=](const parallel::CudaExecutor& run) { return make_cuda_part<Law>(run, law, strongest); };
+#endif
+  return form;
+}
+
+}  // namespace lichtenberg::effects

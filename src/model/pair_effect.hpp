@@ -1,0 +1,87 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "solvers/error.hpp"
+#include "src/model/effect.hpp"
+#include "src/model/neighbours.hpp"
+#include "src/model/pair_loop.hpp"
+#include "src/scene/effect_kind.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg {
+
+/// The largest gap (m) between surfaces at which a law acts between bodies with these radii (m, [N]). The law's reach
+/// must be a convex function of each radius, as a sum or a maximum is: the gap is then largest between extreme radii.
+template <class Law>
+double largest_gap(const Law& law, std::span<const double> radius) {
+  if (radius.empty()) return 0;
+  const auto [least, most] = std::ranges::minmax(radius);
+  const auto gap = [&](double a, double b) { return law.reach(a, b) - (a + b); };
+  return std::max({0.0, gap(least, least), gap(least, most), gap(most, most)});
+}
+
+/// Forces by a law of pairs (pair_law.hpp), which is not damped: forces, their energy and derivatives follow from it,
+/// for conductors and for grains.
+template <class Law>
+class PairEffect : public Effect {
+  static_assert(!Law::damped, "a damped law has no energy");
+
+ public:
+  /// `radius`: of the bodies (m); empty for a law that acts in contact alone.
+  PairEffect(const EffectKind& kind, Law law, std::span<const double> radius)
+      : kind_(&kind), law_(std::move(law)), gap_(largest_gap(law_, radius)) {}
+  PairEffect(const EffectKind& kind, Law law, const Scene& scene)
+      : PairEffect(kind, std::move(law), std::span<const double>(make_bodies(scene).radius)) {}
+
+  const EffectKind& kind() const override { return *kind_; }
+  Needs needs() const override { return {.charges = NeedsCharges<Law>, .neighbour_range = gap_}; }
+  /// Throws Failure for a pair that the law refuses.
+  void add_forces(const State& state, std::span<double> force) const override {
+    const PairSum sum = visit_spheres(state.bodies, [&](const auto& spheres) {
+      return add_pair_forces(law_, spheres, state.neighbours, force, state.team);
+    });
+    if (sum.refused) refuse(state.bodies, *sum.refused);
+  }
+  double stored_energy(const State& state) const override {
+    double energy = 0;
+    visit(state, [&](const auto& pair) {
+      const Law law = law_of(pair.pair);
+      energy += law.energy_unit() * law(pair.seen).energy;
+    });
+    return energy;
+  }
+  void add_jacobian(const State& state, ForceJacobian& jacobian) const override {
+    visit(state, [&](const auto& pair) { add_pair_derivatives(law_of(pair.pair), pair, jacobian); });
+  }
+  void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const override {
+    for (const Pair pair : pairs_within_reach(near_, bodies, gap_, travel)) pushed[pair.i] = pushed[pair.j] = true;
+  }
+
+ protected:
+  const Law& law() const { return law_; }
+  /// The law between these two, in energy and derivatives; an effect for which it depends on the pair overrides
+  /// add_forces too.
+  virtual Law law_of(Pair pair) const { return (void)pair, law_; }
+  [[noreturn]] virtual void refuse(const Bodies& bodies, Pair pair) const {
+    (void)bodies;
+    throw Failure(fmt::format("effects.{}: its law does not hold between {} and {}", name(), pair.i, pair.j));
+  }
+
+ private:
+  template <class Visit>
+  void visit(const State& state, const Visit& use) const {
+    visit_spheres(state.bodies, [&](const auto& spheres) { for_each_in_reach(law_, spheres, state.neighbours, use); });
+  }
+
+  const EffectKind* kind_;
+  Law law_;
+  double gap_;              ///< m, between surfaces, up to which the law acts
+  mutable ReachList near_;  ///< speeds up mark_pushed, and changes no result
+};
+
+}  // namespace lichtenberg

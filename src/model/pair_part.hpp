@@ -1,0 +1,76 @@
+#pragma once
+
+// A law of pairs (pair_law.hpp) on a device.
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#ifdef __CUDACC__
+#include "solvers/parallel/cuda_executor.hpp"
+#endif
+#include "src/model/device_part.hpp"
+#include "src/model/pair_device.hpp"
+
+namespace lichtenberg {
+
+template <class Law, class Executor>
+class PairPart final : public DevicePart {
+ public:
+  /// `strongest`: the pair whose force is about the largest that the law should meet.
+  PairPart(const Executor& run, const Law& law, const PairSeen& strongest)
+      : run_(&run), law_(law), strongest_(strongest) {}
+
+  PairQuanta size() const override {
+    const PairForce most = law_(strongest_);
+    return {over_distance<Law>(most, strongest_.distance) * strongest_.distance, law_.energy_unit() * most.energy};
+  }
+
+  void add_forces(const DeviceGrains& grains, const PairQuanta& quanta, WholeVec* force,
+                  std::int64_t* energy) const override {
+    constexpr int a_part = 256;
+    const Law law = law_;
+    const TableView partners = grains.partners;
+    const NearestImage<3> nearest(grains.box);
+    const DeviceSpheres<3> spheres{grains.count,  reinterpret_cast<const double*>(grains.position),
+                                   grains.radius, nullptr,
+                                   grains.box,    grains.charge};
+    const int n = grains.count;
+    const double per_force = 1 / quanta.force, per_energy = 0.5 * law.energy_unit() / quanta.energy;
+    run_->sum_segments((n + a_part - 1) / a_part,
+                       [=] LICHTENBERG_HOST_DEVICE(int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; },
+                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
+                         const int i = p * a_part + t;
+                         WholeVec sum = force[i];
+                         std::int64_t half = 0;
+                         for_each_partner(law, spheres, nearest, partners, i,
+                                          [&](const PairForce& of, double over, const Vec3& apart) {
+                                            sum.x += whole(per_force * over * apart.x),
+                                                sum.y += whole(per_force * over * apart.y);
+                                            sum.z += whole(per_force * over * apart.z);
+                                            half += whole(per_energy * of.energy);
+                                          });
+                         force[i] = sum;
+                         return half;
+                       },
+                       [=] LICHTENBERG_HOST_DEVICE(int, std::int64_t sum) { parallel::add_atomically(energy, sum); });
+  }
+
+ private:
+  const Executor* run_;
+  Law law_;
+  PairSeen strongest_;
+};
+
+/// A part with CUDA kernels. A file compiled by nvcc instantiates it, which CMake's add_pair_kernels writes.
+template <class Law>
+std::unique_ptr<DevicePart> make_cuda_part(const parallel::CudaExecutor& run, const Law& law, const PairSeen& strongest)
+#ifdef __CUDACC__
+{
+  return std::make_unique<PairPart<Law, parallel::CudaExecutor>>(run, law, strongest);
+}
+#else
+    ;
+#endif
+
+}  // namespace lichtenberg

@@ -46,9 +46,9 @@ void check_pace(const Gas& gas, double end, double step) {
 }  // namespace
 
 struct GranularMotion::Implementation {
-  Implementation(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> on)
+  Implementation(const Scene& scene, std::unique_ptr<GasIntegrator> by, std::unique_ptr<granular::device::DeviceGas> on)
       : here(scene),
-        integrator(make_integrator(scene.mechanics.integrator)),
+        integrator(std::move(by)),
         theory(HomogeneousGas::of(here)),
         device(std::move(on)),
         stage_end(here.stage_end()) {
@@ -226,10 +226,17 @@ struct GranularMotion::Implementation {
   bool warned = false;  ///< what effects have to say has been said
 };
 
-GranularMotion::GranularMotion(const Scene& scene) : GranularMotion(scene, nullptr) {}
+GranularMotion::GranularMotion(const Scene& scene)
+    : GranularMotion(scene, std::unique_ptr<granular::device::DeviceGas>()) {}
 
 GranularMotion::GranularMotion(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> device)
-    : implementation_(std::make_unique<Implementation>(scene, std::move(device))) {
+    : implementation_(
+          std::make_unique<Implementation>(scene, make_integrator(scene.mechanics.integrator), std::move(device))) {
+  implementation_->note();
+}
+
+GranularMotion::GranularMotion(const Scene& scene, std::unique_ptr<granular::GasIntegrator> integrator)
+    : implementation_(std::make_unique<Implementation>(scene, std::move(integrator), nullptr)) {
   implementation_->note();
 }
 GranularMotion::~GranularMotion() = default;

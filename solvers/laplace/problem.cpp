@@ -171,6 +171,12 @@ void refuse_couplings(const LaplaceProblem& problem, const std::string& method) 
                    " cannot solve for resistors between conductors or before an electrode: use the cut-cell method");
 }
 
+void refuse_link_models(const LaplaceProblem& problem, const std::string& method) {
+  for (const Body& body : problem.bodies)
+    if (body.link_model)
+      throw InputError(method + " cannot solve for bodies with a link model: use the cut-cell method on the CPU");
+}
+
 std::vector<double> capacitance_matrix(LaplaceSolver& solver, const LaplaceProblem& problem) {
   const std::size_t n = problem.groups.size();
   LaplaceProblem unit = problem;

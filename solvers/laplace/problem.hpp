@@ -24,10 +24,15 @@ struct Side {
 
 enum SideIndex { left = 0, right = 1, bottom = 2, top = 3 };
 
+class LinkModel;
+
 /// A perfect conductor: its shape and the group whose potential it has. Bodies of one group need not touch.
 struct Body {
   Shape shape;
   int group = 0;
+  /// Conductance of the cut-cell method's links to the surface (cutcell/surface_links.hpp); null: a bare conductor's.
+  /// Must outlive the problem. Other methods refuse it.
+  const LinkModel* link_model = nullptr;
 };
 
 /// Bodies that share one potential. Floating: the total charge is given and the potential unknown. Fixed: the
@@ -82,6 +87,9 @@ std::vector<int> coupled_sets(int groups, std::span<const Coupling> couplings, d
 
 /// For methods that cannot do couplings: throws InputError if there are any. `method` begins the sentence.
 void refuse_couplings(const LaplaceProblem& problem, const std::string& method);
+
+/// For methods that have no links: throws InputError if a body has a link model. `method` begins the sentence.
+void refuse_link_models(const LaplaceProblem& problem, const std::string& method);
 
 /// Seconds spent by one solve.
 struct Timings {

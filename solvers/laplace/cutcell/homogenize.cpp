@@ -51,7 +51,7 @@ Sets strongly_coupled(const LaplaceProblem& problem, const std::vector<NetworkLi
 void Level::build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Sets& sets, const Level* finer,
                          parallel::Team& team) {
   outlines_.clear();
-  for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body.shape, h));
+  for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body, h));
   east.clear();
   north.clear();
   choose_resolved(problem, sets);

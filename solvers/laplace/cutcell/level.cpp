@@ -28,7 +28,7 @@ void Level::build(const LaplaceProblem& problem, LinkFormula formula, parallel::
   couple(problem, largest_coupling);
   if (formula == LinkFormula::aperture) return build_by_apertures(problem, *this);
   outlines_.clear();
-  for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body.shape, h));
+  for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body, h));
   discretize(problem, formula, team);
   find_bound_cells(problem, team);
 }

@@ -79,7 +79,7 @@ void Level::link_columns(const LaplaceProblem& problem, LinkFormula formula, int
 
 bool Level::takes_batches(int body, LinkFormula formula) const {
   const Outline& outline = outlines_[body];
-  return formula == LinkFormula::log_fitted && outline.kind == Outline::Kind::disk &&
+  return formula == LinkFormula::log_fitted && outline.kind == Outline::Kind::disk && !outline.link &&
          outline.size >= least_batched_radius;
 }
 

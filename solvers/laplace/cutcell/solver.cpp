@@ -228,7 +228,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   return solution;
 }
 
-CutCellSolver::CutCellSolver(CutCellOptions options) {
+CutCellSolver::CutCellSolver(CutCellOptions options) : options_(options) {
   if (options.links == LinkFormula::aperture && options.linear_solver == CutCellOptions::LinearSolver::multigrid)
     throw InputError(
         "field.links = \"aperture\" needs field.linear_solver = \"assembled\": the multigrid's formulas are others");
@@ -244,8 +244,35 @@ CutCellSolver::CutCellSolver(CutCellOptions options) {
 }
 CutCellSolver::~CutCellSolver() = default;
 
+namespace {
+
+/// Throws InputError where a body with a link model would need formulas that it does not have: those of bodies that the
+/// grid does not resolve, and of two surfaces with less than a fluid cell on each side between them.
+void check_link_models(const LaplaceProblem& problem, const CutCellOptions& options) {
+  const double h = std::max(problem.size.x, problem.size.y) / options.cells, least = 3 * h;
+  for (const Body& body : problem.bodies) {
+    if (!body.link_model) continue;
+    const auto refuse_it = [&](const std::string& why) {
+      throw InputError("the link model \"" + body.link_model->name() + "\" " + why);
+    };
+    if (options.device == CutCellOptions::Device::cuda) refuse_it("does not run on a CUDA device");
+    if (options.links == LinkFormula::aperture) refuse_it("does not go with links = \"aperture\"");
+    const Disk* disk = std::get_if<Disk>(&body.shape);
+    if (!disk) refuse_it("is for disks");
+    const Vec2 c = disk->centre;
+    double gap = std::min({c.x, c.y, problem.size.x - c.x, problem.size.y - c.y}) - disk->radius;
+    for (const Body& other : problem.bodies)
+      if (&other != &body) gap = std::min(gap, lichtenberg::gap(*disk, other.shape));
+    if (disk->radius < 2 * h || gap < least)
+      refuse_it("needs a radius of two cells and a gap of three to all else: more cells, or larger gaps, are allowed");
+  }
+}
+
+}  // namespace
+
 LaplaceSolution CutCellSolver::solve(const LaplaceProblem& problem) {
   problem.check();
+  check_link_models(problem, options_);
   const CircuitNodes nodes(problem);
   if (nodes.any()) {
     LaplaceSolution solution = solve_without_nodes(nodes.reduced());

@@ -49,6 +49,7 @@ class CutCellSolver : public LaplaceSolver {
  private:
   LaplaceSolution solve_without_nodes(const LaplaceProblem& problem);
   struct Implementation;
+  CutCellOptions options_;                           // as given
   std::unique_ptr<Implementation> implementation_;   // on the CPU
   std::unique_ptr<device::DeviceSolver> on_device_;  // or there
 };

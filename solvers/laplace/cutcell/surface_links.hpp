@@ -4,13 +4,16 @@
 // the shapes. One source for the CPU and a CUDA device, which cannot hold a std::variant.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <string>
 
 #include "solvers/geometry/shape.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
+#include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -21,12 +24,32 @@ enum class LinkFormula {
   aperture,    ///< open faces, surface / distance (apertures.hpp); assembled systems only
 };
 
+struct Outline;
+
+/// Conductance between the fluid cell centre p and a body in the next cell in direction e, and its derivative with
+/// respect to the body's position. Lengths are in cells.
+using LinkFunction = Conductance (*)(const Outline& body, Vec2 p, Vec2 e);
+
+/// A formula for the links between fluid cells and a disk, in place of LinkFormula, with data of the disk: a coat, say.
+/// Grids of the CPU and the device's algorithms on the host call the same function; a CUDA device cannot, and refuses
+/// it. CutCellSolver checks that no other formula is needed: that the disk is resolved and stands apart from others.
+class LinkModel {
+ public:
+  virtual ~LinkModel() = default;
+  virtual std::string name() const = 0;  ///< for error messages
+  /// Numbers for `formula`, which finds them in Outline::data: without unit, the same for cells of every size.
+  virtual std::array<double, 2> data(const Body& body) const = 0;
+  virtual LinkFunction formula() const = 0;
+};
+
 /// A body's shape in units of cells.
 struct Outline {
   enum class Kind : std::int32_t { disk, ring, bar } kind = Kind::disk;
-  Vec2 centre;      ///< of a disk or ring, of a bar's one end
-  Vec2 end;         ///< a bar's other end
-  double size = 0;  ///< radius, or a bar's width
+  Vec2 centre;                  ///< of a disk or ring, of a bar's one end
+  Vec2 end;                     ///< a bar's other end
+  double size = 0;              ///< radius, or a bar's width
+  LinkFunction link = nullptr;  ///< of the body's link model; null: LinkFormula
+  double data[2] = {};          ///< of the link model
 
   LICHTENBERG_HOST_DEVICE bool round() const { return kind != Kind::bar; }
 };
@@ -39,6 +62,17 @@ inline Outline outline_in_cells(const Shape& shape, double h) {
     return {Outline::Kind::ring, ring->centre / h, {}, ring->radius / h};
   const auto& bar = std::get<Bar>(shape);
   return {Outline::Kind::bar, bar.from / h, bar.to / h, bar.width / h};
+}
+
+/// The body's shape and the data of its links.
+inline Outline outline_in_cells(const Body& body, double h) {
+  Outline outline = outline_in_cells(body.shape, h);
+  if (body.link_model) {
+    const std::array<double, 2> data = body.link_model->data(body);
+    outline.link = body.link_model->formula();
+    outline.data[0] = data[0], outline.data[1] = data[1];
+  }
+  return outline;
 }
 
 /// Unit vector towards a side of a cell, by SideIndex.
@@ -143,6 +177,9 @@ LICHTENBERG_HOST_DEVICE inline Hit hit(const Outline& body, Vec2 p, Vec2 e) {
 
 /// Conductance between the fluid cell centre p and a body in the next cell in direction e.
 LICHTENBERG_HOST_DEVICE inline Conductance fluid_link(const Outline& body, Vec2 p, Vec2 e, LinkFormula formula) {
+#ifndef __CUDA_ARCH__
+  if (body.link) return body.link(body, p, e);
+#endif
   const Vec2 corner_a = p + 0.5 * e + 0.5 * perpendicular(e);
   const Vec2 corner_b = p + 0.5 * e - 0.5 * perpendicular(e);
   if (formula == LinkFormula::log_fitted && body.round())

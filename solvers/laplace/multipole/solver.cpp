@@ -52,6 +52,7 @@ void check(const MultipoleOptions& options) {
 void check(const LaplaceProblem& problem, bool unbounded) {
   problem.check();
   refuse_couplings(problem, "the multipole method");
+  refuse_link_models(problem, "the multipole method");
   for (const Side& side : problem.sides) {
     if (side.profile) throw InputError("the multipole method needs sides of constant potential, not a profile");
     if (unbounded && side.kind == Side::Kind::electrode)

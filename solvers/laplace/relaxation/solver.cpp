@@ -133,6 +133,7 @@ LaplaceSolution RelaxationSolver::solve(const LaplaceProblem& problem) {
 void RelaxationSolver::place(const LaplaceProblem& problem) {
   problem.check();
   refuse_couplings(problem, "the relaxation");
+  refuse_link_models(problem, "the relaxation");
   const double h = std::max(problem.size.x, problem.size.y) / options_.sites;
   const int cells_x = whole_cells(problem.size.x, h), cells_y = whole_cells(problem.size.y, h);
   problem_ = problem;

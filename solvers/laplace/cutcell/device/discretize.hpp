@@ -37,7 +37,8 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
     const int body = problem.body_at[rank];
     const Outline& shape = problem.shape[body];
-    const Outline outline{shape.kind, shape.centre / grid.h, shape.end / grid.h, shape.size / grid.h};
+    const Outline outline{shape.kind, shape.centre / grid.h,         shape.end / grid.h, shape.size / grid.h,
+                          shape.link, {shape.data[0], shape.data[1]}};
     grid.outline[body] = outline;
     const int g = problem.group_of[body];
     const auto is_alone = [&] {  // of coarse grids only: the sets are found from the finest grid's links

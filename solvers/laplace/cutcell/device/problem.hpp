@@ -66,7 +66,7 @@ class DeviceProblem {
     int* first_rank = first_rank_.host;
     std::fill(first_rank, first_rank + groups + 1, 0);
     for (int body = 0; body < bodies; ++body) {
-      new (shape_.host + body) Outline(outline_in_cells(problem.bodies[body].shape, 1.0));
+      new (shape_.host + body) Outline(outline_in_cells(problem.bodies[body], 1.0));
       group_of_.host[body] = problem.bodies[body].group;
       ++first_rank[problem.bodies[body].group + 1];
     }

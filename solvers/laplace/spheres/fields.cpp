@@ -1,0 +1,370 @@
+#include "solvers/laplace/spheres/system.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::laplace::spheres {
+
+WallPotential::WallPotential(const SphereProblem& problem) {
+  if (problem.free_space) {
+    slope = -problem.uniform_field;
+    return;
+  }
+  std::vector<int> held;
+  for (int side = 0; side < 6; ++side)
+    if (problem.box.sides[side] == Boundary::electrode) held.push_back(side);
+  if (held.empty()) return;
+  constant = problem.side_potential[held[0]];
+  const bool equal =
+      std::all_of(held.begin(), held.end(), [&](int s) { return problem.side_potential[s] == constant; });
+  if (equal) return;
+  if (held.size() != 2 || held[0] / 2 != held[1] / 2)
+    throw InputError(
+        fmt::format("sides {} and {} have different potentials where they meet: the solver of spheres knows "
+                    "different potentials of two opposite sides only",
+                    side_names[held[0]], side_names[held[1]]));
+  axis = held[0] / 2;
+  slope[axis] = (problem.side_potential[held[1]] - constant) / problem.box.lengths[axis];
+}
+
+namespace {
+
+/// Harmonics that a gap calls for, and the accuracy that so many of them are enough for.
+struct Harmonics {
+  double degree = 0, possible = 0;
+};
+
+/// They fall off like exp(-alpha l).
+Harmonics beside(double radius, double other, double gap, double accuracy) {
+  if (gap <= 0) return {INFINITY, 1};
+  const double alpha = bispherical_coordinate(radius, other, gap);
+  return {-std::log(accuracy) / alpha, std::exp(-largest_degree * alpha)};
+}
+
+/// The same where both sides have one potential: however small the gap, harmonics fall off like exp(-sqrt(2 beta l)),
+/// beta = 2 pi / (1 + R / R') (README.md).
+Harmonics at_contact(double radius, double other, double accuracy) {
+  const double digits = std::log(accuracy), share = (1 + radius / other) / (4 * std::numbers::pi);
+  return {digits * digits * share, std::exp(-std::sqrt(largest_degree / share))};
+}
+
+/// Beside a dielectric, however small the gap: each reflection takes a factor k = (eps - 1) / (eps + 1) off what the
+/// n-th image has in harmonic l, which is some k^n (1 - 1/n)^l. The largest, at n = sqrt(l / -ln k), is exp(-2 sqrt(l
+/// (-ln k))); but the first image alone, in the middle of the radius, takes 2^-l.
+Harmonics of_dielectrics(const Sphere& one, const Sphere& other, double accuracy) {
+  const auto reflected = [](const Sphere& sphere) {
+    return sphere.is_conductor() ? 1 : (sphere.relative_permittivity - 1) / (sphere.relative_permittivity + 1);
+  };
+  const double k = std::sqrt(reflected(one) * reflected(other)), digits = -std::log(accuracy);
+  return {std::max(digits / std::numbers::ln2, digits * digits / (-4 * std::log(k))),
+          std::exp(-std::sqrt(-4 * std::log(k) * largest_degree))};
+}
+
+Harmonics fewer(Harmonics a, Harmonics b) { return {std::min(a.degree, b.degree), std::min(a.possible, b.possible)}; }
+
+Harmonics fewest(const SphereProblem& problem, const NearPair& pair, double gap, double accuracy) {
+  const Sphere &target = problem.spheres[pair.target], &source = problem.spheres[pair.source];
+  const Harmonics contact = target.is_conductor() && source.is_conductor()
+                                ? at_contact(target.radius, source.radius, accuracy)
+                                : of_dielectrics(target, source, accuracy);
+  return fewer(beside(target.radius, source.radius, gap, accuracy), contact);
+}
+
+bool have_one_potential(const SphereProblem& problem, const NearPair& pair) {
+  return problem.spheres[pair.target].group == problem.spheres[pair.source].group && pair.sign > 0;
+}
+
+double gap_of(const SphereProblem& problem, const NearPair& pair) {
+  return norm(pair.way) - problem.spheres[pair.target].radius - problem.spheres[pair.source].radius;
+}
+
+NearPair reversed(NearPair pair) {
+  std::swap(pair.target, pair.source);
+  pair.way = pair.way * -1.0;
+  return pair;
+}
+
+/// Degree that the small sphere of a lopsided pair takes; a difference of potential gets no tail.
+double degree_of_small(const SphereProblem& problem, const NearPair& to_small, double accuracy) {
+  const double gap = gap_of(problem, to_small), r = problem.spheres[to_small.target].radius;
+  if (have_one_potential(problem, to_small)) return fewest(problem, to_small, gap, accuracy).degree;
+  return beside(r, problem.spheres[to_small.source].radius, gap, accuracy).degree;
+}
+
+/// Whether the large sphere, the source, would take too many harmonics and can reflect the small one in place of them.
+bool is_lopsided(const SphereProblem& problem, const NearPair& pair, double accuracy) {
+  constexpr double largest_of_small = 100;
+  const Sphere &small = problem.spheres[pair.target], &large = problem.spheres[pair.source];
+  if (small.radius >= large.radius || pair.mask != 0 || pair.sign < 0 || !small.is_conductor() ||
+      !large.is_conductor() || large.radius > largest_ratio * small.radius)
+    return false;
+  const double gap = gap_of(problem, pair);
+  return fewest(problem, reversed(pair), gap, accuracy).degree > largest_degree &&
+         degree_of_small(problem, pair, accuracy) <= largest_of_small;
+}
+
+/// The lopsided pairs, each with its small sphere as the target. Of large spheres that several small ones are beside,
+/// those between which the harmonics up to the largest degree carry all.
+std::vector<NearPair> lopsided_pairs(const SphereProblem& problem, const std::vector<Site>& sites,
+                                     const std::vector<NearPair>& pairs, double accuracy) {
+  std::vector<NearPair> found;
+  for (const NearPair& pair : pairs)
+    if (is_lopsided(problem, pair, accuracy)) found.push_back(pair);
+  std::vector<char> too_many(sites.size());
+  for (std::size_t p = 0; p < found.size(); ++p)
+    for (std::size_t q = 0; q < p; ++q)
+      if (found[p].source == found[q].source && carried_beyond(found[p], found[q], sites, largest_degree) > accuracy)
+        too_many[found[p].source] = 1;
+  std::erase_if(found, [&](const NearPair& pair) { return too_many[pair.source]; });
+  return found;
+}
+
+bool contains(const std::vector<NearPair>& pairs, const NearPair& pair) {
+  return std::ranges::any_of(pairs, [&](const NearPair& one) {
+    return one.target == pair.target && one.source == pair.source && one.mask == pair.mask &&
+           norm2(one.way - pair.way) < 1e-20 * norm2(pair.way);
+  });
+}
+
+/// Distance from which images of one charge act together, where pairs are few.
+double choose_range(const Mirrors& mirrors, const std::vector<Site>& sites) {
+  double largest = 0;
+  for (const Site& site : sites) largest = std::max(largest, site.radius);
+  // Some hundred near images a sphere cost little beside few waves.
+  const double most = 400 / std::max(1.0, sites.size() / 4.0);
+  const double range = std::cbrt(std::max(60.0, most) * 3 / (4 * std::numbers::pi * mirrors.density()));
+  return std::max(range, 7 * largest);
+}
+
+/// So many spheres, and pairs of all with all cost more than cells.
+constexpr std::size_t many_spheres = 48;
+
+constexpr int least_degree = 2;
+
+/// Up to this fixed degree one sum over all images of a pair costs less than near images one by one.
+constexpr int low_degree = 8;
+
+double largest_radius(const std::vector<Site>& sites) {
+  return sites.empty() ? 0 : std::ranges::max(sites, {}, &Site::radius).radius;
+}
+
+/// Two images of one sphere that face each other the same way: one stands for both.
+bool are_twins(const NearPair& a, const NearPair& b) {
+  return a.target == a.source && b.target == a.target && b.source == a.source && b.mask == a.mask && a.mask == 0 &&
+         norm2(a.way + b.way) < 1e-20 * norm2(a.way);
+}
+
+}  // namespace
+
+void Fields::Wanted::raise(double to, double possible_then) {
+  degree = std::max(degree, to);
+  possible = std::max(possible, possible_then);
+}
+
+/// Degrees for the accuracy, from the neighbours of each sphere, and the gaps at which they are not enough.
+void Fields::choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs, parallel::Team& team) {
+  if (fixed_degree_ > 0) {
+    for (Site& site : sites_) site.degree = fixed_degree_;
+    return;
+  }
+  std::vector<Wanted> wanted(sites_.size(), {least_degree, 0});
+  const std::vector<NearPair> lopsided = lopsided_pairs(problem, sites_, pairs, accuracy_);
+  choose_reflecting(problem, lopsided, wanted);
+  std::vector<NearPair> gaps = narrow_gaps(problem, pairs, lopsided, wanted);
+  take(wanted);
+  for (const NearPair& pair : lopsided)
+    reflections_.push_back(reflection_of(pair, sites_[pair.target], sites_[pair.source]));
+  std::erase_if(gaps, [&](const NearPair& pair) { return is_enough_for(pair); });
+  close_pairs_ = spheres::close_pairs(sites_, gaps, accuracy_, team);
+  let_tails_meet(close_pairs_, sites_, pairs, accuracy_, team);
+}
+
+/// A large sphere has the harmonics that others may feel, or that small ones feel of each other.
+void Fields::choose_reflecting(const SphereProblem& problem, const std::vector<NearPair>& lopsided,
+                               std::vector<Wanted>& wanted) {
+  std::vector<int> beside_large(sites_.size());
+  for (const NearPair& pair : lopsided) {
+    const double small = sites_[pair.target].radius, large = sites_[pair.source].radius;
+    wanted[pair.target].raise(degree_of_small(problem, pair, accuracy_), 0);
+    const double alone = at_contact(large, large, accuracy_).degree;
+    wanted[pair.source].raise(++beside_large[pair.source] > 1 ? largest_degree : alone, 0);
+    if (!have_one_potential(problem, pair))
+      narrowness_ = std::min(narrowness_, spheres::narrowness(small, large, gap_of(problem, pair)));
+  }
+}
+
+/// Gaps between different potentials beside which no harmonics that gaps of one potential ask for are enough, each in
+/// one direction; raises the degrees to what each pair asks for.
+std::vector<NearPair> Fields::narrow_gaps(const SphereProblem& problem, const std::vector<NearPair>& pairs,
+                                          const std::vector<NearPair>& lopsided, std::vector<Wanted>& wanted) {
+  // Of gaps for which the least degree is enough: nearly all pairs, told without a logarithm.
+  const double least = std::cosh(-std::log(accuracy_) / least_degree) - 1;
+  std::vector<NearPair> gaps;
+  for (const NearPair& pair : pairs) {
+    const Site &site = sites_[pair.target], &other = sites_[pair.source];
+    const double gap = norm(pair.way) - site.radius - other.radius;
+    if (gap > 0 && cosh_less_one(site.radius, other.radius, gap) > least) continue;
+    if (!lopsided.empty() && (contains(lopsided, pair) || contains(lopsided, reversed(pair)))) continue;
+    const Sphere &target = problem.spheres[pair.target], &source = problem.spheres[pair.source];
+    const bool dielectric = !target.is_conductor() || !source.is_conductor();
+    const Harmonics contact =
+        dielectric ? of_dielectrics(target, source, accuracy_) : at_contact(site.radius, other.radius, accuracy_);
+    Harmonics apart = beside(site.radius, other.radius, gap, accuracy_);
+    if (gap <= 0) apart.degree = 2 * contact.degree;
+    Wanted& here = wanted[pair.target];
+    here.raise(std::min(apart.degree, contact.degree), std::min(apart.possible, contact.possible));
+    if (dielectric || have_one_potential(problem, pair) || apart.degree <= contact.degree) continue;
+    const double share = spheres::narrowness(site.radius, other.radius, gap);
+    narrowness_ = std::min(narrowness_, share);
+    const double closer = at_contact(site.radius, other.radius, share * accuracy_).degree;
+    if (here.degree < largest_degree) here.degree = std::clamp<double>(closer, here.degree, largest_degree);
+    const auto twin = [&](const NearPair& one) { return are_twins(pair, one); };
+    if (pair.target <= pair.source && std::ranges::none_of(gaps, twin)) gaps.push_back(pair);
+  }
+  return gaps;
+}
+
+namespace {
+
+/// The accuracy that would do, by the keys that ask for it.
+std::string in_words(double possible) {
+  constexpr double coarsest = 0.1, rounded_up = 1.06;  // for two digits
+  if (rounded_up * possible > coarsest) return "no field.accuracy";
+  return fmt::format("field.accuracy = {:.1e}, or so large a field.tolerance and field.moving_tolerance",
+                     rounded_up * possible);
+}
+
+}  // namespace
+
+/// Throws InputError for a degree that no sphere may have.
+void Fields::take(const std::vector<Wanted>& wanted) {
+  for (std::size_t i = 0; i < sites_.size(); ++i) {
+    const auto [degree, possible] = wanted[i];
+    if (degree > largest_degree)
+      throw InputError(
+          fmt::format("the gap beside sphere {} would take harmonics of degree {:.0f} for an accuracy of "
+                      "{:.3g}: {} is the largest, which would do for {}",
+                      i, std::ceil(degree), accuracy_, largest_degree, in_words(possible)));
+    sites_[i].degree = static_cast<int>(std::ceil(degree));
+  }
+}
+
+/// Whether both spheres have the harmonics that this gap asks for, as a narrower one may have made them.
+bool Fields::is_enough_for(const NearPair& pair) const {
+  const Site &target = sites_[pair.target], &source = sites_[pair.source];
+  const double gap = norm(pair.way) - target.radius - source.radius;
+  return beside(target.radius, source.radius, gap, accuracy_).degree <= target.degree &&
+         beside(source.radius, target.radius, gap, accuracy_).degree <= source.degree;
+}
+
+Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
+               parallel::Team& team)
+    : mirrors_(mirrors), accuracy_(options.accuracy), fixed_degree_(options.degree) {
+  const double accuracy = accuracy_;
+  for (const Sphere& sphere : problem.spheres) sites_.push_back({sphere.centre, sphere.radius, 0});
+  if (sites_.size() > many_spheres)
+    cells_ = std::make_unique<Cells>(problem, sites_);
+  else if (mirrors.bounded && !(has_fixed_degree() && fixed_degree_ <= low_degree))
+    range_ = choose_range(mirrors, sites_);
+  const std::vector<NearPair> pairs = near_pairs(sites_);
+  choose_degrees(problem, pairs, team);
+  near_ = std::make_unique<NearField>(sites_, sites_, pairs, narrowness_ * accuracy, team);
+  if (cells_) {
+    convolution_ = past && past->convolution_ && past->convolution_->fits(mirrors, *cells_, accuracy)
+                       ? past->convolution_
+                       : std::make_shared<const CellConvolution>(mirrors, *cells_, accuracy);
+    cell_field_ = std::make_unique<CellField>(convolution_, *cells_, sites_, sites_);
+  } else if (mirrors.bounded) {
+    far_ =
+        std::make_unique<FarField>(mirrors, sites_, sites_, far_images(largest_radius(sites_), narrowness_ * accuracy),
+                                   past ? past->far_.get() : nullptr);
+  }
+}
+
+FarImages Fields::far_images(double target_radius, double accuracy) const {
+  const double radius = largest_radius(sites_);
+  if (range_ == 0) return all_images(mirrors_, radius, fixed_degree_, accuracy);
+  FarImages images = images_beyond(range_, target_radius, radius, accuracy);
+  if (has_fixed_degree()) images.degree = std::min(images.degree, 2 * fixed_degree_ + 1);
+  return images;
+}
+
+std::vector<NearPair> Fields::near_pairs(const std::vector<Site>& targets) const {
+  if (cells_ && mirrors_.bounded) return cells_->near_pairs(targets, sites_);
+  if (mirrors_.bounded && range_ == 0) return {};
+  if (cells_ && &targets == &sites_) return cells_->near_pairs(targets, sites_);
+  std::vector<NearPair> pairs;
+  for (std::size_t t = 0; t < targets.size(); ++t)
+    for (std::size_t s = 0; s < sites_.size(); ++s)
+      mirrors_.for_each_near(targets[t].centre, sites_[s].centre, range_, [&](const MirrorImage& image, Vec3 way) {
+        if (norm2(way) > 0) pairs.push_back({static_cast<int>(t), static_cast<int>(s), image.mask, image.sign, way});
+      });
+  return pairs;
+}
+
+template <class T>
+void Fields::add_reflections(const T* multipoles, T* local) const {
+  if (reflections_.empty()) return;
+  const std::vector<int> start = starts(sites_);
+  for (const Reflection& reflection : reflections_)
+    add_reflection(reflection, multipoles + start[reflection.small], local + start[reflection.small]);
+}
+
+void Fields::add(const double* multipoles, double* local, parallel::Team& team) const {
+  near_->add(multipoles, local, team);
+  if (far_) far_->add(multipoles, local, team);
+  if (cell_field_) cell_field_->add(multipoles, local, team);
+  add_reflections(multipoles, local);
+}
+
+void Fields::add(const Lanes* multipoles, Lanes* local, parallel::Team& team) const {
+  near_->add(multipoles, local, team);
+  if (far_) far_->add(multipoles, local, team);
+  add_reflections(multipoles, local);
+  if (!cell_field_) return;
+  const std::size_t size = starts(sites_).back();
+  std::vector<double> from(size), to(size);
+  for (int lane = 0; lane < lanes; ++lane) {
+    for (std::size_t k = 0; k < size; ++k) from[k] = multipoles[k][lane];
+    std::ranges::fill(to, 0.0);
+    cell_field_->add(from.data(), to.data(), team);
+    for (std::size_t k = 0; k < size; ++k) local[k][lane] += to[k];
+  }
+}
+
+std::vector<double> Fields::one_degree_beyond(const double* multipoles, parallel::Team& team) const {
+  std::vector<Site> targets = sites_;
+  for (Site& target : targets) ++target.degree;
+  std::vector<double> local(starts(targets).back());
+  NearField(targets, sites_, near_pairs(sites_), narrowness_ * accuracy_, team).add(multipoles, local.data(), team);
+  if (far_) far_->add(multipoles, local.data(), team, 1);
+  if (cell_field_) CellField(convolution_, *cells_, targets, sites_).add(multipoles, local.data(), team);
+  return local;
+}
+
+void Fields::add_at(std::span<const Vec3> points, double unit, const double* multipoles, double* local,
+                    parallel::Team& team) const {
+  std::vector<Site> targets;
+  for (const Vec3 point : points) targets.push_back({point, unit, 1});
+  NearField(targets, sites_, near_pairs(targets), 0.01 * accuracy_, team).add(multipoles, local, team);
+  if (!mirrors_.bounded) return;
+  if (cells_)
+    CellField(convolution_, *cells_, targets, sites_).add(multipoles, local, team);
+  else
+    FarField(mirrors_, targets, sites_, far_images(unit, 0.1 * accuracy_)).add(multipoles, local, team);
+}
+
+std::shared_ptr<const ChargesAndDipoles> Fields::charges_and_dipoles(std::shared_ptr<const ChargesAndDipoles> past,
+                                                                     parallel::Team& team) const {
+  if (past && past->serves(sites_)) return past;
+  if (!cells_ || !ChargesAndDipoles::pays(sites_.size())) return nullptr;
+  auto made = std::make_shared<const ChargesAndDipoles>(mirrors_, *cells_, sites_, near_pairs(sites_), team);
+  return made->is_positive() ? made : nullptr;
+}
+
+}  // namespace lichtenberg::laplace::spheres

@@ -33,18 +33,18 @@ struct FieldMethodPrice {
   double share_in_motion = 0.8;       ///< of the iterations, where earlier solutions give the initial guess
 };
 
-/// A method that solves Laplace's equation for scenes: its properties, and how its solver is made. Code asks for these
-/// properties, never for the name. Defaults are those of a method without the ability.
+/// A method that solves Laplace's equation for scenes: its properties, and how its solver is made. Code uses these
+/// properties, never the name. Defaults are those of a method without the ability.
 struct FieldMethodKind {
   std::string name;  ///< value of field.method
-  std::string help;  ///< what follows the name in `help scene`
-  /// What `explain` says of the method with these options. Null: `help`.
+  std::string help;  ///< text after the name in `help scene`
+  /// Describes the method with these options for `explain`. Null: `help`.
   std::string (*describe)(const FieldOptions&) = nullptr;
 
   /// Makes a solver of the plane, at the tolerance of a single solve. Null: not a method of the plane.
   std::unique_ptr<laplace::LaplaceSolver> (*make)(const FieldOptions&) = nullptr;
-  /// Makes a solver of space for a scene of so many conductors. Null: not a method of space.
-  laplace::SphereSolver (*make_in_space)(const FieldOptions&, std::size_t conductors) = nullptr;
+  /// Makes a solver of space for a scene of n conductors. Null: not a method of space.
+  laplace::SphereSolver (*make_in_space)(const FieldOptions&, std::size_t n) = nullptr;
   /// Lets the solver `fine` begin with the changes that `coarse`, of the same method on fewer cells, has found. Null:
   /// the method does not predict forces on a coarser grid.
   void (*follow)(laplace::LaplaceSolver& fine, laplace::LaplaceSolver& coarse) = nullptr;
@@ -52,11 +52,12 @@ struct FieldMethodKind {
   long (*unknowns)(const laplace::LaplaceProblem&, const FieldOptions&) = nullptr;
   FieldMethodPrice (*price)(const FieldOptions&) = nullptr;  ///< Null: the default.
 
-  /// Keys of [field] that a scene may give beside method, tolerance, moving_tolerance and device. The default takes
-  /// those of the program's methods, so that --set field.method compares methods on one scene. Others are refused.
+  /// Keys of [field] that a scene may give in addition to method, tolerance, moving_tolerance and device. The default
+  /// takes those of the program's methods, so that --set field.method compares methods on one scene. Others are
+  /// refused.
   std::vector<std::string> keys = {"cells", "threads", "links", "linear_solver", "relaxation_eta"};
   FieldTolerances tolerance{};
-  /// What estimates the error for field.accuracy. Empty: nothing does, and in the plane field.accuracy is refused.
+  /// Error estimator for field.accuracy. Empty: none, and field.accuracy is refused in the plane.
   std::optional<laplace::Method> accuracy{};
 
   bool on_device = false;            ///< runs on a CUDA device as well

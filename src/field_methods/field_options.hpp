@@ -15,7 +15,7 @@ const FieldMethodKind& relaxation_method();
 /// The method of space.
 const FieldMethodKind& spheres_method();
 
-/// Along the domain's longer side.
+/// Largest number of cells along the domain's longer side.
 constexpr int most_cells = 32768;
 
 enum class FieldDevice { cpu, cuda };
@@ -42,7 +42,7 @@ struct FieldAccuracy {
   double estimate = 0;  ///< of the error
 };
 
-/// How the field is computed.
+/// Options of a field method.
 struct FieldOptions {
   const FieldMethodKind* method = &cut_cell_method();
   int cells = 512;                 ///< S: cells along the domain's longer side; multipole: of the output
@@ -56,7 +56,7 @@ struct FieldOptions {
   std::optional<FieldAccuracy> chosen_for{};  ///< empty: the scene says all of the above
 };
 
-/// What a scene asks for in place of cells and tolerances: effects::with_field_chosen makes FieldOptions of it.
+/// A requested accuracy in place of cells and tolerances: effects::with_field_chosen makes FieldOptions of it.
 struct FieldRequest {
   double accuracy = 0;                      ///< as in FieldAccuracy
   const FieldMethodKind* method = nullptr;  ///< null: to be chosen

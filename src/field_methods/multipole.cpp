@@ -6,7 +6,7 @@
 namespace lichtenberg {
 namespace {
 
-/// Where the scene asks for an accuracy, the solver computes nothing beyond it.
+/// With a requested accuracy the solver computes nothing beyond it.
 laplace::MultipoleOptions multipole_options(const FieldOptions& options) {
   return {.tolerance = options.tolerance, .results_only = options.chosen_for.has_value(), .cells = options.cells};
 }

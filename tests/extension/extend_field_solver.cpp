@@ -1,4 +1,4 @@
-// A field method that the program does not have, from outside: one disk held by charge before a grounded plane.
+// A field method that the program does not have, from outside: one charged disk before a grounded plane.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -84,7 +84,7 @@ TEST_CASE("added field method: scenes, explain, solve and run have it") {
   REQUIRE(run_command_line({"solve", scene, "--json=" + json}, all_commands()) == 0);
   const auto answer = nlohmann::json::parse(std::ifstream(json));
   CHECK(answer["method"] == "images");
-  // Its capacitance, and that of the program's own method in a box whose other sides are far away.
+  // The capacitance is the theory's, and the multipole method's in a box whose other sides are far away.
   const double potential = answer["conductors"][0]["potential"], permittivity = 2 * 8.8541878128e-12;
   CHECK(1e-12 / potential == doctest::Approx(permittivity * theory(0.01, 0.002)).epsilon(1e-12));
   REQUIRE(run_command_line({"solve", scene, "--set=field.method=multipole", "--json=" + json, "--overwrite"},

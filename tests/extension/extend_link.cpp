@@ -17,8 +17,8 @@ using namespace lichtenberg::laplace;
 
 namespace {
 
-/// The flux from a cell through a face is that of a logarithmic potential in the fluid and in the coat: the angle of
-/// the face over ln(r / R) + data[0], where r is the distance of the cell's centre and R the coat's outer radius.
+/// The potential is logarithmic in the fluid and in the coat. The flux through a face is the angle of the face over
+/// ln(r / R) + data[0]: r is the distance of the cell's centre, R the coat's outer radius.
 Conductance coated_link(const Outline& disk, Vec2 p, Vec2 e) {
   const Vec2 half = 0.5 * perpendicular(e), r = p - disk.centre;
   const Conductance bare = log_fitted_link(p, p + 0.5 * e + half, p + 0.5 * e - half, disk.centre, disk.size);
@@ -95,7 +95,7 @@ TEST_CASE("added link model: the device's grid gives the CPU's solution") {
   CHECK(other.body_force[0].x == doctest::Approx(cpu.body_force[0].x).epsilon(1e-9));
 }
 
-TEST_CASE("added link model: what has no formula for it is refused") {
+TEST_CASE("added link model: other methods and coarse grids refuse it") {
   MultipoleSolver multipole(MultipoleOptions{});
   CHECK(refusal(multipole, in_ring()).find("link model") != std::string::npos);
   CutCellSolver coarse({.cells = 8});

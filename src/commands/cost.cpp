@@ -91,8 +91,8 @@ FieldCost estimate_sphere_cost(const FieldOptions& options, double single_unknow
 }
 
 std::optional<FieldSolves> estimate_field_solves(const Scene& scene) {
-  if (scene.mechanics.integrator == Integrator::euler)
-    return FieldSolves{.whole = scene.stop.time / scene.mechanics.euler_field_step};
+  if (const auto step = scene.mechanics.kind().field_step)
+    return FieldSolves{.whole = scene.stop.time / (scene.mechanics.*step)};
   if (!is_fed_dragged_and_discharged(scene)) return std::nullopt;
   const double ways = floating_groups(scene) / share_of_area(scene);
   if (scene.dimension() == 2) return solves_in_plane(scene, ways);

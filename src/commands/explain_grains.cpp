@@ -87,7 +87,7 @@ void explain_contacts(const Scene& scene, const GrainContactLaw& law, double tem
       resolved < shortest ? fmt::format(" in each {:.3g} t0, for its strong damping", resolved) : "";
   fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps{}{}\n", shortest,
              scene.mechanics.contact_steps, more,
-             scene.mechanics.integrator == Integrator::multirate ? ", " + reason_of_steps(scene) : "");
+             scene.mechanics.integrator->reads("contact_steps") ? ", " + reason_of_steps(scene) : "");
   fmt::print("  restitution          {:.4f}, {:.4f}, {:.4f} at the speeds .01, 1 and {:.3g}\n", restitution(law, 0.01),
              restitution(law, 1), restitution(law, 2 * std::sqrt(temperature)), 2 * std::sqrt(temperature));
   if (scene.dimension() == 2) return;
@@ -232,7 +232,7 @@ void explain_integrator(granular::Gas& gas) {
   fmt::print(
       "  integrator           {}, steps {}\n", name_of(scene.mechanics.integrator),
       std::isinf(asked) ? std::string("as the accuracy of forces asks for") : fmt::format("of at most {:g} t0", asked));
-  if (scene.mechanics.integrator != Integrator::multirate || !gas.has_smooth_forces()) return;
+  if (!scene.mechanics.integrator->reads("contact_steps") || !gas.has_smooth_forces()) return;
   if (std::isinf(step)) return;  // nothing moves
   fmt::print("  held forces          for {:.0f} steps of contacts at the start, {:.2g} t0: {}\n",
              std::max(1.0, std::ceil(step / contact)), step, why_so_long(gas, step));
@@ -334,7 +334,7 @@ void explain_grains(const Scene& scene) {
   if (foreseen.collisions > 0)
     fmt::print("  theory               T = {:.3g} at the end, {:.3g} collisions a grain, if it stays homogeneous\n",
                foreseen.temperature.back(), foreseen.collisions);
-  if (scene.mechanics.integrator == Integrator::multirate) explain_cost(gas, count_work(scene, law, foreseen));
+  if (scene.mechanics.integrator->reads("contact_steps")) explain_cost(gas, count_work(scene, law, foreseen));
 }
 
 }  // namespace lichtenberg

@@ -24,13 +24,16 @@ void check_resistors(const Draft& draft) {
   if (draft.domain_size.count == 2 && draft.field.method && !draft.field.method->couplings)
     refuse_with("field.method", draft.field.method->name,
                 field_methods_that(2, [](const FieldMethodKind& method) { return method.couplings; }));
-  if (scene.mechanics.integrator == Integrator::cvode && scene.mechanics.coupling == FieldCoupling::monolithic)
+  const IntegratorKind& integrator = scene.mechanics.kind();
+  if (!integrator.carries_resistors && &integrator == scene.mechanics.integrator->monolithic)
     refuse_with("mechanics.coupling", "monolithic", "\"split\"");
-  if (scene.mechanics.integrator == Integrator::euler && draft.field.accuracy)
+  if (!integrator.carries_resistors)
+    refuse_with("mechanics.integrator", name_of(scene.mechanics.integrator), "\"cvode\"");
+  if (!integrator.reads("position_tolerance") && draft.field.accuracy)
     refuse(scene.path, draft.line("mechanics.integrator"),
-           fmt::format("mechanics.integrator = \"euler\" is not allowed with {} and field.accuracy, which its steps "
+           fmt::format("mechanics.integrator = \"{}\" is not allowed with {} and field.accuracy, which its steps "
                        "cannot keep for what resistors carry: take \"cvode\", or leave field.accuracy out",
-                       what));
+                       integrator.name, what));
 }
 
 bool has_resistors(const Scene& scene) {

@@ -117,7 +117,7 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
 double usual_moving_tolerance(const Scene& scene) {
   constexpr double least = 1e-5, most = 1e-4, measured = 1e-3;  // that position tolerance, in radii, at `most`
   const MechanicsOptions& mechanics = scene.mechanics;
-  const bool has_tolerance = mechanics.integrator == Integrator::cvode && mechanics.coupling == FieldCoupling::split;
+  const bool has_tolerance = mechanics.kind().reads("position_tolerance");
   if (!has_tolerance || scene.conductors.empty() || has_circuit(scene)) return least;
   const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   const double asked = mechanics.position_tolerance / radius / measured;

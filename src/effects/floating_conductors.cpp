@@ -104,8 +104,7 @@ int halved(Vec2 size, int cells) {
 
 int predictor_cells(const Scene& scene) {
   const MechanicsOptions& mechanics = scene.mechanics;
-  if (!mechanics.predictor || mechanics.integrator != Integrator::cvode || mechanics.coupling != FieldCoupling::split)
-    return 0;
+  if (!mechanics.predictor || !mechanics.kind().reads("predictor")) return 0;
   if (!scene.field().method->follow || scene.conductors.empty()) return 0;
   if (has_circuit(scene)) return 0;     // small errors of potentials are large ones of currents
   constexpr double least_radius = 1.9;  // cells
@@ -123,9 +122,7 @@ std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& op
   return options.method->make(options);
 }
 
-bool is_inside_integrator(const Scene& scene) {
-  return scene.mechanics.integrator == Integrator::cvode && scene.mechanics.coupling == FieldCoupling::monolithic;
-}
+bool is_inside_integrator(const Scene& scene) { return scene.mechanics.kind().solves_field_inside; }
 
 void check_can_move(const Scene& scene) {
   const FieldMethodKind* method = method_of(scene.field_table);

@@ -4,26 +4,35 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "solvers/error.hpp"
 #include "src/granular/held_forces.hpp"
 
 namespace lichtenberg::granular {
 
+namespace {
+
+struct Maker {
+  Integrator integrator;
+  std::unique_ptr<GasIntegrator> (*make)();
+};
+
+constexpr Maker makers[] = {{Integrator::multirate, make_multirate},
+                            {Integrator::verlet, make_verlet},
+                            {Integrator::gear, [] { return make_gear(false); }},
+                            {Integrator::gear_printed, [] { return make_gear(true); }},
+                            {Integrator::cvode, make_cvode}};
+
+}  // namespace
+
 std::unique_ptr<GasIntegrator> make_integrator(Integrator which) {
-  using enum Integrator;
-  switch (which) {
-    case verlet:
-      return make_verlet();
-    case gear:
-      return make_gear(false);
-    case gear_printed:
-      return make_gear(true);
-    case cvode:
-      return make_cvode();
-    default:
-      return make_multirate();
-  }
+  if (which->make_gas_integrator) return which->make_gas_integrator();
+  const auto found = std::ranges::find(makers, which, &Maker::integrator);
+  if (found == std::end(makers))
+    throw InputError(fmt::format("mechanics.integrator = \"{}\" does not move grains: {} do", which->name,
+                                 names_of(&IntegratorKind::moves_grains)));
+  return found->make();
 }
 
 double step_that_resolves_contacts(const Gas& gas, double steps_a_contact) {

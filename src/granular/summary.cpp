@@ -157,12 +157,11 @@ std::string energy_warning(const Gas& gas, const GasEnergy& energy, double error
       std::max({energy.kinetic, energy.dissipated, std::abs(energy.exchanged), std::abs(energy.driven)});
   const double scale = turned_over > 0 ? turned_over : std::abs(at_start);
   if (std::abs(error) <= allowed * scale) return "";
-  const Integrator integrator = gas.scene().mechanics.integrator;
-  const bool by_contacts =
-      integrator == Integrator::multirate && std::abs(energy.contact_error) > 0.5 * std::abs(error);
-  const char* advice = by_contacts                       ? "take more mechanics.contact_steps"
-                       : integrator == Integrator::cvode ? "take a smaller mechanics.relative_tolerance"
-                                                         : "take a shorter mechanics.step";
+  const IntegratorKind& integrator = gas.scene().mechanics.kind();
+  const bool by_contacts = integrator.reads("contact_steps") && std::abs(energy.contact_error) > 0.5 * std::abs(error);
+  const char* advice = by_contacts                              ? "take more mechanics.contact_steps"
+                       : integrator.reads("relative_tolerance") ? "take a smaller mechanics.relative_tolerance"
+                                                                : "take a shorter mechanics.step";
   return fmt::format(
       "energy balance off by {:.2g} %: that is of what moves, was dissipated or was driven, where {:g} % is allowed; "
       "{}",

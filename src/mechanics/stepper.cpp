@@ -1,21 +1,49 @@
 #include "src/mechanics/stepper.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
+#include "solvers/error.hpp"
 #include "src/mechanics/euler.hpp"
 #include "src/mechanics/monolithic.hpp"
 #include "src/mechanics/split.hpp"
 
 namespace lichtenberg::mechanics {
 
-std::unique_ptr<Stepper> make_stepper(Workplace workplace) {
-  const MechanicsOptions& options = workplace.scene.mechanics;
-  if (options.integrator == Integrator::euler) return std::make_unique<Euler>(workplace);
-  // Without a field there is nothing to split off.
-  if (!workplace.electrics || options.coupling == FieldCoupling::monolithic)
-    return std::make_unique<Monolithic>(workplace);
-  return std::make_unique<Split>(workplace);
+namespace {
+
+template <class S>
+std::unique_ptr<Stepper> make(const Workplace& workplace) {
+  return std::make_unique<S>(workplace);
+}
+
+/// Without a field there is nothing to split off.
+std::unique_ptr<Stepper> make_split(const Workplace& workplace) {
+  return workplace.electrics ? make<Split>(workplace) : make<Monolithic>(workplace);
+}
+
+struct Maker {
+  const IntegratorKind* kind;
+  std::unique_ptr<Stepper> (*make)(const Workplace&);
+};
+
+constexpr Maker makers[] = {{&integrators::cvode, make_split},
+                            {&integrators::monolithic, make<Monolithic>},
+                            {&integrators::euler, make<Euler>}};
+
+}  // namespace
+
+std::unique_ptr<Stepper> make_stepper(const Workplace& workplace) {
+  const IntegratorKind& kind = workplace.scene.mechanics.kind();
+  if (kind.make_stepper) return kind.make_stepper(workplace);
+  const auto found = std::ranges::find(makers, &kind, &Maker::kind);
+  if (found == std::end(makers))
+    throw InputError(fmt::format("{}: mechanics.integrator = \"{}\" does not move conductors: {} do",
+                                 workplace.scene.path, kind.name, names_of(&IntegratorKind::moves_conductors)));
+  return found->make(workplace);
 }
 
 Cvode make_cvode(const Scene& scene, Model& model) {

@@ -37,8 +37,8 @@ class Stepper {
   virtual void restore(const Checkpoint&) {}
 };
 
-/// The one that the scene's [mechanics] asks for.
-std::unique_ptr<Stepper> make_stepper(Workplace workplace);
+/// The one that the scene's [mechanics] asks for. Throws InputError for one that does not move conductors.
+std::unique_ptr<Stepper> make_stepper(const Workplace& workplace);
 
 /// CVODE at the accuracy that the scene asks for: positions to relative_tolerance of the smallest radius; momenta to
 /// the same fraction of themselves, but no finer than what carries a body that far before drag stops it (without drag:

@@ -189,10 +189,10 @@ std::vector<Quantity> quantities(const Scene& scene, const Outcome& outcome) {
 std::string energy_advice(const Scene& scene) {
   for (const Effects::Entry& effect : scene.effects)
     if (!effect.kind->energy_advice.empty()) return effect.kind->energy_advice;
-  const std::string steps =
-      scene.mechanics.integrator == Integrator::euler
-          ? fmt::format("set mechanics.euler_field_step = {:.2g}", 0.1 * scene.mechanics.euler_field_step)
-          : fmt::format("set mechanics.position_tolerance = {:.2g}", 0.1 * scene.mechanics.position_tolerance);
+  const IntegratorKind& integrator = scene.mechanics.kind();
+  const std::string steps = integrator.accuracy ? fmt::format("set mechanics.{} = {:.2g}", integrator.accuracy_key,
+                                                              0.1 * scene.mechanics.*integrator.accuracy)
+                                                : fmt::format("let {} take shorter steps", integrator.name);
   const FieldOptions& field = scene.field();
   if (field.chosen_for) return steps + ", then if that changes little a smaller field.accuracy";
   if (field.method->on_grid) return steps + ", then if that changes little more field.cells";

@@ -9,7 +9,7 @@
 
 namespace lichtenberg {
 
-/// A value of an enumeration, and what scene files, messages and results call it.
+/// A value of an enumeration, or of a class with as few, and what scene files, messages and results call it.
 template <class E>
 struct Named {
   E value;
@@ -22,7 +22,7 @@ template <class E>
 inline constexpr std::nullptr_t values_named{};
 
 template <class E>
-concept Enumeration = std::is_enum_v<E>;
+concept Enumeration = std::is_enum_v<E> || requires { values_named<E>[0].name; };
 
 template <Enumeration E>
 std::string name_of(E value) {

@@ -91,11 +91,6 @@ std::vector<Table> tables_of_grains() { return {tables::reference(), tables::sta
 
 namespace {
 
-bool is_of_grains(Integrator integrator) { return integrator != Integrator::euler; }
-bool is_of_conductors(Integrator integrator) {
-  return integrator == Integrator::cvode || integrator == Integrator::euler;
-}
-
 void check_conductors(const Draft& draft) {
   const auto refuse_it = [&](const std::string& key) {
     if (const int line = draft.line(key); line > 0)
@@ -109,12 +104,11 @@ void check_conductors(const Draft& draft) {
        {"stage", "population.temperature", "population.charge_distribution", "population.charge_exponent",
         "mechanics.step", "mechanics.contact_steps", "mechanics.threads"})
     refuse_it(key);
-  if (!is_of_conductors(draft.scene.mechanics.integrator))
-    refuse(
-        draft.scene.path, draft.line("mechanics.integrator"),
-        fmt::format("mechanics.integrator = \"{}\" needs the table [reference], which makes the scene one of grains: "
-                    "\"cvode\" and \"euler\" are allowed without",
-                    name_of(draft.scene.mechanics.integrator)));
+  if (!draft.scene.mechanics.integrator->moves_conductors)
+    refuse(draft.scene.path, draft.line("mechanics.integrator"),
+           fmt::format("mechanics.integrator = \"{}\" needs the table [reference], which makes the scene one of "
+                       "grains: {} are allowed without",
+                       name_of(draft.scene.mechanics.integrator), names_of(&IntegratorKind::moves_conductors)));
 }
 
 /// What moves grains has no use for keys of what moves conductors.
@@ -127,7 +121,7 @@ void check_mechanics(const Draft& draft) {
                          "conductors; leave it out",
                          name));
   const Integrator integrator = draft.scene.mechanics.integrator;
-  if (const int line = draft.line("mechanics.relative_tolerance"); line > 0 && integrator != Integrator::cvode)
+  if (const int line = draft.line("mechanics.relative_tolerance"); line > 0 && !integrator->reads("relative_tolerance"))
     refuse(
         draft.scene.path, line,
         fmt::format("mechanics.relative_tolerance is not allowed with mechanics.integrator = \"{}\": of grains it is "
@@ -154,11 +148,10 @@ void check_grains(const Draft& draft) {
     if (!draft.scene.domain.sides[s].periodic)
       refuse(draft.scene.path, draft.line("domain"),
              fmt::format("domain.{} must be \"periodic\" in a scene of grains (with [reference])", side_names[s]));
-  if (draft.line("mechanics.integrator") > 0 && !is_of_grains(draft.scene.mechanics.integrator))
+  if (draft.line("mechanics.integrator") > 0 && !draft.scene.mechanics.integrator->moves_grains)
     refuse(draft.scene.path, draft.line("mechanics.integrator"),
-           fmt::format("mechanics.integrator = \"{}\" is not allowed with [reference]: \"multirate\", \"verlet\", "
-                       "\"gear\", \"gear-printed\" and \"cvode\" are",
-                       name_of(draft.scene.mechanics.integrator)));
+           fmt::format("mechanics.integrator = \"{}\" is not allowed with [reference]: {} are",
+                       name_of(draft.scene.mechanics.integrator), names_of(&IntegratorKind::moves_grains)));
   check_mechanics(draft);
 }
 
@@ -167,10 +160,8 @@ namespace {
 /// t0: for multirate the step that the accuracy of forces asks for, if an effect has one; for other integrators that of
 /// the shortest contact of grains at T = 10 in a stage ten times as stiff.
 double default_step(const Scene& scene) {
-  const Integrator integrator = scene.mechanics.integrator;
-  if (integrator == Integrator::verlet) return 0.005;
-  if (integrator == Integrator::gear || integrator == Integrator::gear_printed) return 0.0015;
-  return integrator == Integrator::multirate && least_in(scene, &EffectKind::force_accuracy) ? INFINITY : 0.05;
+  const IntegratorKind& integrator = scene.mechanics.integrator.kind();
+  return integrator.takes_any_step && least_in(scene, &EffectKind::force_accuracy) ? INFINITY : integrator.usual_step;
 }
 
 /// Contacts may be as wrong as the most accurate forces.
@@ -280,12 +271,12 @@ void complete_grains(const Draft& draft, Scene& scene) {
   check_stages(draft);
   check_sizes(draft, scene);
   for (const PopulationDraft& population : draft.populations) check_charges(draft, population);
-  constexpr std::size_t few = 64;  // the work of cvode's events grows with their square
-  if (scene.mechanics.integrator == Integrator::cvode && scene.conductors.size() > few)
+  const IntegratorKind& integrator = scene.mechanics.integrator.kind();
+  if (integrator.most_grains > 0 && scene.conductors.size() > integrator.most_grains)
     refuse(scene.path, draft.line("mechanics.integrator"),
-           fmt::format("mechanics.integrator = \"cvode\" is not allowed with {} grains: it is for at most {}; "
+           fmt::format("mechanics.integrator = \"{}\" is not allowed with {} grains: it is for at most {}; "
                        "\"multirate\" is for more",
-                       scene.conductors.size(), few));
+                       integrator.name, scene.conductors.size(), integrator.most_grains));
   std::size_t first = draft.conductors.size();
   for (const PopulationDraft& population : draft.populations) {
     const std::size_t end = first + population.count;

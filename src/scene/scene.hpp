@@ -15,8 +15,8 @@
 #include "solvers/network/parameters.hpp"
 #include "src/field_methods/field_options.hpp"
 #include "src/scene/choice.hpp"
-#include "src/scene/contact_steps.hpp"
 #include "src/scene/effects.hpp"
+#include "src/scene/mechanics_options.hpp"
 
 namespace lichtenberg {
 
@@ -102,36 +102,6 @@ struct Material {
 
 /// [field] of a scene.
 using FieldTable = std::variant<FieldOptions, FieldRequest>;
-
-/// The first two are for conductors; grains have the others, and cvode.
-enum class Integrator { cvode, euler, multirate, verlet, gear, gear_printed };
-template <>
-inline constexpr Named<Integrator> values_named<Integrator>[] = {
-    {Integrator::cvode, "cvode"},   {Integrator::euler, "euler"}, {Integrator::multirate, "multirate"},
-    {Integrator::verlet, "verlet"}, {Integrator::gear, "gear"},   {Integrator::gear_printed, "gear-printed"}};
-
-/// split: field extrapolated over an error-controlled step; monolithic: field inside the rhs.
-enum class FieldCoupling { split, monolithic };
-template <>
-inline constexpr Named<FieldCoupling> values_named<FieldCoupling>[] = {{FieldCoupling::split, "split"},
-                                                                       {FieldCoupling::monolithic, "monolithic"}};
-
-struct MechanicsOptions {
-  Integrator integrator = Integrator::cvode;
-  FieldCoupling coupling = FieldCoupling::split;
-  bool predictor = true;  ///< split: forces between field solves from a coarser grid, if there is one
-  double relative_tolerance = 1e-6;
-  double position_tolerance = 0;   ///< m: error allowed a coupling step; default 1e-3 radius
-  double largest_step = 0;         ///< s: largest coupling step; default output interval
-  bool keep_height = false;        ///< in three dimensions nothing moves along z
-  double euler_step = 1e-5;        ///< s (D 6.7)
-  double euler_field_step = 1e-3;  ///< s (D 6.7)
-  // Of grains:
-  double step = 0.05;  ///< t0, the longest; of multirate infinite: as long as the accuracy of forces allows
-  /// multirate: steps of contacts in the shortest contact that there could be
-  int contact_steps = contact_steps_for(usual_contact_accuracy);
-  int threads = 0;  ///< 0: one a core, fewer for few grains
-};
 
 /// The scales of a scene of grains (G table 5.3), in SI. All its numbers are in units of them: lengths in d0, masses in
 /// m0, velocities in v0, charges in q0, times in t0 = d0 / v0, energies and temperatures in m0 v0^2.

@@ -43,7 +43,7 @@ void check_scene(const Scene& scene, Target target) {
   if (scene.dimension() != 3) refuse_on_device(scene, "grains in the plane");
   if (!scene.domain.box().periodic(0) || !scene.domain.box().periodic(1) || !scene.domain.box().periodic(2))
     refuse_on_device(scene, "walls around grains");
-  if (scene.mechanics.integrator != lichtenberg::Integrator::multirate)
+  if (!scene.mechanics.integrator->is_on_device)
     refuse_on_device(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
   device_forces(scene, target);
 }

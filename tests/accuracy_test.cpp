@@ -223,6 +223,33 @@ TEST_CASE("multipoles promise an accuracy where charges or forces cancel by symm
     }
 }
 
+TEST_CASE("multipoles keep a coarse accuracy of forces on neutral disks") {
+  LaplaceProblem problem{.size = {12.1647, 12.1647}, .permittivity = 1};
+  problem.sides[left] = {Side::Kind::electrode, 400, {}};
+  problem.sides[right] = {Side::Kind::electrode, 0, {}};
+  constexpr double radius = 0.424418;
+  for (const Vec2 centre : {Vec2{6.12457, 3.69672},
+                            {10.6732, 6.62813},
+                            {10.43004, 1.76828},
+                            {10.28263, 4.84661},
+                            {7.24234, 10.87593},
+                            {0.900376, 5.06128},
+                            {6.330655, 1.84637},
+                            {7.298816, 9.4265},
+                            {5.918217, 10.122176},
+                            {7.371377, 5.62745}}) {
+    problem.bodies.push_back({Disk{centre, radius}, static_cast<int>(problem.groups.size())});
+    problem.groups.push_back({.charge = 0});
+  }
+  const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-13}).solve(problem);
+  const Scales scales = scales_of(problem, exact);
+  for (const double asked : {0.1, 0.03, 0.02, 0.01, 0.005, 0.001}) {
+    CAPTURE(asked);
+    const AccurateSolution found = solve_to_accuracy(problem, {.accuracy = asked, .method = Method::multipole});
+    CHECK(largest_error(problem, found.solution, exact, scales) <= asked);
+  }
+}
+
 TEST_CASE("what is asked for is kept where all potentials are far from 0 and near to each other") {
   LaplaceProblem problem = three_disks();
   constexpr double level = 1e4;  // of potentials that differ by about 1

@@ -80,8 +80,9 @@ double multipoles_left_out(const Solved& solved) {
   return largest > 0 ? worst / largest : 0.0;
 }
 
-/// Estimates what the largest force lacks for the multipoles left out: what the last ones add, less by two steps of the
-/// decay, since a term of a force is a product of two neighbours.
+/// Estimates what the largest force lacks for the multipoles left out. The last ones add p (p - 1) conj(a_(p-1)) a_p,
+/// the first that are left out p (p + 1) conj(a_p) a_(p+1): two steps of the decay less, times (p + 1) / (p - 1), which
+/// counts where orders are low.
 double forces_left_out(const Solved& solved, const LaplaceSolution& solution) {
   const multipole::Setting& setting = *solved.setting;
   std::vector<Complex> shorter = solved.coefficients;
@@ -92,8 +93,9 @@ double forces_left_out(const Solved& solved, const LaplaceSolution& solution) {
   double worst = 0;
   for (int i = 0; i < setting.arrangement.disks; ++i) {
     if (!has_force(setting.problem, i)) continue;
-    const double decay = setting.arrangement.decay[i];
-    worst = std::max(worst, decay * decay * norm(solution.body_force[i] - without.body_force[i]));
+    const double decay = setting.arrangement.decay[i], order = setting.layout.order(i);
+    const double next_over_last = order > 1 ? (order + 1) / (order - 1) * decay * decay : 0;
+    worst = std::max(worst, next_over_last * norm(solution.body_force[i] - without.body_force[i]));
   }
   return worst;
 }

@@ -211,6 +211,10 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
   std::string chain;
   for (const char* grain : {"[5, 6, 6]\ncharge = 1", "[6, 6, 6]", "[7, 6, 6]\ncharge = -1"})
     chain += fmt::format("[[conductor]]\nradius = 0.5\nposition = {}\n", grain);
+  std::string ring;  // round the box, with charges that do not excite the mode that grows
+  for (int i = 0; i < 12; ++i)
+    ring += fmt::format("[[conductor]]\nradius = 0.5\nposition = [{}.5, 6, 6]\ncharge = {}\n", i,
+                        i == 0 ? 1 : (i == 6 ? -1 : 0));
   const std::string fast =
       "[[conductor]]\nposition = [4, 6, 6]\nradius = 0.5\nvelocity = [25, 0, 0]\n"
       "[[conductor]]\nposition = [6, 6, 6]\nradius = 0.5\nvelocity = [-25, 0, 0]\n";
@@ -258,6 +262,7 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
        "stage.temperature = 2 cannot be had: all grains are at rest"},
       {box + few + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.5\n", "less than 0.5 is allowed"},
       {box + chain + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.4\n", "it must be below 0.3"},
+      {box + ring + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.25\n", "it must be below 0.20"},
       {box + few + contact + coulomb + "[effects.induced_dipoles]\ndegree = 4\ntolerance = 1e-14\n",
        "effects.induced_dipoles.tolerance = 1e-14 is not allowed with a degree above 1: it must be at least 1e-12"},
       {box + few + contact + "[effects.induced_dipoles]\n",

@@ -1,5 +1,6 @@
 // Dipoles, given and induced, and sums over pairs alone.
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
@@ -220,6 +221,28 @@ TEST_CASE("a touching chain is polarized as its closed sum says, up to where it 
     CHECK(message_of([&] { solve_dipoles(field_of, along_z(n), 0.21, 1e-13, dipole); }) ==
           "at a polarizability of 0.21 the dipoles at these places polarize each other without end: it must be below "
           "0.207977");
+  }
+}
+
+TEST_CASE("dipoles: a growing mode that the charges do not excite is refused") {
+  Ewald ewald(1e-14);
+  Crowd row = chain(6);
+  row.charge = {1, 0, 0, -1, 0, 0};  // whose field along the row is odd about a charge: the uniform mode has none of it
+  const auto refusal = [&](double polarizability) {
+    return message_of(
+        [&] { InducedDipoles(ewald, DipoleSum::ewald, polarizability, 1e-10).check_stability(row, {}, alone); });
+  };
+  for (const double polarizability : {0.12, 0.2}) CHECK(refusal(polarizability) == "");
+  for (const double polarizability : {0.21, 0.25}) {
+    CAPTURE(polarizability);
+    CHECK(refusal(polarizability) ==
+          fmt::format("at a polarizability of {:g} the dipoles at these places polarize each other without end: it "
+                      "must be below 0.207977",
+                      polarizability));
+    std::vector<double> dipole;
+    Response response;
+    const InducedDipoles induced(ewald, DipoleSum::ewald, polarizability, 1e-10);
+    CHECK(message_of([&] { induced.evaluate(row, {}, alone, dipole, response); }) == "");  // which sees no more
   }
 }
 

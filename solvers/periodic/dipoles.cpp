@@ -137,7 +137,7 @@ int solve_dipoles(const DipoleField& field_of, std::span<const double> field, do
 }
 
 // Lanczos' method, each vector made orthogonal to all before it, until the largest eigenvalue found stands still.
-double largest_polarizability(const DipoleField& field_of, int n) {
+double largest_polarizability(const DipoleField& field_of, int n, double enough) {
   std::vector<Vector> basis = {random_direction(3 * n)};
   std::vector<double> diagonal, beside;
   double largest = 0;
@@ -147,6 +147,7 @@ double largest_polarizability(const DipoleField& field_of, int n) {
     for (const Vector& v : basis) next -= next.dot(v) * v;
     const double before = largest;
     largest = largest_ritz_value(diagonal, beside);
+    if (largest * enough >= 1) break;
     beside.push_back(next.norm());
     if (beside.back() <= 1e-14 * std::abs(largest) || (step > 5 && std::abs(largest - before) <= 1e-9 * largest)) break;
     basis.push_back(next / beside.back());
@@ -177,6 +178,14 @@ int InducedDipoles::evaluate(const Sources& charges, std::span<const Pair> pairs
   add(response, 1, polarized);
   if (polarizability_ > 0) response.energy += polarization_energy(dipole, polarizing, response.field, polarizability_);
   return applications;
+}
+
+void InducedDipoles::check_stability(const Sources& places, std::span<const Pair> pairs, parallel::Team& team) const {
+  MinimumImage near;
+  const DipoleField field_of = field_by(variant_ == DipoleSum::ewald ? far_ : near, places, pairs, team);
+  const int n = static_cast<int>(places.size());
+  if (largest_polarizability(field_of, n, polarizability_) <= polarizability_)
+    refuse(field_of, 3 * places.size(), polarizability_);
 }
 
 std::vector<double> DipolePredictor::predict() const {

@@ -23,8 +23,9 @@ int solve_dipoles(const DipoleField& field_of, std::span<const double> field, do
                   std::span<double> dipole);
 
 /// The polarizability (length^3) at which N dipoles at their places would grow without end: 1 over T's largest
-/// eigenvalue, by Lanczos' method to some 1e-6 of it.
-double largest_polarizability(const DipoleField& field_of, int n);
+/// eigenvalue, by Lanczos' method to some 1e-6 of it. It begins in a random direction, so that no symmetry of the
+/// places hides an eigenvector. Stops early at a value that is at most `enough`.
+double largest_polarizability(const DipoleField& field_of, int n, double enough = 0);
 
 /// What induced dipoles are summed by (README): nearest images closer than half the box (near), or all images
 /// (far).
@@ -50,6 +51,9 @@ class InducedDipoles {
   /// and `far` throw.
   int evaluate(const Sources& charges, std::span<const Pair> pairs, parallel::Team& team, std::vector<double>& dipole,
                Response& response) const;
+  /// Throws InputError if dipoles at these places have no stable state, whether the charges excite the growing mode or
+  /// symmetry hides it from them and so from `evaluate`. Costs some tens of the dipoles' fields.
+  void check_stability(const Sources& places, std::span<const Pair> pairs, parallel::Team& team) const;
 
  private:
   Sum& far_;

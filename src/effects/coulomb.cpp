@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "solvers/neighbours/pairs.hpp"
 #include "solvers/periodic/accuracy.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/short_range.hpp"
@@ -195,6 +196,17 @@ std::vector<Remark> explain_mesh(const Scene& scene) {
   return remarks;
 }
 
+/// Throws InputError where a run would be refused at its start for dipoles that grow without end.
+void check_polarization(const Scene& scene) {
+  if (scene.conductors.empty() || scene.effects.find<InducedDipolesOptions>()->degree > 1) return;
+  Bodies bodies = make_bodies(scene);
+  bodies.charge = initial_charges(scene);
+  const Coulomb coulomb(scene);
+  std::vector<Pair> pairs;
+  if (const auto range = coulomb.needs().neighbour_range) pairs = pairs_closer_than(spheres<3>(bodies), *range);
+  coulomb.stored_energy({.bodies = bodies, .neighbours = pairs});
+}
+
 std::vector<Remark> explain(const Scene& scene) {
   const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
   if (!dipoles) return explain_mesh(scene);
@@ -208,6 +220,7 @@ std::vector<Remark> explain(const Scene& scene) {
                      dipoles->relative_permittivity(smallest_radius(scene)), dipoles->degree, dipoles->tolerance)});
   else
     remarks = explain_mesh(scene);
+  check_polarization(scene);
   std::ranges::move(explain_degree(scene), std::back_inserter(remarks));
   return remarks;
 }
@@ -341,6 +354,16 @@ struct Coulomb::Implementation {
 
   bool polarizes() const { return induced || spheres; }
 
+  auto naming_what_helps(const auto& work) {
+    try {
+      return work();
+    } catch (const InputError& error) {
+      const std::string sentence = std::string("effects.induced_dipoles: ") + error.what();
+      if (evaluations == 0) throw InputError(sentence);
+      throw Failure(sentence + "; a lower temperature or a stiffer contact keeps grains from overlapping so deeply");
+    }
+  }
+
   /// Computes it for these places and charges, unless that was done last time.
   const periodic::Response& response_for(const State& state) {
     const Bodies& bodies = state.bodies;
@@ -351,6 +374,7 @@ struct Coulomb::Implementation {
     } else if (induced) {
       // Charges also change at places that stay: that is no step to predict from.
       const bool moved = bodies.position != position;
+      if (moved && evaluations % evaluations_a_check == 0) check_stability(sources, state);
       if (moved) dipole = predictor.predict();
       iterations += polarize(sources, state);
       moved ? predictor.keep(dipole) : predictor.replace(dipole);
@@ -374,6 +398,11 @@ struct Coulomb::Implementation {
 
   /// Not what had been computed before a checkpoint and is only found again.
   void count() { evaluations += !std::exchange(found_again, false); }
+
+  /// Where symmetry hides a growing mode of the dipoles from the charges, `polarize` does not see it.
+  void check_stability(const periodic::Sources& sources, const State& state) {
+    naming_what_helps([&] { induced->check_stability(sources, state.neighbours, state.team); });
+  }
 
   /// Returns how often the dipoles' field was computed.
   int polarize(const periodic::Sources& sources, const State& state) {
@@ -400,15 +429,8 @@ struct Coulomb::Implementation {
     return solution.iterations;
   }
 
-  int naming_what_helps(const auto& work) {
-    try {
-      return work();
-    } catch (const InputError& error) {
-      const std::string sentence = std::string("effects.induced_dipoles: ") + error.what();
-      if (evaluations == 0) throw InputError(sentence);
-      throw Failure(sentence + "; a lower temperature or a stiffer contact keeps grains from overlapping so deeply");
-    }
-  }
+  /// A check costs as much as some ten evaluations.
+  static constexpr std::int64_t evaluations_a_check = 1000;
 
   CoulombOptions options;
   std::string doubt;  ///< about its accuracy; empty: none

@@ -274,6 +274,21 @@ TEST_CASE("explain: a shuttle's run is tried, and its picture is counted") {
   CHECK(contains(run(folder, "explain " + scene + " --set stop.time=1e-3").out, "tried here to its end at 0.001 s"));
 }
 
+TEST_CASE("explain: runs of conductors without drag or field have a cost") {
+  const Folder folder;
+  folder.write("charged.toml", small_scene + "[stop]\ntime = 1e-3\nstationary = false\n");
+  folder.write("falling.toml",
+               "[domain]\nsize = [0.01, 0.01]\n[medium]\nviscosity = 1.8e-5\n[[conductor]]\nposition = [5e-3, 9e-3]\n"
+               "radius = 1e-5\n[effects.gravity]\n[effects.stokes_drag]\n[stop]\ntime = 1e-3\nstationary = false\n");
+  for (const std::string scene : {"charged.toml", "falling.toml"}) {
+    CAPTURE(scene);
+    const Ended result = run(folder, "explain " + scene);
+    REQUIRE_MESSAGE(result.status == 0, result.err);
+    CHECK(contains(result.out, "tried here to its end at 0.001 s"));
+    CHECK_FALSE(contains(result.out, "no estimate"));
+  }
+}
+
 TEST_CASE("plot refuses what is no result file") {
   const Folder folder;
   const Ended missing = run(folder, "plot nowhere.h5");

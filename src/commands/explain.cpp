@@ -10,6 +10,7 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/cost.hpp"
 #include "src/commands/device.hpp"
@@ -194,18 +195,16 @@ bool is_for_a_run(const Scene& scene) {
   return std::ranges::any_of(scene.effects, [](const Effects::Entry& entry) { return !entry.kind->field; });
 }
 
-/// The number of solves is known for conductors that are fed, dragged and discharged alone. Others are tried, if
-/// a solve takes a small part of the time that is for it.
-void explain_tried_run(const Scene& scene, const FieldCost& cost) {
-  constexpr double longest_solve = 0.1;  // s
-  const bool is_tried = is_for_a_run(scene) && cost.single_seconds <= longest_solve && !runs_on_device(scene.field()) &&
-                        scene.field().linear_solver != FieldLinearSolver::assembled;  // PETSc has not been started
-  const std::optional<TriedRun> tried = is_tried ? try_run(scene) : std::nullopt;
+/// Cost of a run that two seconds of it tell. A trial would start PETSc with the options that are for the run.
+void explain_trial(const Scene& scene) {
+  if (!parallel::unused_petsc_options().empty())
+    return fmt::print(
+        "  a run                no estimate: options after --petsc are for the run, and are not tried here\n");
+  const std::optional<TriedRun> tried = try_run(scene);
   if (!tried)
-    return fmt::print("  a run                no estimate: {}\n",
-                      is_tried ? "two seconds of it, tried here, go less than a two-hundredth of the way, or fail"
-                               : "how many field solves it takes is known of conductors that are fed, dragged and "
-                                 "discharged");
+    return fmt::print(
+        "  a run                no estimate: two seconds of it, tried here, go less than a two-hundredth of the way, "
+        "or fail\n");
   if (tried->over)
     return fmt::print("  a run                {}, recording and pictures aside: tried here to its end at {:.3g} s\n",
                       duration(tried->seconds), tried->reached);
@@ -213,6 +212,26 @@ void explain_tried_run(const Scene& scene, const FieldCost& cost) {
       "  a run                {}{}, recording and pictures aside: at the pace of the first {:.3g} of {:.3g} s, "
       "tried here\n",
       scene.stop.stationary ? "at most " : "", duration(tried->seconds), tried->reached, scene.stop.time);
+}
+
+/// The number of solves is known for conductors that are fed, dragged and discharged alone. Others are tried, if
+/// a solve takes a small part of the time that is for it.
+void explain_tried_run(const Scene& scene, const FieldCost& cost) {
+  constexpr double longest_solve = 0.1;  // s
+  if (cost.single_seconds <= longest_solve && !runs_on_device(scene.field()) &&
+      scene.field().linear_solver != FieldLinearSolver::assembled)  // PETSc has not been started
+    return explain_trial(scene);
+  fmt::print(
+      "  a run                no estimate: how many field solves it takes is known of conductors that are fed, dragged "
+      "and discharged\n");
+}
+
+/// Cost of conductors that move without a field.
+void explain_motion_cost(const Scene& scene, const std::string& refusal) {
+  if (scene.conductors.empty()) return;
+  fmt::print("\ncost: an estimate, from a trial on this machine\n");
+  if (!refusal.empty()) return fmt::print("  a run                refused: {}\n", refusal);
+  explain_trial(scene);
 }
 
 void explain_run(const Scene& scene, double size, const FieldCost& cost, const std::string& refusal) {
@@ -319,7 +338,8 @@ void explain(Scene scene) {
   if (field && scene.dimension() == 3) explain_spheres(scene, field->spheres, refusal);
   if (field && scene.dimension() == 2) explain_plane_cost(scene, explain_field(scene, field->problem), refusal);
   if (scene.effects.has(&EffectKind::packing)) explain_packing_cost(scene);
-  if (refusal.empty() && is_for_a_run(scene)) explain_pictures(scene);
+  if (!field && !scene.reference && !scene.effects.has(&EffectKind::packing)) explain_motion_cost(scene, refusal);
+  if (refusal.empty()) explain_pictures(scene);
 }
 
 }  // namespace

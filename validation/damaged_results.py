@@ -15,22 +15,20 @@ import random
 import re
 import shutil
 import signal
-import struct
 import subprocess
 import sys
 import tempfile
-import zlib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-HOME = Path(__file__).resolve().parents[1]
-PROGRAM = os.environ.get("LICHTENBERG", str(HOME / "build/lichtenberg"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests/python"))
+
+from runs import FOOTER, HOME, MAGIC, PROGRAM, gas_scene, sealed  # noqa: E402
+
 LIMIT = 60  # s, of one reader
-MARK = b"LICHTSUM"  # src/record/seal.hpp: mark, bytes before it, their CRC-32, 0
-FOOTER = struct.Struct("<8sQII")
 
 CONDUCTORS = """
 title = "Conductors"
@@ -61,31 +59,6 @@ picture = false
 time = 0.04
 """
 
-GAS = """
-title = "Gas"
-[reference]
-[domain]
-size = [SIZE, SIZE, SIZE]
-left = "periodic"
-right = "periodic"
-bottom = "periodic"
-top = "periodic"
-front = "periodic"
-back = "periodic"
-[[population]]
-count = COUNT
-temperature = 1
-[effects.viscoelastic_contact]
-[effects.charge_exchange]
-[effects.coulomb]
-sum = "minimum-image"
-[stop]
-time = 1
-[output]
-every = EVERY
-picture = false
-"""
-
 PACKING = """
 title = "Packing"
 [domain]
@@ -101,10 +74,6 @@ force_tolerance = 1e-6
 [output]
 picture = false
 """
-
-
-def gas(count, size, every):
-    return GAS.replace("COUNT", str(count)).replace("SIZE", str(size)).replace("EVERY", str(every))
 
 
 class Source:
@@ -142,14 +111,14 @@ def make_sources(folder, with_segments):
     common = ["view", "xyz", "csv", "vtk", "load", "load", "resume", "resume", "resume", "from", "from", "plot"]
     sources = [
         Source(folder, "conductors", CONDUCTORS, common + ["analyse"] * 5 + ["series"]).run(),
-        Source(folder, "gas", gas(40, 6, 0.25), common + ["analyse"] * 5 + ["theory", "theory"]).run(),
+        Source(folder, "gas", gas_scene(40), common + ["analyse"] * 5 + ["theory", "theory"]).run(),
         Source(folder, "packing", PACKING, common + ["network"] * 6).run(),
     ]
     subprocess.run([PROGRAM, "analyse", sources[0].file], check=True, stdout=subprocess.DEVNULL)
     subprocess.run([PROGRAM, "analyse", sources[1].file], check=True, stdout=subprocess.DEVNULL)
     subprocess.run([PROGRAM, "network", sources[2].file, "--no-picture"], check=True, stdout=subprocess.DEVNULL)
     if with_segments:
-        frames = Source(folder, "frames", gas(3000, 40, 0.01), ["load", "resume", "from", "csv", "analyse"])
+        frames = Source(folder, "frames", gas_scene(3000, 40, 0.01), ["load", "resume", "from", "csv", "analyse"])
         sources.append(frames.interrupt_once_frames_stand_beside())
     return sources
 
@@ -305,10 +274,6 @@ H5PY_DAMAGES = [other_type, other_shape, other_shape, huge_shape, strange_number
                 group_for_dataset, strange_attribute, strange_link, strange_scene]  # fmt: skip
 
 
-def sealed(data):
-    return bytes(data) + FOOTER.pack(MARK, len(data), zlib.crc32(data), 0)
-
-
 def damage_file(chance, path):
     """Returns what was done, in words."""
     if chance.random() < 0.45:
@@ -329,7 +294,7 @@ def damage_file(chance, path):
         return ending
     kind(chance, data)
     if ending == "mark damaged":
-        footer[chance.randrange(len(MARK))] ^= 1 << chance.randrange(8)
+        footer[chance.randrange(len(MAGIC))] ^= 1 << chance.randrange(8)
     path.write_bytes(sealed(data) if ending == "sealed" else bytes(data) + (b"" if ending == "mark missing" else bytes(footer)))
     return f"{kind.__name__}, {ending}"
 
@@ -345,8 +310,6 @@ try:
         [frame.time for frame in result], result.scene, result.title, result.field
 except lichtenberg.InputError as error:
     sys.exit(f"lichtenberg: {error}")
-except Exception as error:  # of h5py, as documented
-    sys.exit(f"{type(error).__name__}: {error}")
 """
 
 

@@ -1,4 +1,6 @@
 """Writes a result in the formats of other programs (formats/)."""
+import contextlib
+import errno
 import json
 import os
 import shutil
@@ -49,7 +51,11 @@ def write_folder(out, to, write):
 
 def check_plain(folder):
     """Throws InputError unless all that it holds are plain files."""
-    for entry in os.scandir(folder) if folder.is_dir() else []:
+    try:
+        entries = list(os.scandir(folder))
+    except FileNotFoundError:
+        return
+    for entry in entries:
         if not entry.is_file(follow_symlinks=False):
             raise InputError(f"{folder} holds {entry.name}, which is no plain file and no part of an export: give --out another name")
 
@@ -64,20 +70,33 @@ def check_replaced(folder, to, written):
 
 
 def replace_folder(out, partial, before):
-    """Puts `partial` in the place of `out`, whose files go. What came there in the meantime stays in `before`."""
-    names = os.listdir(out) if out.is_dir() else None
-    if names is not None:
+    """Puts `partial` in the place of `out`, whose files go. What came there in the meantime stays in `before`. Throws Failure
+    if another export puts its folder there first, which stays."""
+    try:
+        names = os.listdir(out)
         os.rename(out, before)
+    except FileNotFoundError:  # there is none, or another export is replacing it
+        names = None
     try:
         os.rename(partial, out)
-    except BaseException:
+    except BaseException as error:
+        if isinstance(error, OSError) and error.errno in (errno.EEXIST, errno.ENOTEMPTY):
+            remove_files(before, names)
+            raise Failure(f"{out} was written by another export at the same time, whose files stay") from None
         if names is not None:
             os.rename(before, out)
         raise
-    if names is not None:
-        for name in names:
-            os.unlink(before / name)
-        os.rmdir(before)
+    remove_files(before, names)
+
+
+def remove_files(folder, names):
+    """Removes the folder with these files, unless it holds others too; None: there is no folder."""
+    if names is None:
+        return
+    for name in names:
+        (folder / name).unlink(missing_ok=True)
+    with contextlib.suppress(OSError):
+        os.rmdir(folder)
 
 
 def make_folder(path):

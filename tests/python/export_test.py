@@ -4,13 +4,18 @@ import importlib.util
 import os
 import re
 import shutil
+import subprocess
+import tempfile
 import unittest
+import unittest.mock
 import xml.etree.ElementTree
+from pathlib import Path
 
 import numpy as np
 
 import runs
-from lichtenberg import load
+from lichtenberg import Failure, load
+from lichtenberg.export import replace_folder
 from lichtenberg.result import chosen_frames, write_whole
 
 
@@ -213,7 +218,7 @@ class CsvTest(unittest.TestCase):
 
     def test_a_number_that_is_not_defined_is_an_empty_cell(self):
         """A dilute gas has no dense cell, hence no mean size of clusters of them."""
-        dilute = runs.made("dilute", runs.GAS.replace("[6, 6, 6]", "[30, 30, 30]").replace("count = 60", "count = 4"))
+        dilute = runs.made("dilute", runs.gas_scene(count=4, size=30))
         with load(dilute) as result:
             self.assertTrue(np.isnan(result.summary["density_cluster_size"]))
         folder = exported(dilute, "csv")
@@ -320,6 +325,56 @@ class OverwriteTest(unittest.TestCase):
                     self.assertEqual(status, 2)
                     self.assertEqual(complaint.count("\n"), 1, complaint)
                     self.assertEqual(sorted(path.relative_to(out) for path in out.rglob("*")), before)
+
+    def replaced_beside_another(self, before, moment):
+        """Replaces the folder `out`, which holds the files `before` or is not there. Another export, which writes the file
+        `theirs`, replaces it just before the call number `moment` of os.rename. Returns what is raised and `out`."""
+        folder = Path(tempfile.mkdtemp(dir=runs.FOLDER))
+        out, partial, aside = folder / "out", folder / "partial", folder / "before"
+        for made, names in ((out, before), (partial, ["mine"])):
+            if names is not None:
+                made.mkdir()
+                [(made / name).write_text(name) for name in names]
+        rename, calls = os.rename, []
+
+        def renamed(source, target):
+            if len(calls) == moment:
+                shutil.rmtree(out, ignore_errors=True)
+                if moment > 0 or before is None:
+                    out.mkdir()
+                    (out / "theirs").write_text("theirs")
+            calls.append(target)
+            rename(source, target)
+
+        raised = None
+        with unittest.mock.patch("lichtenberg.export.os.rename", renamed):
+            try:
+                replace_folder(out, partial, aside)
+            except Failure as error:
+                raised = str(error)
+        self.assertFalse(aside.exists())
+        return raised, os.listdir(out)
+
+    def test_of_two_exports_at_once_one_is_there_and_the_other_says_so(self):
+        self.assertEqual(self.replaced_beside_another(["old"], 9), (None, ["mine"]))
+        self.assertEqual(self.replaced_beside_another(["old"], 0), (None, ["mine"]))  # gone before it is moved
+        for before, moment in ((["old"], 1), (None, 0)):
+            raised, left = self.replaced_beside_another(before, moment)
+            self.assertEqual(left, ["theirs"])
+            self.assertIn("out was written by another export at the same time", raised)
+
+    def test_processes_that_replace_one_folder_leave_it_whole(self):
+        out = exported(runs.seedling(), "csv").rename(runs.FOLDER / "contended")
+        names = sorted(os.listdir(out))
+        words = [runs.PROGRAM, "export", runs.seedling(), "--to", "csv", "--out", out, "--overwrite"]
+        for _ in range(3):
+            exports = [subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) for _ in range(4)]
+            for export in exports:
+                _, complaint = export.communicate()
+                self.assertIn(export.returncode, (0, 1), complaint)
+                self.assertNotIn("Traceback", complaint)
+            self.assertEqual(sorted(os.listdir(out)), names)
+        self.assertEqual([path.name for path in runs.FOLDER.glob("contended.*")], [])
 
     def test_frames_without_contacts_leave_the_table_of_contacts_empty(self):
         out = exported(runs.packing(), "csv", "--frames", "0")

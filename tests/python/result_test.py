@@ -4,6 +4,7 @@ import os
 import re
 import shutil
 import unittest
+import warnings
 
 import h5py
 import numpy as np
@@ -215,6 +216,22 @@ class RefusedTest(unittest.TestCase):
             self.assertEqual(status, 2, complaint)
             self.assertRegex(complaint, "scene.* is missing", command)
             self.assertNotRegex(complaint, "Error|component|Traceback")
+
+    def test_a_damaged_part_raises_input_error_where_it_is_read(self):
+        path = runs.FOLDER / "holes.h5"
+        shutil.copy(runs.gas(), path)
+        with h5py.File(path, "a") as file:
+            del file["scene"].attrs["title"], file["provenance"], file["particles/conductors/charge/value"]
+            del file["scene/text"], file["observables"]
+            file["scene/text"], file["observables"] = np.arange(3.0), np.arange(3.0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            result = load(path)
+        reads = [lambda: result.title, lambda: result.provenance, lambda: result["charge"], lambda: result[0]["charge"],
+                 lambda: result.observables, lambda: result.terminals]  # fmt: skip
+        for k, read in enumerate(reads):
+            with self.subTest(k), self.assertRaisesRegex(InputError, "holes.h5 is damaged or incomplete"):
+                read()
 
 
 if __name__ == "__main__":

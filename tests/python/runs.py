@@ -4,12 +4,15 @@ import os
 import subprocess
 import sys
 import tempfile
+import zlib
 from functools import cache
 from pathlib import Path
 
 HOME = Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("LICHTENBERG", str(HOME / "build/lichtenberg"))
 sys.path.insert(0, str(HOME / "python"))
+
+from lichtenberg.result import FOOTER, MAGIC  # noqa: E402
 
 _folder = tempfile.TemporaryDirectory(prefix="lichtenberg-test-")
 atexit.register(_folder.cleanup)
@@ -19,7 +22,7 @@ GAS = """
 title = "Few <grains> & \\"signs\\""
 [reference]  # </script> ends nothing
 [domain]
-size = [6, 6, 6]
+size = [SIZE, SIZE, SIZE]
 left = "periodic"
 right = "periodic"
 bottom = "periodic"
@@ -27,7 +30,7 @@ top = "periodic"
 front = "periodic"
 back = "periodic"
 [[population]]
-count = 60
+count = COUNT
 temperature = 1
 [effects.viscoelastic_contact]
 [effects.charge_exchange]
@@ -36,9 +39,19 @@ sum = "minimum-image"
 [stop]
 time = 1
 [output]
-every = 0.25
+every = EVERY
 picture = false
 """
+
+
+def gas_scene(count=60, size=6, every=0.25):
+    """A scene of so many charged grains in a periodic cube of that size (d0)."""
+    return GAS.replace("COUNT", str(count)).replace("SIZE", str(size)).replace("EVERY", str(every))
+
+
+def sealed(data):
+    """The bytes of a result with the checksum that a run puts at their end."""
+    return bytes(data) + FOOTER.pack(MAGIC, len(data), zlib.crc32(data), 0)
 
 
 def program(*words):
@@ -64,7 +77,7 @@ def seedling():
 @cache
 def gas():
     """60 grains in a periodic box: five frames."""
-    return made("gas", GAS)
+    return made("gas", gas_scene())
 
 
 @cache

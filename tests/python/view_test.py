@@ -113,7 +113,7 @@ class ArraysTest(unittest.TestCase):
         self.assertEqual(re.findall(r"(?:src|href|url)\s*[=(]|https?:|fetch\(", text), [])
         self.assertIn("<title>Few &lt;grains&gt; &amp; &quot;signs&quot;</title>", text)
         self.assertEqual(stored(page)[0]["title"], 'Few <grains> & "signs"')
-        self.assertEqual(stored(page)[0]["scene"], runs.GAS)
+        self.assertEqual(stored(page)[0]["scene"], runs.gas_scene())
 
     def test_a_page_is_not_replaced_unless_told(self):
         page = page_of(runs.seedling())

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "solvers/error.hpp"
+#include "src/record/result.hpp"
 #include "src/record/writer_lock.hpp"
 #include "tests/many_frames.hpp"
 #include "tests/source_folder.hpp"
@@ -151,6 +152,26 @@ TEST_CASE("hostile files: types and lengths are checked before HDF5 reads") {
     CAPTURE(sentence);
     CHECK((contains(sentence, "run.h5 is damaged") || contains(sentence, "run.h5 was not written")));
   }
+}
+
+TEST_CASE("damaged files: a radius of 0 or NaN is refused, and so are more numbers than are stored") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  for (const std::string radius : {"0", "-1e-3", "numpy.nan"}) {
+    fs::remove(path);
+    run(path, 3, false);
+    change(folder, "f['particles/conductors/radius'][0] = " + radius);
+    CHECK(contains(message_of([&] { Result result(path); }), "a radius in it is"));
+  }
+  fs::remove(path);
+  run(path, 3, false);
+  change(folder,
+         "del f['observables/energy/value']; f.create_dataset('observables/energy/value', (2**40,), 'f8', "
+         "chunks=(8,))");
+  CHECK(python(folder, fmt::format("import sys\nsys.path.insert(0, '{}/python')\nimport lichtenberg\ntry:\n"
+                                   "  lichtenberg.load('run.h5').observables\nexcept lichtenberg.InputError as error:\n"
+                                   "  sys.exit(0 if 'are stored' in str(error) else 1)\nsys.exit(2)",
+                                   source_folder())) == 0);
 }
 
 // HDF5 goes on forever where free space of a heap has the length 0.

@@ -219,6 +219,10 @@ class Result:
 
     @names_damage
     def _read(self, dataset, selection=()):
+        stored = dataset.id.get_storage_size()
+        # Deflate shortens by a factor of 1032 at most; what a file claims beyond that would fill the memory.
+        if selection == () and not dataset.is_virtual and dataset.nbytes > 1032 * stored + 2**20:
+            raise InputError(f"{self.path} is damaged ({dataset.name} claims {dataset.nbytes} bytes, and {stored} are stored)")
         values = Array(dataset[selection], unit_of(dataset))
         # The rows of an index of segments are gone, and read as fill values, once its run has made one file of them.
         if "segments" in self.file and identity(self.path) != self._identity:

@@ -52,7 +52,7 @@ std::vector<network::PackingWall> read_walls(const hdf5::Handle& file) {
 network::ParticlePacking read_frame(const ResultFile& result, int frame) {
   network::ParticlePacking packing;
   packing.position = points(result.rows<double>(positions, frame, 1));
-  packing.radius = hdf5::get<double>(result.file(), "particles/conductors/radius");
+  packing.radius = radii_in(result.file());
   packing.walls = read_walls(result.file());
   return packing;
 }

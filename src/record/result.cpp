@@ -64,7 +64,7 @@ std::vector<Conductor> Result::bodies(int index) const {
 }
 
 std::vector<double> Result::radius() const {
-  return guarded([&] { return hdf5::get<double>(file_->file(), std::string(conductors) + "radius"); });
+  return guarded([&] { return radii_in(file_->file()); });
 }
 
 std::vector<double> Result::mass() const {

@@ -225,4 +225,11 @@ void store(const ResultFile& opened, const std::function<void(const hdf5::Handle
   }
 }
 
+std::vector<double> radii_in(const hdf5::Handle& file) {
+  std::vector<double> radii = hdf5::get<double>(file, "particles/conductors/radius");
+  for (const double radius : radii)
+    if (!(radius > 0)) throw hdf5::Error(fmt::format("a radius in it is {:g}", radius));
+  return radii;
+}
+
 }  // namespace lichtenberg

@@ -82,4 +82,7 @@ void store(const ResultFile& opened, const std::function<void(const hdf5::Handle
 /// Copies what stands in these groups of a file, frames excepted, into another.
 void copy_all_but_frames(const hdf5::Handle& from, const hdf5::Handle& to, const std::vector<std::string>& groups);
 
+/// Radii [N] of the particles of a result. Throws hdf5::Error if one of them is not greater than 0.
+std::vector<double> radii_in(const hdf5::Handle& file);
+
 }  // namespace lichtenberg

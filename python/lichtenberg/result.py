@@ -85,7 +85,7 @@ DAMAGE = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, Ru
 
 
 def names_damage(read):
-    """Makes a method of a Result throw InputError where the file is damaged."""
+    """`read`, which throws InputError where the file is damaged."""
 
     @wraps(read)
     def checked(self, *arguments, **named):
@@ -95,6 +95,22 @@ def names_damage(read):
             raise InputError(f"{self.path} is damaged or incomplete ({damage(error)})") from None
 
     return checked
+
+
+WRITERS = ("close", "plot", "view", "export", "_repr_png_", "__enter__", "__exit__")
+
+
+def all_name_damage(kind):
+    """A class whose methods and properties throw InputError where the file is damaged, but for WRITERS, which read nothing
+    themselves."""
+    for name, member in vars(kind).copy().items():
+        if isinstance(member, property):
+            setattr(kind, name, property(names_damage(member.fget)))
+        elif isinstance(member, cached_property):
+            member.func = names_damage(member.func)
+        elif callable(member) and name not in WRITERS:
+            setattr(kind, name, names_damage(member))
+    return kind
 
 
 class Frame:
@@ -134,11 +150,11 @@ class Frame:
         return f"<frame {self.index} of {self.result.path}: {self.time:.6g} {self.result.time.unit}>"
 
 
+@all_name_damage
 class Result:
     """A result file, open until `close()` or the end of its `with`. Nothing is read before it is asked for, and no lock is
     taken, so that its run may go on; this sees the frames that were there when it was opened."""
 
-    @names_damage
     def __init__(self, path):
         self.path = str(path)
         self._identity = identity(self.path)
@@ -163,7 +179,6 @@ class Result:
     def __exit__(self, *_):
         self.close()
 
-    @names_damage
     def __len__(self):
         """How many frames there are."""
         return len(self.file["particles/conductors/position/time"])
@@ -182,42 +197,35 @@ class Result:
     # What the particles are and do
 
     @property
-    @names_damage
     def columns(self):
         """Names of what there is of each particle, those that change with time and those that do not."""
         return [name for name in self.file["particles/conductors"] if name != "box"]
 
-    @names_damage
     def colour_range(self, name):
         """Lowest and highest value that colours span in the whole run (ranges.py)."""
         if name not in self._ranges:
             self._ranges[name] = colour_range(name, np.asarray(self[name]))
         return self._ranges[name]
 
-    @names_damage
     def changes(self, name):
         """Whether a column has a row a frame."""
         return isinstance(self._column(name), h5py.Group)
 
-    @names_damage
     def __getitem__(self, name):
         """[T, N], [T, N, 3] a column of all frames, or [N] of one that does not change; of a number, that frame. Throws InputError."""
         if isinstance(name, (int, np.integer)):
             return self.frame(name)
         return self._read(value_of(self._column(name)))
 
-    @names_damage
     def read_column(self, name, index):
         column = self._column(name)
         return self._read(value_of(column), index if self.changes(name) else ())
 
-    @names_damage
     def _column(self, name):
         if name not in self.columns:
             raise InputError(f"{self.path} has no {name} of particles; it has {', '.join(self.columns)}")
         return self.file["particles/conductors"][name]
 
-    @names_damage
     def _read(self, dataset, selection=()):
         stored = dataset.id.get_storage_size()
         # Deflate shortens by a factor of 1032 at most; what a file claims beyond that would fill the memory.
@@ -230,26 +238,22 @@ class Result:
         return values
 
     @cached_property
-    @names_damage
     def time(self):
         """[T]"""
         times = self.file["particles/conductors/position/time"]
         return Array(times[()], unit_of(times))
 
     @cached_property
-    @names_damage
     def count(self):
         """How many particles there are."""
         return len(self.file["particles/conductors/radius"])
 
     @property
-    @names_damage
     def dimension(self):
         domain = self.file["scene/domain"]
         return 3 if "height" in domain else len(domain["size"])
 
     @cached_property
-    @names_damage
     def size(self):
         """[2] or [3] of the domain, whose lower corner is the origin."""
         domain = self.file["scene/domain"]
@@ -259,18 +263,15 @@ class Result:
         return Array(lengths, unit_of(domain["size"]))
 
     @cached_property
-    @names_damage
     def periodic(self):
         """[3] True along axes that are."""
         return [text_of(kind) == "periodic" for kind in self.file["particles/conductors/box"].attrs["boundary"]]
 
     @property
-    @names_damage
     def down(self):
         """[3] Unit vector along which gravity pulls; None without gravity, and in files of earlier versions."""
         return self.file["scene"].attrs.get("down")
 
-    @names_damage
     def read_contacts(self, index):
         if index not in self.frames_with_contacts:
             raise InputError(f"{self.path} has no contacts of frame {index}")
@@ -282,7 +283,6 @@ class Result:
         return network["contacts"][()] if "contacts" in network else self.file["packing/contacts"][()]
 
     @property
-    @names_damage
     def frames_with_contacts(self):
         """All, of a packing the last alone, or none."""
         if "network/contacts_of_all_frames" in self.file:
@@ -293,73 +293,61 @@ class Result:
     # What stands beside them
 
     @cached_property
-    @names_damage
     def observables(self):
         """By name, [T] or [T, K], a row a frame."""
         return {name: self._read(value_of(data)) for name, data in self.file.get("observables", {}).items()}
 
     @cached_property
-    @names_damage
     def terminals(self):
         """By observable, the names of what its K numbers a frame belong to."""
         named = self.file.get("observables", {}).items()
         return {name: [text_of(word) for word in data.attrs["terminals"]] for name, data in named if "terminals" in data.attrs}
 
     @cached_property
-    @names_damage
     def tables(self):
         """By name, the columns by name of what has rows of its own: gas, relaxation, packing, analysis, summary, networks."""
         return {name: self._table(self.file[name]) for name in GROUPS if name in self.file}
 
-    @names_damage
     def _table(self, group):
         return {name: self._read(data) for name, data in group.items() if isinstance(data, h5py.Dataset)}
 
     @property
-    @names_damage
     def summary(self):
         """By name, numbers of the run as a whole; empty until it is over."""
         return {name: float(value) for name, value in self.tables.get("summary", {}).items()}
 
     @property
-    @names_damage
     def warnings(self):
         """What makes the result unsafe to use, as its run said at its end: a list of sentences."""
         return warnings_of(self.file)
 
     @property
-    @names_damage
     def field(self):
         """The potential of the last frame, [ny, nx] at the centres of square cells from the domain's lower left corner on;
         None if the file has none."""
         return field_of(self.file)
 
     @property
-    @names_damage
     def field_cell(self):
         """The edge of one of the field's cells (m)."""
         grid = self.file["VTKHDF"]
         return float(grid["cell_edge"][()] if "cell_edge" in grid else grid.attrs["Spacing"][0])
 
     @property
-    @names_damage
     def changed(self):
         """Whether another program has changed the file after its run."""
         return not self.sealed and bool(self.file.attrs["lichtenberg_result"] != WITHOUT_CHECKSUMS)
 
     @property
-    @names_damage
     def title(self):
         return text_of(self.file["scene"].attrs["title"])
 
     @property
-    @names_damage
     def scene(self):
         """The scene's text, as the run read it."""
         return text_of(self.file["scene/text"][()])
 
     @property
-    @names_damage
     def provenance(self):
         """A list, one entry for the start and each `--resume`: version, commit, machine, command line and so on."""
         sessions = self.file["provenance"]

@@ -27,7 +27,6 @@ constexpr Maker makers[] = {{Integrator::multirate, make_multirate},
 }  // namespace
 
 std::unique_ptr<GasIntegrator> make_integrator(Integrator which) {
-  if (which->make_gas_integrator) return which->make_gas_integrator();
   const auto found = std::ranges::find(makers, which, &Maker::integrator);
   if (found == std::end(makers))
     throw InputError(fmt::format("mechanics.integrator = \"{}\" does not move grains: {} do", which->name,

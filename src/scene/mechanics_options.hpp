@@ -11,9 +11,6 @@
 
 namespace lichtenberg {
 
-namespace granular {
-class GasIntegrator;
-}
 namespace mechanics {
 class Stepper;
 struct Workplace;
@@ -42,10 +39,9 @@ struct IntegratorKind {
   std::size_t most_grains = 0;  ///< that it can move; 0: any number
   bool is_on_device = false;    ///< whether there is one for a CUDA device
 
-  /// Makes it for a scene of conductors, or of grains. Null of the program's own, which src/mechanics/stepper.cpp and
-  /// src/granular/integrator.cpp make.
+  /// Makes the integrator of a scene of conductors. Null for the program's own integrators, which
+  /// src/mechanics/stepper.cpp makes. GranularMotion takes an integrator of grains from outside.
   std::unique_ptr<mechanics::Stepper> (*make_stepper)(const mechanics::Workplace&) = nullptr;
-  std::unique_ptr<granular::GasIntegrator> (*make_gas_integrator)() = nullptr;
 
   constexpr bool reads(std::string_view key) const { return std::ranges::find(keys, key) != keys.end(); }
 };

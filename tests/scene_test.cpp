@@ -95,10 +95,6 @@ linear_solver = "assembled"
 relaxation_eta = 0.01
 [mechanics]
 integrator = "euler"
-coupling = "monolithic"
-relative_tolerance = 1e-5
-position_tolerance = 1e-7
-largest_step = 0.25
 euler_step = 1e-6
 euler_field_step = 1e-4
 [output]
@@ -149,10 +145,6 @@ force = 0.01
   CHECK(s.field().linear_solver == FieldLinearSolver::assembled);
   CHECK(s.field().relaxation_eta == 0.01);
   CHECK(s.mechanics.integrator == Integrator::euler);
-  CHECK(s.mechanics.coupling == FieldCoupling::monolithic);
-  CHECK(s.mechanics.relative_tolerance == 1e-5);
-  CHECK(s.mechanics.position_tolerance == 1e-7);
-  CHECK(s.mechanics.largest_step == 0.25);
   CHECK(s.mechanics.euler_step == 1e-6);
   CHECK(s.mechanics.euler_field_step == 1e-4);
   CHECK(s.output.file == "there.h5");
@@ -162,6 +154,23 @@ force = 0.01
   CHECK(s.stop.time == 9);
   CHECK_FALSE(s.stop.stationary);
   CHECK(s.stop.force == 0.01);
+}
+
+TEST_CASE("mechanics: a key that the integrator reads is taken, and any other is refused") {
+  const std::string scene = box + disk("[0.01, 0.01]") + "[mechanics]\n";
+  const MechanicsOptions split =
+      parse(scene + "relative_tolerance = 1e-5\nposition_tolerance = 1e-7\nlargest_step = 0.25\n").mechanics;
+  CHECK(split.relative_tolerance == 1e-5);
+  CHECK(split.position_tolerance == 1e-7);
+  CHECK(split.largest_step == 0.25);
+  const std::string monolithic = "coupling = \"monolithic\"\n", euler = "integrator = \"euler\"\n";
+  CHECK(parse(scene + monolithic + "relative_tolerance = 1e-5\n").mechanics.coupling == FieldCoupling::monolithic);
+  check_refused(scene + monolithic + "largest_step = 0.25\n",
+                {"mechanics.largest_step is not allowed with mechanics.coupling = \"monolithic\""});
+  check_refused(scene + euler + "position_tolerance = 1e-7\n",
+                {"mechanics.position_tolerance is not allowed with mechanics.integrator = \"euler\""});
+  check_refused(scene + "euler_step = 1e-6\n",
+                {"mechanics.euler_step is not allowed with mechanics.integrator = \"cvode\""});
 }
 
 TEST_CASE("defaults are filled in") {

@@ -91,6 +91,21 @@ std::vector<Table> tables_of_grains() { return {tables::reference(), tables::sta
 
 namespace {
 
+/// Throws InputError for a key of [mechanics] that the integrator of conductors does not read.
+void check_keys(const Draft& draft) {
+  const MechanicsOptions& mechanics = draft.scene.mechanics;
+  for (const char* key : {"coupling", "predictor", "relative_tolerance", "position_tolerance", "largest_step",
+                          "keep_height", "euler_step", "euler_field_step"}) {
+    const int line = draft.line(std::string("mechanics.") + key);
+    if (line == 0 || mechanics.kind().reads(key)) continue;
+    const bool monolithic = &mechanics.kind() != &mechanics.integrator.kind();
+    refuse(draft.scene.path, line,
+           fmt::format("mechanics.{} is not allowed with {}: it is not read then; leave it out", key,
+                       monolithic ? std::string("mechanics.coupling = \"monolithic\"")
+                                  : fmt::format("mechanics.integrator = \"{}\"", name_of(mechanics.integrator))));
+  }
+}
+
 void check_conductors(const Draft& draft) {
   const auto refuse_it = [&](const std::string& key) {
     if (const int line = draft.line(key); line > 0)
@@ -109,6 +124,7 @@ void check_conductors(const Draft& draft) {
            fmt::format("mechanics.integrator = \"{}\" needs the table [reference], which makes the scene one of "
                        "grains: {} are allowed without",
                        name_of(draft.scene.mechanics.integrator), names_of(&IntegratorKind::moves_conductors)));
+  check_keys(draft);
 }
 
 /// What moves grains has no use for keys of what moves conductors.

@@ -41,10 +41,8 @@ const FieldMethodKind& usual_field_method(int dimension) {
 std::string field_methods_that(int dimension, const std::function<bool(const FieldMethodKind&)>& have) {
   std::vector<std::string> names;
   for (const FieldMethodKind* method : list())
-    if (method->solves(dimension) && have(*method)) names.push_back("\"" + method->name + "\"");
-  std::string text = names.empty() ? "none" : names.front();
-  for (std::size_t i = 1; i < names.size(); ++i) text += (i + 1 < names.size() ? ", " : " and ") + names[i];
-  return text;
+    if (method->solves(dimension) && have(*method)) names.push_back(method->name);
+  return quoted(names);
 }
 
 FieldMethodPrice price_of(const FieldOptions& options) {

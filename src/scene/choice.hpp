@@ -46,4 +46,13 @@ std::vector<std::string> names_of() {
   return names;
 }
 
+/// Names in quotation marks for a message, as in "a", "b" and "c"; none: "none".
+inline std::string quoted(const std::vector<std::string>& names) {
+  if (names.empty()) return "none";
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "\"" : i + 1 < names.size() ? ", \"" : " and \"") + names[i] + "\"";
+  return text;
+}
+
 }  // namespace lichtenberg

@@ -145,13 +145,10 @@ inline constexpr Named<Integrator> values_named<Integrator>[] = {
 
 /// The names of the program's integrators that have a property, as in "a", "b" and "c".
 inline std::string names_of(bool IntegratorKind::*property) {
-  std::string names;
-  int left = static_cast<int>(
-      std::ranges::count_if(values_named<Integrator>, [&](const auto& i) { return i.value.kind().*property; }));
+  std::vector<std::string> names;
   for (const auto& [integrator, name] : values_named<Integrator>)
-    if (integrator.kind().*property)
-      names += "\"" + std::string(name) + (--left > 1 ? "\", " : left == 1 ? "\" and " : "\"");
-  return names;
+    if (integrator.kind().*property) names.emplace_back(name);
+  return quoted(names);
 }
 
 }  // namespace lichtenberg

@@ -49,14 +49,15 @@ void add(double* y, double factor, const double* x) {
     for (int k = 0; k < d; ++k) y[k] += factor * x[k];
 }
 
-/// Some candidates, whose law is computed many at a time: distance over reach q (1 beyond contact, where energy and
-/// slope vanish), and the law's results.
+/// A batch of candidates, for which a vector loop computes the law: the distance over the reach, q (1 beyond contact,
+/// where energy and slope vanish), and the law's results.
 template <int d>
 struct Batch {
   static constexpr int most = 256;
   std::array<std::array<double, d>, most> apart;  // m, from j to i
-  std::array<double, most> squared, q, energy,
-      factor;  // m^2; factor: of apart in the gradient over the stiffness, 1/m^2
+  std::array<double, most> squared;               // m^2, distance
+  std::array<double, most> q, energy;             // the energy in units of the stiffness
+  std::array<double, most> factor;                // 1/m^2, the gradient is stiffness * factor * apart
 
   void measure(const int* i, const int* j, int count, const double* x) {
     for (int c = 0; c < count; ++c) {
@@ -108,7 +109,7 @@ double CloseContacts::evaluate(std::span<const double> x, std::span<double> grad
   return bodies_.dimension == 3 ? evaluate<3>(x, gradient) : evaluate<2>(x, gradient);
 }
 
-/// Whether the candidates were valid is found out on the way: they mostly were.
+/// Each range finds out whether its candidates still cover all contacts; if one does not, all are collected again.
 template <int d>
 double CloseContacts::evaluate(std::span<const double> x, std::span<double> gradient) {
   if (collected_at_.empty()) update<d>(x);

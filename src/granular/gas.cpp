@@ -34,6 +34,20 @@ double longest_travel(const Bodies& bodies) {
   return 0.25 * shortest - *std::ranges::max_element(bodies.radius);
 }
 
+/// Contacts of the grains that overlap at the start, as they do in a frame of another run. They are no collisions: what
+/// happens at a touch has happened, and the speed of that touch is unknown.
+std::vector<GrainContact> contacts_at_start(const Bodies& bodies, parallel::Team& team) {
+  std::vector<GrainContact> contacts;
+  PairList list(0, 0);
+  const std::span<const Pair> near = list.pairs(bodies, 0, team);
+  visit_spheres(bodies, [&](const auto& grains) {
+    for (const Pair pair : near)
+      if (const auto state = seen(bodies, grains, pair); norm(state.apart) < reach(bodies, pair))
+        contacts.push_back({.pair = pair, .impact_speed = std::max(0.0, closing(state)), .alone = false});
+  });
+  return contacts;
+}
+
 }  // namespace
 
 Gas::Gas(const Scene& scene)
@@ -50,6 +64,7 @@ Gas::Gas(const Scene& scene)
       range = std::max(*needed, range.value_or(*needed));
   if (range) smooth_list_.emplace(*range, 1);
   model_.team = team_.get();
+  contacts_ = contacts_at_start(model_.bodies, *team_);
   set_law();
 }
 

@@ -342,7 +342,7 @@ struct CoarseGrid {
     on_device.upload(problem, n, n);
     do {
       grid.enlarge(on_device.view(), wanted);
-      grid.make_room(on_device.view(), true, number.data(), wanted.data());
+      grid.make_room(on_device.view(), {.has_medium = true, .number = number.data(), .wanted = wanted.data()});
       grid.outline(on_device.view(), nullptr);
       grid.build(on_device.view());
     } while (!grid.fits(wanted));
@@ -367,18 +367,17 @@ TEST_CASE("thin conductors of one group between the same four cells are one") {
     const Outline disk = outline_in_cells(body.shape, grid.h);
     const Interpolation around = interpolate(grid.layout, disk.centre, electrode);
     for (int k = 0; k < 4; ++k)
-      expected[body.group * cells + around.cell[k]] +=
-          std::abs(around.weight[k]) * thin_conductance(disk, grid.layout);
+      expected[body.group * cells + around.cell[k]] += std::abs(around.weight[k]) * thin_conductance(disk, grid.layout);
   }
   std::vector<int> of_cell(3 * cells, 0);
   for (int m = 0; m < grid.number[device::Of::links]; ++m) {
-    const int at = grid.link_group[m] * cells + grid.link_slot[m];
-    links[at] += grid.conductance[m];
+    const int at = grid.links.group[m] * cells + grid.links.slot[m];
+    links[at] += grid.links.conductance[m];
     CHECK(++of_cell[at] <= 4);  // from the four bins around a cell, where 600 disks would have some ten
   }
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i)
-      device::gathered(grid.layout, grid.thin_conductors, i, j, [&](int group, float conductance) {
+      device::gathered(grid.layout, grid.medium.thin_conductors, i, j, [&](int group, float conductance) {
         seen_from_cells[group * cells + device::slot_of(grid.layout, i, j)] += conductance;
         return 0.0f;
       });

@@ -90,7 +90,7 @@ struct Discretized {
     on_device.upload(problem, nx, ny);
     do {  // until there is room for all
       grid.enlarge(on_device.view(), wanted);
-      grid.make_room(on_device.view(), false, number.data(), wanted.data());
+      grid.make_room(on_device.view(), {.has_medium = false, .number = number.data(), .wanted = wanted.data()});
       grid.outline(on_device.view(), nullptr);
       grid.build(on_device.view());
     } while (!grid.fits(wanted));
@@ -150,7 +150,7 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       const Layout& at = level.layout;
       int different = 0;
       for (std::ptrdiff_t slot = 0; slot < at.size(); ++slot)
-        different += body_at(view.cover[slot]) != body_at(level.cover[slot]);
+        different += body_at(view.cells.cover[slot]) != body_at(level.cover[slot]);
       CHECK(different == 0);
       CHECK(device.grid.fluid_cells(device.number) == level.fluid_cells);
 
@@ -158,27 +158,27 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       std::map<std::pair<std::ptrdiff_t, int>, std::vector<FluidLink>> expected;
       for (const FluidLink& link : level.links) expected[{link.cell, link.body}].push_back(link);
       for (int m = 0; m < device.number_of(device::Of::links); ++m) {
-        auto& links = expected[{view.link_slot[m], view.link_end[m].body()}];
+        auto& links = expected[{view.links.slot[m], view.links.end[m].body()}];
         const auto found = std::find_if(links.begin(), links.end(), [&](const FluidLink& link) {
           const double share = rounding_of(link, c.problem, level);
           // gradients: rounding of a few terms that may cancel, each at most conductance squared
           const double of_terms = 1e-14 * (1 + link.conductance * link.conductance);
-          return std::abs(link.conductance - view.conductance[m]) <= share * link.conductance &&
-                 norm(link.gradient - view.gradient[m]) <= of_terms + 2 * share * norm(link.gradient);
+          return std::abs(link.conductance - view.links.conductance[m]) <= share * link.conductance &&
+                 norm(link.gradient - view.links.gradient[m]) <= of_terms + 2 * share * norm(link.gradient);
         });
         REQUIRE(found != links.end());
-        CHECK(view.link_group[m] == c.problem.bodies[view.link_end[m].body()].group);
+        CHECK(view.links.group[m] == c.problem.bodies[view.links.end[m].body()].group);
         links.erase(found);
       }
       const std::vector<double> rounding = rounding_of_sums(c.problem, level);
       for (int k = 0; k < device.number_of(device::Of::boundary); ++k) {
-        const double exact = level.diagonal[view.boundary_slot[k]];
+        const double exact = level.diagonal[view.boundary.slot[k]];
         // the CPU adds c - 1 to 4 face by face: rounding of at most 4 such sums of terms not larger than the sum + 4
-        REQUIRE(std::abs(view.boundary_diagonal[k] - exact) <= 16 * 1.1e-16 * exact + rounding[view.boundary_slot[k]]);
+        REQUIRE(std::abs(view.boundary.diagonal[k] - exact) <= 16 * 1.1e-16 * exact + rounding[view.boundary.slot[k]]);
       }
       for (std::ptrdiff_t slot = 0; slot < at.size(); ++slot) {
         const double exact = level.diagonal[slot] > 0 ? 1 / level.diagonal[slot] : 0;
-        if (std::abs(view.inverse_diagonal[slot] - exact) > 2e-7 * exact) ++different;  // two roundings to float
+        if (std::abs(view.cells.inverse_diagonal[slot] - exact) > 2e-7 * exact) ++different;  // two roundings to float
       }
       CHECK(different == 0);
 
@@ -191,7 +191,7 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       for (const PairLink& pair : level.pairs) sum += 2 * pair.conductance;
       for (const SideLink& link : level.side_links) sum += link.body >= 0 ? link.conductance : 0;
       for (int m = 0; m < device.number_of(device::Of::direct_links); ++m)
-        device_sum += view.direct_link[m].conductance;
+        device_sum += view.direct.link[m].conductance;
       CHECK(device_sum == doctest::Approx(sum).epsilon(1e-13));  // rounding of a sum of some 100 terms
     }
 }
@@ -207,9 +207,9 @@ TEST_CASE("the cases hold what they are there for") {
     cross = cross || !level.cross_gradients.empty();
     for (const SideLink& link : level.side_links) body_at_side = body_at_side || link.body >= 0;
     for (std::size_t b = 0; b < c.problem.bodies.size(); ++b)
-      shared_cell = shared_cell || device.grid.view().cell_owner[b] >= 0;
+      shared_cell = shared_cell || device.grid.view().bodies.cell_owner[b] >= 0;
     for (std::size_t g = 0; g < c.problem.groups.size(); ++g)
-      large_group = large_group || device.grid.view().piece_start[g + 1] - device.grid.view().piece_start[g] > 1;
+      large_group = large_group || device.grid.view().pieces.start[g + 1] - device.grid.view().pieces.start[g] > 1;
   }
   CHECK(pairs);
   CHECK(shared_cell);
@@ -241,7 +241,7 @@ TEST_CASE("the device's operator and right-hand side are the CPU's") {
     const std::vector<double> of_links = rounding_of_sums(c.problem, level);
     for (std::size_t k = 0; k < op.size(); ++k) {
       // rounding: sums of at most some 200 terms, each at most the diagonal; links times differences of at most 2
-      const double diagonal = k < cells ? level.diagonal[k] : device.grid.view().group_diagonal[k - cells];
+      const double diagonal = k < cells ? level.diagonal[k] : device.grid.view().groups.diagonal[k - cells];
       const double rounding = 200 * 1.1e-16 * (1 + diagonal) + 2 * of_links[k];
       REQUIRE(std::abs(y[k] - device_y[k]) <= rounding);
       REQUIRE(std::abs(b[k] - device_b[k]) <= rounding);

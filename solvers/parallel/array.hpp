@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <new>
 #include <span>
 #include <tuple>
@@ -59,6 +60,44 @@ class Array {
   const Executor* run_;
   T* data_ = nullptr;
   std::size_t size_ = 0, capacity_ = 0;
+};
+
+/// A struct of pointers for kernels, `view`, and the device memory of those that resize() was called for: each array
+/// has one name, its pointer's. Other members of the struct are the caller's.
+template <class View, class Executor>
+class Arrays {
+ public:
+  explicit Arrays(const Executor& run) : run_(&run) {}
+  View view{};
+
+  /// Memory for n values for each of the pointers, members of `view`; as of Array, the values are undefined afterwards.
+  template <class... T>
+  void resize(std::size_t n, T*&... pointer) {
+    (resize_bytes(n * sizeof(T), pointer), ...);
+  }
+  /// Bytes 0 in all of these arrays.
+  template <class... T>
+  void zero(T*&... pointer) {
+    (memory(pointer).zero(), ...);
+  }
+
+ private:
+  using Memory = Array<char, Executor>;
+  /// Found by the place of the pointer within the view.
+  template <class T>
+  Memory& memory(T*& pointer) {
+    const auto place = reinterpret_cast<const char*>(&pointer) - reinterpret_cast<const char*>(&view);
+    return memory_.try_emplace(place, *run_).first->second;
+  }
+  template <class T>
+  void resize_bytes(std::size_t bytes, T*& pointer) {
+    Memory& own = memory(pointer);
+    own.resize(bytes);
+    pointer = reinterpret_cast<T*>(own.data());
+  }
+
+  const Executor* run_;
+  std::map<std::ptrdiff_t, Memory> memory_;
 };
 
 /// Arrays that travel together: one block of memory on the device and one on the host.

@@ -98,23 +98,23 @@ struct SolveGroups {
     return all;
   }
   LICHTENBERG_HOST_DEVICE double product(const double* x, int g) const {
-    double sum = grid.group_diagonal[g] * x[g];
+    double sum = grid.groups.diagonal[g] * x[g];
     for (int k = 0; k < grid.direct_links_of(problem, g); ++k) {
-      const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + k];
+      const DirectLink& link = grid.direct.link[grid.first_direct_link(problem, g) + k];
       if (link.is_to_electrode()) continue;
       const int other = problem.group_of[link.other];
-      if (grid.group_diagonal[other] > 0) sum -= link.conductance * x[other];
+      if (grid.groups.diagonal[other] > 0) sum -= link.conductance * x[other];
     }
     return sum;
   }
   template <class Block>
   LICHTENBERG_HOST_DEVICE void solve(const Block& block, const double* rhs, double* x) const {
     double *r = balance.r, *p = balance.p, *q = balance.q;
-    const auto squared = [&](int g) { return r[g] * r[g] / grid.group_diagonal[g]; };
+    const auto squared = [&](int g) { return r[g] * r[g] / grid.groups.diagonal[g]; };
     each(block, [&](int g) {
       x[g] = 0;
       r[g] = rhs[g];
-      p[g] = r[g] / grid.group_diagonal[g];
+      p[g] = r[g] / grid.groups.diagonal[g];
     });
     const double first = sum(block, squared);
     double now = first;
@@ -130,7 +130,7 @@ struct SolveGroups {
       const double last = now;
       now = sum(block, squared);
       const double beta = now / last;
-      each(block, [&](int g) { p[g] = r[g] / grid.group_diagonal[g] + beta * p[g]; });
+      each(block, [&](int g) { p[g] = r[g] / grid.groups.diagonal[g] + beta * p[g]; });
     }
   }
 };
@@ -142,23 +142,23 @@ void find_imbalance(const Executor& run, ProblemView problem, GridView grid, con
                     double unit, double* partial, BalanceView balance) {
   const int cells = static_cast<int>(grid.layout.size());
   group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-    const double diagonal = grid.group_diagonal[g];
+    const double diagonal = grid.groups.diagonal[g];
     balance.residual[g] = diagonal > 0 ? b[cells + g] + sum - diagonal * x[cells + g] : 0.0;
     if (!grid.may_have(Of::direct_links)) balance.shift[g] = diagonal > 0 ? balance.residual[g] / diagonal : 0.0;
   });
   if (!grid.may_have(Of::direct_links)) return;
   run.sum_segments(
       problem.groups,
-      [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.group_diagonal[g] > 0 ? grid.direct_links_of(problem, g) : 0; },
+      [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.groups.diagonal[g] > 0 ? grid.direct_links_of(problem, g) : 0; },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
+        const DirectLink& link = grid.direct.link[grid.first_direct_link(problem, g) + t];
         const int other = link.is_to_electrode() ? -1 : problem.group_of[link.other];
-        if (other >= 0 && problem.floating[other]) return GroundSums{0, 0, grid.group_diagonal[other] > 0 ? 1.0 : 0.0};
+        if (other >= 0 && problem.floating[other]) return GroundSums{0, 0, grid.groups.diagonal[other] > 0 ? 1.0 : 0.0};
         const double given = other < 0 ? problem.side_potential[link.face()] : problem.potential[other];
         return GroundSums{link.conductance * (given / unit - x[cells + g]), link.conductance};
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, const GroundSums& sums) {
-        const double diagonal = grid.group_diagonal[g];
+        const double diagonal = grid.groups.diagonal[g];
         balance.hold[g] = sums.conductance;
         balance.hold_flux[g] = sums.flux;
         balance.is_linked[g] = sums.others > 0;
@@ -176,11 +176,12 @@ void balance_coupled_groups(const Executor& run, ProblemView problem, GridView g
   const int cells = static_cast<int>(grid.layout.size());
   double *to_cells = balance.hold_flux, *from_cells = balance.r, *carried = balance.q;
   run.sum_pieces(
-      grid.link_pieces(problem), partial, [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.conductance[link]; },
-      parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { to_cells[g] = sum; });
+      grid.link_pieces(problem), partial,
+      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link]; }, parallel::NoMore{},
+      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { to_cells[g] = sum; });
   run.sum_pieces(
       grid.link_pieces(problem), partial,
-      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.conductance[link] * x[grid.link_slot[link]]; },
+      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
       parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { from_cells[g] = sum; });
   run.fill(carried, 0, problem.groups * sizeof(double));
   add_couplings(run, problem, x + cells, carried);
@@ -188,12 +189,12 @@ void balance_coupled_groups(const Executor& run, ProblemView problem, GridView g
   run.sum_segments(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
+        const DirectLink& link = grid.direct.link[grid.first_direct_link(problem, g) + t];
         const bool given = link.is_to_electrode() || !problem.floating[problem.group_of[link.other]];
         return GroundSums{direct.value(g, t), given ? link.conductance : 0.0};
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, const GroundSums& sums) {
-        const double diagonal = grid.group_diagonal[g];
+        const double diagonal = grid.groups.diagonal[g];
         const bool unknown = diagonal > 0;
         const double flux = from_cells[g] + sums.flux - carried[g];
         balance.residual[g] = unknown ? b[cells + g] + flux - diagonal * x[cells + g] : 0.0;
@@ -213,9 +214,9 @@ void find_level(const Executor& run, ProblemView problem, GridView grid, const d
       static_cast<long>(links) + faces + problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
         if (k < links) {
-          if (k >= grid.number[Of::links] || problem.floating[grid.link_group[k]]) return GroundSums{};
-          const double c = grid.conductance[k], given = problem.potential[grid.link_group[k]] / unit;
-          return GroundSums{c * (given - x[grid.link_slot[k]]), c};
+          if (k >= grid.number[Of::links] || problem.floating[grid.links.group[k]]) return GroundSums{};
+          const double c = grid.links.conductance[k], given = problem.potential[grid.links.group[k]] / unit;
+          return GroundSums{c * (given - x[grid.links.slot[k]]), c};
         }
         if (k < links + faces) {
           const int side = (k - links) / problem.faces, face = (k - links) % problem.faces;
@@ -223,12 +224,12 @@ void find_level(const Executor& run, ProblemView problem, GridView grid, const d
           if (!problem.electrode[side] || face >= (side < 2 ? at.ny : at.nx)) return GroundSums{};
           const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
           const int slot = side < 2 ? slot_of(at, far, face) : slot_of(at, face, far);
-          if (!grid.cover[slot].is_fluid()) return GroundSums{};
+          if (!grid.cells.cover[slot].is_fluid()) return GroundSums{};
           return GroundSums{2 * (problem.side_potential[k - links] / unit - x[slot]), 2};
         }
         const int g = k - links - faces;
         if (problem.couplings.start) {
-          if (!(grid.group_diagonal[g] > 0)) return GroundSums{};
+          if (!(grid.groups.diagonal[g] > 0)) return GroundSums{};
           const double to_cells = balance.hold_flux[g], own = x[cells + g] + balance.shift[g];
           return GroundSums{to_cells * own - balance.r[g], to_cells * balance.held[g]};
         }
@@ -261,11 +262,11 @@ void balance_charges(const Executor& run, ProblemView problem, GridView grid, co
   run.for_each(static_cast<long>(cells) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const double level = *balance.level;
     if (k < cells) {
-      if (level != 0 && grid.inverse_diagonal[k] > 0) x[k] += level;
+      if (level != 0 && grid.cells.inverse_diagonal[k] > 0) x[k] += level;
       return;
     }
     const int g = k - cells;
-    if (grid.group_diagonal[g] > 0) x[k] += balance.shift[g] + level * (are_held ? 1 - balance.held[g] : 1.0);
+    if (grid.groups.diagonal[g] > 0) x[k] += balance.shift[g] + level * (are_held ? 1 - balance.held[g] : 1.0);
   });
 }
 

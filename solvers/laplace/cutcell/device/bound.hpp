@@ -21,7 +21,7 @@ struct LinksOfCell {
   int joined = 0;  ///< pairs of groups
 
   LICHTENBERG_HOST_DEVICE LinksOfCell(const ProblemView& problem, const GridView& grid, int k)
-      : diagonal(grid.boundary_diagonal[k]) {
+      : diagonal(grid.boundary.diagonal[k]) {
     bool is_close = false, floats = false;
     int groups = 0;
     for (int side = 0; side < 4; ++side) {
@@ -29,9 +29,9 @@ struct LinksOfCell {
       group[side] = -1;
       conductance[side] = 0;
       if (link[side] < 0) continue;
-      const double c = grid.conductance[link[side]];
+      const double c = grid.links.conductance[link[side]];
       is_close = is_close || c >= BoundCells::least_conductance;
-      const int g = grid.link_group[link[side]];
+      const int g = grid.links.group[link[side]];
       if (!problem.floating[g]) continue;
       floats = true;
       group[side] = g;
@@ -52,29 +52,29 @@ struct LinksOfCell {
 
 /// Whether thin conductors, of which lists by cell know nothing, exchange flux with a cell.
 LICHTENBERG_HOST_DEVICE inline bool has_thin_conductors(const GridView& grid, int slot) {
-  if (!grid.medium || !grid.may_have(Of::thin_conductors)) return false;
+  if (!grid.has_medium || !grid.may_have(Of::thin_conductors)) return false;
   const CellIndex cell = cell_of(grid.layout, slot);
-  return gathered(grid.layout, grid.thin_conductors, cell.i, cell.j, [](int, float c) { return c; }) > 0;
+  return gathered(grid.layout, grid.medium.thin_conductors, cell.i, cell.j, [](int, float c) { return c; }) > 0;
 }
 
 /// Which cells are bound, and what of their links. `joined_before`: by boundary cell, becomes how many links between
 /// groups each makes.
 template <class Executor>
 void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, int* joined_before) {
-  run.fill(grid.link_share, 0, grid.room[Of::links] * sizeof(float));
+  run.fill(grid.bound.share, 0, grid.room[Of::links] * sizeof(float));
   run.for_each(grid.room[Of::boundary] + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
     joined_before[k] = 0;
     if (k >= grid.number[Of::boundary]) return;
     const LinksOfCell of(problem, grid, k);
-    const bool is_bound = of.is_bound && !has_thin_conductors(grid, grid.boundary_slot[k]);
-    grid.is_bound[k] = is_bound;
+    const bool is_bound = of.is_bound && !has_thin_conductors(grid, grid.boundary.slot[k]);
+    grid.bound.is_bound[k] = is_bound;
     if (!is_bound) return;
     joined_before[k] = 2 * of.joined;
     for (int side = 0; side < 4; ++side) {
       if (of.group[side] < 0) continue;
-      const double c = grid.conductance[of.link[side]], all = of.conductance[of.first_of(side)];
-      grid.link_share[of.link[side]] = static_cast<float>(c / of.diagonal);
-      grid.link_kept[of.link[side]] = c / all * BoundCells::kept(all, of.diagonal);
+      const double c = grid.links.conductance[of.link[side]], all = of.conductance[of.first_of(side)];
+      grid.bound.share[of.link[side]] = static_cast<float>(c / of.diagonal);
+      grid.bound.kept[of.link[side]] = c / all * BoundCells::kept(all, of.diagonal);
       for (int other = 0; other < side; ++other)
         if (grid.finest && BoundCells::joined(of.conductance[side], of.conductance[other], of.diagonal) > strong_link)
           grid.wanted[Of::strong_links] = 1;  // all write the same
@@ -99,7 +99,7 @@ void list_joined(const Executor& run, ProblemView problem, GridView grid, const 
       for (int b = 0; b < a; ++b) {
         if (of.conductance[a] == 0 || of.conductance[b] == 0) continue;
         const double c = BoundCells::joined(of.conductance[a], of.conductance[b], of.diagonal);
-        const int body_a = grid.link_end[of.link[a]].body(), body_b = grid.link_end[of.link[b]].body();
+        const int body_a = grid.links.end[of.link[a]].body(), body_b = grid.links.end[of.link[b]].body();
         list[at++] = {.own = body_a, .other = body_b, .kind = DirectLink::Kind::bound_cell, .conductance = c};
         list[at++] = {.own = body_b, .other = body_a, .kind = DirectLink::Kind::bound_cell, .conductance = c};
       }
@@ -112,13 +112,13 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
   run.sum_pieces(
       grid.link_pieces(problem), partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) {
-        return grid.link_share[link] > 0 ? grid.link_kept[link] : grid.conductance[link];
+        return grid.bound.share[link] > 0 ? grid.bound.kept[link] : grid.links.conductance[link];
       },
       DirectConductances{problem, grid},
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-        if (!(grid.group_diagonal[g] > 0)) sum = 0;
-        grid.cycle_diagonal[g] = sum;
-        grid.group_inverse_diagonal[g] = sum > 0 ? static_cast<float>(1.0 / sum) : 0.0f;
+        if (!(grid.groups.diagonal[g] > 0)) sum = 0;
+        grid.groups.cycle_diagonal[g] = sum;
+        grid.groups.inverse_diagonal[g] = sum > 0 ? static_cast<float>(1.0 / sum) : 0.0f;
       });
 }
 
@@ -127,17 +127,17 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
 template <class Executor>
 void take_from_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
-      grid.link_pieces(problem), grid.partial,
+      grid.link_pieces(problem), grid.cycle.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) {
-        const float share = grid.link_share[link];
-        return share > 0 ? share * grid.f[grid.link_slot[link]] : 0.0f;
+        const float share = grid.bound.share[link];
+        return share > 0 ? share * grid.cycle.f[grid.links.slot[link]] : 0.0f;
       },
       parallel::NoMore{},
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-        const float all = grid.charge[g] + sum;
-        grid.flux[g] = grid.clusters ? sum : all;
-        grid.phi[g] = all * grid.group_inverse_diagonal[g];
-        if (grid.clusters) grid.group_rhs[g] = static_cast<double>(grid.charge[g]) + sum;
+        const float all = grid.cycle.charge[g] + sum;
+        grid.cycle.flux[g] = grid.groups.clusters ? sum : all;
+        grid.cycle.phi[g] = all * grid.groups.inverse_diagonal[g];
+        if (grid.groups.clusters) grid.cycle.group_rhs[g] = static_cast<double>(grid.cycle.charge[g]) + sum;
       });
 }
 
@@ -145,11 +145,12 @@ void take_from_bound_cells(const Executor& run, ProblemView problem, GridView gr
 template <class V, class Executor>
 void follow_groups(const Executor& run, GridView grid, V* v) {
   for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    if (!grid.is_bound[k]) return;
-    const int slot = grid.boundary_slot[k];
+    if (!grid.bound.is_bound[k]) return;
+    const int slot = grid.boundary.slot[k];
     float flux = 0;
-    for (int m = 4 * k; m < 4 * k + 4; ++m) flux += grid.coupling[m].conductance * grid.phi[grid.coupling[m].group];
-    v[slot] = static_cast<float>(v[slot]) + flux * grid.inverse_diagonal[slot];
+    for (int m = 4 * k; m < 4 * k + 4; ++m)
+      flux += grid.boundary.coupling[m].conductance * grid.cycle.phi[grid.boundary.coupling[m].group];
+    v[slot] = static_cast<float>(v[slot]) + flux * grid.cells.inverse_diagonal[slot];
   });
 }
 

@@ -29,14 +29,14 @@ void list_group_links(const Executor& run, ProblemView problem, GridView grid, N
     const bool is_joined = m >= direct;
     const int number = is_joined ? m - direct : m;
     if (number >= grid.number[is_joined ? Of::joined_links : Of::direct_links]) return;
-    const DirectLink& listed = is_joined ? grid.joined_link[number] : grid.direct_link[number];
+    const DirectLink& listed = is_joined ? grid.bound.joined[number] : grid.direct.link[number];
     if (listed.is_to_electrode()) return;
     const int a = problem.group_of[listed.own], b = problem.group_of[listed.other];
     if (a < b) link[m] = {a, b, listed.conductance};
   });
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) {
-    diagonal[g] = grid.cycle_diagonal[g];
-    if (grid.finest) diagonal[problem.groups + g] = grid.group_diagonal[g];
+    diagonal[g] = grid.groups.cycle_diagonal[g];
+    if (grid.finest) diagonal[problem.groups + g] = grid.groups.diagonal[g];
   });
 }
 

@@ -32,7 +32,9 @@ template <class Executor>
 void number_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size()), all = slots + problem.groups;
   run.for_each(all + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    coarsest.index[k] = k == all ? 0 : k < slots ? grid.inverse_diagonal[k] > 0 : grid.group_diagonal[k - slots] > 0;
+    coarsest.index[k] = k == all    ? 0
+                        : k < slots ? grid.cells.inverse_diagonal[k] > 0
+                                    : grid.groups.diagonal[k - slots] > 0;
   });
   run.exclusive_scan(coarsest.index, all + 1);
   run.for_each(all, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -74,8 +76,8 @@ LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& proble
   const long links = grid.link_start(problem.first_rank[g + 1]) - first;
   const auto cut = [&](int c) { return first + static_cast<int>(links * c / CoarsestView::chunks); };
   for (int link = cut(chunk); link < cut(chunk + 1); ++link) {
-    const int b = coarsest.index[grid.link_slot[link]];
-    if (b % lanes == lane) sum[b] += grid.conductance[link];
+    const int b = coarsest.index[grid.links.slot[link]];
+    if (b % lanes == lane) sum[b] += grid.links.conductance[link];
   }
 }
 
@@ -92,14 +94,15 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
     if (a >= n || coarsest.unknown[a] < 0) return;
     const int slot = coarsest.unknown[a];
     const CellIndex cell = cell_of(grid.layout, slot);
-    coarsest.matrix[a * n + a] = 1.0 / grid.inverse_diagonal[slot];
+    coarsest.matrix[a * n + a] = 1.0 / grid.cells.inverse_diagonal[slot];
     for (int side = 0; side < 4; ++side) {
       const int i = cell.i + step_i(side), j = cell.j + step_j(side);
       if (!inside(grid.layout, i, j)) continue;
       const int next = slot_of(grid.layout, i, j);
-      if (!(grid.inverse_diagonal[next] > 0)) continue;
+      if (!(grid.cells.inverse_diagonal[next] > 0)) continue;
       const int face = side == 0 || side == 2 ? next : slot;
-      coarsest.matrix[a * n + coarsest.index[next]] = !grid.medium ? -1.0 : -(side < 2 ? grid.east : grid.north)[face];
+      coarsest.matrix[a * n + coarsest.index[next]] =
+          !grid.has_medium ? -1.0 : -(side < 2 ? grid.medium.east : grid.medium.north)[face];
     }
   });
   run.for_each(room * CoarsestView::chunks, lanes, [=] LICHTENBERG_HOST_DEVICE(int row, int lane) {
@@ -110,14 +113,14 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
     if (a >= n || coarsest.unknown[a] >= 0) return;
     const int g = -1 - coarsest.unknown[a];
     double* row = coarsest.matrix + a * n;
-    if (a % lanes == lane) row[a] += grid.group_diagonal[g];
+    if (a % lanes == lane) row[a] += grid.groups.diagonal[g];
     for (int b = lane; b < n; b += lanes) {
       if (coarsest.unknown[b] < 0) continue;
       for (int chunk = 0; chunk < CoarsestView::chunks; ++chunk) row[b] -= coarsest.chunk_of_row(a, chunk, n)[b];
       coarsest.matrix[b * n + a] = row[b];
     }
     for (int k = 0; k < grid.direct_links_of(problem, g); ++k) {
-      const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + k];
+      const DirectLink& link = grid.direct.link[grid.first_direct_link(problem, g) + k];
       if (link.is_to_electrode()) continue;
       const int other = slots + problem.group_of[link.other], b = coarsest.index[other];
       if (coarsest.index[other + 1] > b && b % lanes == lane) row[b] -= link.conductance;
@@ -259,18 +262,9 @@ void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest,
 template <class Executor>
 class Coarsest {
  public:
-  explicit Coarsest(const Executor& run)
-      : run_(run),
-        index_(run),
-        unknown_(run),
-        matrix_(run),
-        chunks_(run),
-        precise_inverse_(run),
-        scratch_(run),
-        inverse_(run),
-        is_singular_(run) {
-    is_singular_.resize(1);
-    is_singular_.zero();
+  explicit Coarsest(const Executor& run) : run_(run), arrays_(run) {
+    arrays_.resize(1, view().is_singular);
+    arrays_.zero(view().is_singular);
   }
 
   /// `precise`: links may be strong, of whose fluxes single precision would keep too little.
@@ -283,33 +277,31 @@ class Coarsest {
     block_bytes_ = bytes <= run_.most_block_memory() ? bytes : 0;
     on_device_ = block_bytes_ > 0 || (precise && room <= most);
     const bool in_double = precise || block_bytes_ == 0;
-    index_.resize(grid.layout.size() + problem.groups + 1);
-    unknown_.resize(room);
-    matrix_.resize(on_device_ ? room * room : 0);
-    chunks_.resize(CoarsestView::chunks * matrix_.size());
-    inverse_.resize(on_device_ && !in_double ? room * room : 0);
-    precise_inverse_.resize(on_device_ && in_double ? room * room : 0);
-    scratch_.resize(on_device_ && block_bytes_ == 0 ? Panel::scratch(room) : 0);
-    view_ = {index_.data(),
-             unknown_.data(),
-             matrix_.data(),
-             in_double ? nullptr : inverse_.data(),
-             in_double ? precise_inverse_.data() : nullptr,
-             is_singular_.data(),
-             chunks_.data(),
-             scratch_.data()};
+    const std::size_t entries = on_device_ ? room * room : 0;
+    CoarsestView& coarsest = view();
+    arrays_.resize(grid.layout.size() + problem.groups + 1, coarsest.index);
+    arrays_.resize(room, coarsest.unknown);
+    arrays_.resize(entries, coarsest.matrix);
+    arrays_.resize(CoarsestView::chunks * entries, coarsest.chunk);
+    arrays_.resize(on_device_ && block_bytes_ == 0 ? Panel::scratch(room) : 0, coarsest.scratch);
+    coarsest.inverse = nullptr;
+    coarsest.precise_inverse = nullptr;
+    if (in_double)
+      arrays_.resize(entries, coarsest.precise_inverse);
+    else
+      arrays_.resize(entries, coarsest.inverse);
   }
   bool on_device() const { return on_device_; }
-  const int* is_singular() const { return view_.is_singular; }
+  const int* is_singular() const { return view().is_singular; }
 
   void build(const ProblemView& problem, const GridView& grid) {
-    number_coarsest(run_, problem, grid, view_);
+    number_coarsest(run_, problem, grid, view());
     if (!on_device_) return;
-    fill_coarsest(run_, problem, grid, view_);
+    fill_coarsest(run_, problem, grid, view());
     if (block_bytes_ > 0)
-      run_.template for_each_block<1024>(1, block_bytes_, InvertCoarsest{grid, view_, !problem.grounded});
+      run_.template for_each_block<1024>(1, block_bytes_, InvertCoarsest{grid, view(), !problem.grounded});
     else
-      invert_in_panels(run_, grid, view_, grid.room[Of::coarse_unknowns], !problem.grounded);
+      invert_in_panels(run_, grid, view(), grid.room[Of::coarse_unknowns], !problem.grounded);
   }
   /// What build() leaves to the host, of a system that is not on the device. Throws Failure if it is singular.
   void factorize(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
@@ -319,35 +311,37 @@ class Coarsest {
   /// On the host: fluid cells of v and phi from f and charge.
   void solve(const GridView& grid, float* v) {
     const std::size_t cells = grid.layout.size();
-    get(f_, grid.f, cells);
-    get(charge_, grid.charge, system_.groups());
+    get(f_, grid.cycle.f, cells);
+    get(charge_, grid.cycle.charge, system_.groups());
     v_.assign(cells, 0.0f);
     phi_.assign(system_.groups(), 0.0f);
     system_.solve(f_, charge_, v_, phi_);
     run_.to_device(v, v_.data(), cells * sizeof(float));
-    if (!phi_.empty()) run_.to_device(grid.phi, phi_.data(), phi_.size() * sizeof(float));
+    if (!phi_.empty()) run_.to_device(grid.cycle.phi, phi_.data(), phi_.size() * sizeof(float));
   }
   /// On the device: a cell's slot, or -1 - group, of each unknown; the inverse by rows.
-  const int* unknown() const { return view_.unknown; }
-  const float* inverse() const { return view_.inverse; }
-  const double* precise_inverse() const { return view_.precise_inverse; }
+  const int* unknown() const { return view().unknown; }
+  const float* inverse() const { return view().inverse; }
+  const double* precise_inverse() const { return view().precise_inverse; }
 
  private:
+  CoarsestView& view() { return arrays_.view; }
+  const CoarsestView& view() const { return arrays_.view; }
   CoarsestArrays download(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
     CoarsestArrays arrays;
     arrays.layout = grid.layout;
     const std::size_t size = grid.layout.size(), groups = problem.groups.size();
-    get(arrays.inverse_diagonal, grid.inverse_diagonal, size);
-    if (grid.medium) {
-      get(arrays.east, grid.east, size);
-      get(arrays.north, grid.north, size);
+    get(arrays.inverse_diagonal, grid.cells.inverse_diagonal, size);
+    if (grid.has_medium) {
+      get(arrays.east, grid.medium.east, size);
+      get(arrays.north, grid.medium.north, size);
     }
-    get(arrays.link_slot, grid.link_slot, numbers[Of::links]);
-    get(arrays.link_group, grid.link_group, numbers[Of::links]);
-    get(arrays.conductance, grid.conductance, numbers[Of::links]);
-    get(arrays.group_diagonal, grid.group_diagonal, groups);
+    get(arrays.link_slot, grid.links.slot, numbers[Of::links]);
+    get(arrays.link_group, grid.links.group, numbers[Of::links]);
+    get(arrays.conductance, grid.links.conductance, numbers[Of::links]);
+    get(arrays.group_diagonal, grid.groups.diagonal, groups);
     std::vector<DirectLink> direct_links;
-    get(direct_links, grid.direct_link, numbers[Of::direct_links]);
+    get(direct_links, grid.direct.link, numbers[Of::direct_links]);
     for (const DirectLink& link : direct_links)
       if (!link.is_to_electrode())
         arrays.direct_links.push_back(
@@ -370,12 +364,8 @@ class Coarsest {
 
   const Executor& run_;
   bool on_device_ = true;
-  parallel::Array<int, Executor> index_, unknown_;
   std::size_t block_bytes_ = 0;  // 0: the elimination is in the device's memory
-  parallel::Array<double, Executor> matrix_, chunks_, precise_inverse_, scratch_;
-  parallel::Array<float, Executor> inverse_;
-  parallel::Array<int, Executor> is_singular_;
-  CoarsestView view_{};
+  parallel::Arrays<CoarsestView, Executor> arrays_;
   CoarsestSystem system_;
   std::vector<float> f_, charge_, v_, phi_;
 };

@@ -10,24 +10,25 @@ namespace lichtenberg::laplace::device {
 template <class Executor>
 void make_links(const Executor& run, ProblemView problem, GridView grid) {
   for_each_of(run, grid, Of::links, [=] LICHTENBERG_HOST_DEVICE(int m) {
-    const int slot = grid.link_slot[m];
-    const LinkEnd end = grid.link_end[m];
+    const int slot = grid.links.slot[m];
+    const LinkEnd end = grid.links.end[m];
     if (end.is_thin_conductor()) {
-      grid.conductance[m] = grid.absorbed_bodies.smeared[grid.point[end.body()]].share[end.corner()];
+      grid.links.conductance[m] =
+          grid.medium.absorbed_bodies.smeared[grid.medium.point[end.body()]].share[end.corner()];
       return;
     }
     const int body = end.body(), side = end.side();
     const CellIndex cell = cell_of(grid.layout, slot);
     const Vec2 p = cell_centre(cell.i, cell.j), to_body = direction(side), onward = direction(side ^ 1);
-    const Outline& outline = grid.outline[body];
+    const Outline& outline = grid.bodies.outline[body];
     Conductance c = fluid_link(outline, p, to_body, grid.formula);
     int partner = -1;
     Vec2 partner_gradient;
     const int bi = cell.i + step_i(side ^ 1), bj = cell.j + step_j(side ^ 1);
-    const Cover behind = inside(grid.layout, bi, bj) ? grid.cover[slot_of(grid.layout, bi, bj)] : Cover();
+    const Cover behind = inside(grid.layout, bi, bj) ? grid.cells.cover[slot_of(grid.layout, bi, bj)] : Cover();
     if (!behind.is_fluid() && problem.group_of[behind.body()] != problem.group_of[body]) {
       const int other = behind.body();
-      const Outline& beyond = grid.outline[other];
+      const Outline& beyond = grid.bodies.outline[other];
       Conductance back = fluid_link(beyond, p, onward, grid.formula);
       squeeze(outline, p + to_body, onward, beyond, c);
       const Squeeze squeezed = squeeze(beyond, p + onward, to_body, outline, back);
@@ -36,14 +37,14 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
         partner_gradient = squeezed.partner_gradient;
       }
     }
-    grid.conductance[m] = grid.medium ? c.value * grid.permittivity[slot] : c.value;
-    const int k = grid.cover[slot].boundary_number();
-    grid.boundary_link[side * grid.room[Of::boundary] + k] = m;
-    grid.coupling[4 * k + side] = {static_cast<float>(grid.conductance[m]), grid.link_group[m]};
+    grid.links.conductance[m] = grid.has_medium ? c.value * grid.medium.permittivity[slot] : c.value;
+    const int k = grid.cells.cover[slot].boundary_number();
+    grid.boundary.link[side * grid.room[Of::boundary] + k] = m;
+    grid.boundary.coupling[4 * k + side] = {static_cast<float>(grid.links.conductance[m]), grid.links.group[m]};
     if (!grid.finest) return;
-    grid.gradient[m] = c.gradient;
-    grid.partner_group[m] = partner;
-    grid.partner_gradient[m] = partner_gradient;
+    grid.links.gradient[m] = c.gradient;
+    grid.links.partner_group[m] = partner;
+    grid.links.partner_gradient[m] = partner_gradient;
   });
 }
 
@@ -54,12 +55,13 @@ void make_faces(const Executor& run, GridView grid) {
     const Layout& at = grid.layout;
     const int slot = slot_of(at, i, j);
     const auto face = [&](int ni, int nj) {
-      if (!inside(at, ni, nj) || !grid.cover[slot].is_fluid() || !grid.cover[slot_of(at, ni, nj)].is_fluid())
+      if (!inside(at, ni, nj) || !grid.cells.cover[slot].is_fluid() ||
+          !grid.cells.cover[slot_of(at, ni, nj)].is_fluid())
         return 0.0f;
-      return face_conductance(grid.permittivity[slot], grid.permittivity[slot_of(at, ni, nj)]);
+      return face_conductance(grid.medium.permittivity[slot], grid.medium.permittivity[slot_of(at, ni, nj)]);
     };
-    grid.east[slot] = face(i + 1, j);
-    grid.north[slot] = face(i, j + 1);
+    grid.medium.east[slot] = face(i + 1, j);
+    grid.medium.north[slot] = face(i, j + 1);
   });
 }
 
@@ -70,21 +72,23 @@ void make_medium_diagonals(const Executor& run, ProblemView problem, GridView gr
     const Layout& at = grid.layout;
     const int slot = slot_of(at, i, j);
     double sum = 0;
-    const Cover cover = grid.cover[slot];
+    const Cover cover = grid.cells.cover[slot];
     if (cover.is_fluid()) {
       const Neighbours n = neighbours(at, slot);
-      sum = static_cast<double>(grid.east[n.west]) + grid.east[slot] + grid.north[n.south] + grid.north[slot];
+      sum = static_cast<double>(grid.medium.east[n.west]) + grid.medium.east[slot] + grid.medium.north[n.south] +
+            grid.medium.north[slot];
       if (grid.may_have(Of::thin_conductors))
-        sum += gathered(grid.layout, grid.thin_conductors, i, j, [](int, float conductance) { return conductance; });
+        sum += gathered(grid.layout, grid.medium.thin_conductors, i, j,
+                        [](int, float conductance) { return conductance; });
       for (int side = 0; side < 4; ++side) {
         if (!inside(at, i + step_i(side), j + step_j(side)) && problem.electrode[side])
-          sum += 2 * grid.permittivity[slot];
+          sum += 2 * grid.medium.permittivity[slot];
         const int link = cover.is_boundary_cell() ? grid.boundary_link_of(cover.boundary_number(), side) : -1;
-        if (link >= 0) sum += grid.conductance[link];
+        if (link >= 0) sum += grid.links.conductance[link];
       }
-      if (cover.is_boundary_cell()) grid.boundary_diagonal[cover.boundary_number()] = sum;
+      if (cover.is_boundary_cell()) grid.boundary.diagonal[cover.boundary_number()] = sum;
     }
-    grid.inverse_diagonal[slot] = sum > 0 ? static_cast<float>(1.0 / sum) : 0.0f;
+    grid.cells.inverse_diagonal[slot] = sum > 0 ? static_cast<float>(1.0 / sum) : 0.0f;
   });
 }
 
@@ -102,7 +106,7 @@ LICHTENBERG_HOST_DEVICE inline int diagonal_without_links(const ProblemView& pro
 /// 1 / sum of conductances: of cells that have no link, and the boundary cells' own sums.
 template <class Executor>
 void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
-  if (grid.medium) {
+  if (grid.has_medium) {
     make_medium_diagonals(run, problem, grid);
     return;
   }
@@ -115,27 +119,27 @@ void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
     float inverse = 0;
     const int i = 2 * k + Layout::parity(colour, j);
     if (k >= 0 && inside(at, i, j)) {
-      if (grid.cover[slot].is_boundary_cell()) return;  // below
+      if (grid.cells.cover[slot].is_boundary_cell()) return;  // below
       const int sum = diagonal_without_links(problem, at, i, j);
-      if (grid.cover[slot].is_fluid() && sum > 0) inverse = 1.0f / static_cast<float>(sum);
+      if (grid.cells.cover[slot].is_fluid() && sum > 0) inverse = 1.0f / static_cast<float>(sum);
     }
-    grid.inverse_diagonal[slot] = inverse;
+    grid.cells.inverse_diagonal[slot] = inverse;
   });
   for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const int slot = grid.boundary_slot[k];
+    const int slot = grid.boundary.slot[k];
     const CellIndex cell = cell_of(grid.layout, slot);
     double sum = 0;
     for (int side = 0; side < 4; ++side) {
       const int link = grid.boundary_link_of(k, side);
       if (link >= 0)
-        sum += grid.conductance[link];
+        sum += grid.links.conductance[link];
       else if (inside(grid.layout, cell.i + step_i(side), cell.j + step_j(side)))
         sum += 1;
       else if (problem.electrode[side])
         sum += 2;
     }
-    grid.boundary_diagonal[k] = sum;
-    grid.inverse_diagonal[slot] = static_cast<float>(1.0 / sum);
+    grid.boundary.diagonal[k] = sum;
+    grid.cells.inverse_diagonal[slot] = static_cast<float>(1.0 / sum);
   });
 }
 

@@ -74,8 +74,8 @@ class CutCell : public DeviceSolver {
     const Layout& at = grid.layout;
     std::vector<double> cell(at.size());
     std::vector<Cover> cover(at.size());
-    run_->to_host(cell.data(), past_[0].cell.data(), cell.size() * sizeof(double));
-    run_->to_host(cover.data(), grid.cover, cover.size() * sizeof(Cover));
+    run_->to_host(cell.data(), past_[0].view.cell, cell.size() * sizeof(double));
+    run_->to_host(cover.data(), grid.cells.cover, cover.size() * sizeof(Cover));
     Field field{nx_, ny_, grid.h, {}, {}};
     for (int j = 0; j < ny_; ++j)
       for (int i = 0; i < nx_; ++i) {
@@ -102,13 +102,17 @@ class CutCell : public DeviceSolver {
   PetscErrorCode iterate(KSP ksp);
 
  private:
-  struct Past {
-    parallel::Array<double, Executor> cell, body;
-    PastView view() const { return {cell.data(), body.data()}; }
+  using Past = parallel::Arrays<PastView, Executor>;
+  /// Arrays of a solve; x and b are the KSP's.
+  struct Vectors {
+    double *r, *z, *p, *q, *next_potential;
+    BasisView basis;
+    BalanceView balance;
+    Shares* shares;
   };
   Found found() const {
     if (past_count_ == 0) return {};
-    return {finest().view().layout, static_cast<int>(bodies_), past_[0].view(), scale_};
+    return {finest().view().layout, static_cast<int>(bodies_), past_[0].view, scale_};
   }
   static double since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -141,23 +145,6 @@ class CutCell : public DeviceSolver {
     else
       f();
   }
-  BasisView basis() const {
-    BasisView view{past_count_, {}, {}};
-    for (int p = 0; p < past_count_; ++p) {
-      view.vector[p] = basis_[p].data();
-      view.image[p] = image_[p].data();
-    }
-    return view;
-  }
-  BalanceView balance_view() const {
-    const int groups = problem_->view().groups;
-    double* by_group[8];
-    for (int k = 0; k < 8; ++k) by_group[k] = balance_->data() + k * groups;
-    auto [residual, shift, hold, held, hold_flux, r, p, q] = by_group;
-    int* linked = linked_->data();
-    return {residual, shift, hold, held, hold_flux, r, p, q, potential_.device + groups, linked, linked + groups};
-  }
-  using Vector = parallel::Array<double, Executor>;
   using Moment = typename Executor::Moment;
   template <class T>
   using Part = typename parallel::Parcel<Executor>::template Part<T>;
@@ -174,10 +161,8 @@ class CutCell : public DeviceSolver {
   Krylov krylov_;
   bool is_fused_ = true;                // the KSP is iterate()
   double *b_ = nullptr, *x_ = nullptr;  // of krylov_
-  std::vector<Vector> basis_, image_;   // of the first guess
-  std::optional<Vector> r_, z_, p_, q_, next_potential_, balance_;
-  std::optional<parallel::Array<int, Executor>> linked_;
-  std::optional<parallel::Array<Shares, Executor>> shares_;
+  long unknowns_ = 0;                   // entries of a vector
+  std::optional<parallel::Arrays<Vectors, Executor>> arrays_;
   typename Executor::Recording begin_[history_length], following_[history_length];  // by phase_
   typename Executor::Recording iterating_, end_;
   double scale_ = 1;                            // V: x, b and the past are in units of it
@@ -213,15 +198,8 @@ void CutCell<Executor>::prepare_grids(const LaplaceProblem& problem) {
   multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, nx_, ny_, options_.links);
   generation_ = 0;
   for (auto* moment : {&begun_, &discretized_, &iterated_}) *moment = std::make_unique<Moment>();
-  for (int k = 0; k < history_length; ++k) past_.push_back({Vector(run), Vector(run)});
-  for (auto* vectors : {&basis_, &image_}) {
-    vectors->clear();
-    for (int k = 0; k < history_length; ++k) vectors->emplace_back(run);
-  }
-  for (auto* vector : {&r_, &z_, &p_, &q_, &next_potential_, &balance_}) vector->emplace(run);
-  linked_.emplace(run);
-  shares_.emplace(run);
-  shares_->resize(1);
+  for (int k = 0; k < history_length; ++k) past_.emplace_back(run);
+  arrays_.emplace(run);
   follower_.emplace(run);
   report_.emplace(run);
   size_ = problem.size;
@@ -272,16 +250,20 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
   if (generation_ == multigrid_->generation()) return;
   generation_ = multigrid_->generation();
   clear_recordings();
-  for (auto* vectors : {&basis_, &image_})
-    for (Vector& vector : *vectors) vector.resize(n);
-  for (auto* vector : {&r_, &z_, &p_, &q_}) (*vector)->resize(n);
-  (*z_).zero();
-  next_potential_->resize(groups);
-  balance_->resize(8 * groups);
-  linked_->resize(groups + SolveGroups::threads * ((groups + SolveGroups::threads - 1) / SolveGroups::threads));
+  Vectors& v = arrays_->view;
+  unknowns_ = n;
+  for (int k = 0; k < history_length; ++k) arrays_->resize(n, v.basis.vector[k], v.basis.image[k]);
+  arrays_->resize(n, v.r, v.z, v.p, v.q);
+  arrays_->zero(v.z);
+  arrays_->resize(1, v.shares);
+  BalanceView& balance = v.balance;
+  arrays_->resize(groups, v.next_potential, balance.residual, balance.shift, balance.hold, balance.held,
+                  balance.hold_flux, balance.r, balance.p, balance.q, balance.is_linked);
+  arrays_->resize(SolveGroups::threads * ((groups + SolveGroups::threads - 1) / SolveGroups::threads), balance.linked);
   std::tie(iterations_, potential_, body_result_, side_result_) =
       report_->template divide<Iterations, double, BodyResult, SideResult>(
           {1, static_cast<std::size_t>(groups) + 1, bodies_, 4 * side_parts});
+  balance.level = potential_.device + groups;
 }
 
 /// The unit of all potentials: single precision holds 38 decades either way, enough for any right-hand side of about 1.
@@ -305,7 +287,7 @@ void CutCell<Executor>::begin() {
   const auto both = [this, follows] {
     right_hand_side(*run_, problem_->view(), finest().view(), b_, scale_);
     if (follows)
-      follow_change(*run_, problem_->view(), finest().view(), past_[0].view(), follower_->change(), x_);
+      follow_change(*run_, problem_->view(), finest().view(), past_[0].view, follower_->change(), x_);
     else
       first_guess();
   };
@@ -329,28 +311,30 @@ template <class Executor>
 void CutCell<Executor>::first_guess() {
   const ProblemView& problem = problem_->view();
   const GridView& grid = finest().view();
-  const auto n = static_cast<long>(r_->size());
-  if (past_count_ == 0) return run_->fill(x_, 0, n * sizeof(double));
+  Vectors& v = arrays_->view;
+  if (past_count_ == 0) return run_->fill(x_, 0, unknowns_ * sizeof(double));
+  v.basis.size = past_count_;
   for (int p = 0; p < past_count_; ++p) {
-    past_on_unknowns(*run_, problem, grid, past_[p == 0 ? 0 : p - 1].view(), p == 0 ? PastView{} : past_[p].view(),
-                     basis_[p].data());
-    multiply(basis_[p].data(), image_[p].data());
+    past_on_unknowns(*run_, problem, grid, past_[p == 0 ? 0 : p - 1].view, p == 0 ? PastView{} : past_[p].view,
+                     v.basis.vector[p]);
+    multiply(v.basis.vector[p], v.basis.image[p]);
   }
-  find_shares(*run_, n, basis(), b_, shares_->data());
-  combine(*run_, n, basis(), shares_->data(), x_);
+  find_shares(*run_, unknowns_, v.basis, b_, v.shares);
+  combine(*run_, unknowns_, v.basis, v.shares, x_);
 }
 
 /// The guess made better where it is worst, and its residual.
 template <class Executor>
 void CutCell<Executor>::better_guess() {
   constexpr int sweeps = 4;  // as on the CPU
+  const Vectors& v = arrays_->view;
   const ProblemView& problem = problem_->view();
   const GridView& grid = finest().view();
-  relax_edges(*run_, problem, grid, b_, x_, finest().partial(), next_potential_->data(), sweeps);
-  apply_field(*run_, problem, grid, x_, q_->data(), finest().partial());
-  take_guess(*run_, problem, grid, b_, q_->data(), x_, r_->data(), iterations_.device);
+  relax_edges(*run_, problem, grid, b_, x_, finest().partial(), v.next_potential, sweeps);
+  apply_field(*run_, problem, grid, x_, v.q, finest().partial());
+  take_guess(*run_, problem, grid, b_, v.q, x_, v.r, iterations_.device);
   if (problem.couplings.only_ground)
-    level_by_couplings(*run_, problem, grid, x_, r_->data(), potential_.device + problem.groups, iterations_.device);
+    level_by_couplings(*run_, problem, grid, x_, v.r, potential_.device + problem.groups, iterations_.device);
 }
 
 template <class Executor>
@@ -367,7 +351,7 @@ template <class Executor>
 void CutCell<Executor>::evaluate() {
   const ProblemView& problem = problem_->view();
   const GridView& grid = finest().view();
-  balance_charges(*run_, problem, grid, b_, scale_, finest().partial(), balance_view(), x_);
+  balance_charges(*run_, problem, grid, b_, scale_, finest().partial(), arrays_->view.balance, x_);
   if (!problem.grounded) fix_mean(*run_, problem, grid, x_, potential_.device + problem.groups);
   group_potentials(*run_, problem, grid, x_, scale_, potential_.device);
   const SolvedView solved{problem, grid, x_, scale_, potential_.device};
@@ -401,9 +385,9 @@ template <class Executor>
 void CutCell<Executor>::keep() {
   std::rotate(past_.begin(), past_.end() - 1, past_.end());
   phase_ = (phase_ + 1) % history_length;
-  past_[0].cell.resize(finest().view().layout.size());
-  past_[0].body.resize(bodies_);
-  remember(*run_, problem_->view(), finest().view(), x_, potential_.device, scale_, past_[0].view());
+  past_[0].resize(finest().view().layout.size(), past_[0].view.cell);
+  past_[0].resize(bodies_, past_[0].view.body);
+  remember(*run_, problem_->view(), finest().view(), x_, potential_.device, scale_, past_[0].view);
   past_count_ = std::min(past_count_ + 1, history_length);
   if (followed_) follower_->keep(followed_->found());
 }
@@ -411,7 +395,7 @@ void CutCell<Executor>::keep() {
 template <class Executor>
 Profile CutCell<Executor>::profile(int repeats) {
   Profile profile;
-  double *r = b_, *z = z_->data(), *y = q_->data();
+  double *r = b_, *z = arrays_->view.z, *y = arrays_->view.q;
   const auto per_call = [&](auto f) {
     f();
     return run_->seconds([&] {

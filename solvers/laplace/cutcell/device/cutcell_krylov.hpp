@@ -85,14 +85,14 @@ void CutCell<Executor>::iterate_once(Again again) {
   const ProblemView& problem = problem_->view();
   const GridView& grid = finest().view();
   Iterations* iterations = iterations_.device;
-  const auto n = static_cast<long>(r_->size());
-  multigrid_->cycle(z_->data());
-  if (!problem.grounded) level_out(*run_, problem, grid, z_->data(), potential_.device + problem.groups);
-  judge(*run_, n, r_->data(), z_->data(), iterations);
-  turn_direction(*run_, problem, grid, z_->data(), p_->data(), iterations);
-  multiply(p_->data(), q_->data());
-  find_step(*run_, n, p_->data(), q_->data(), iterations, again);
-  step_along(*run_, problem, grid, p_->data(), q_->data(), x_, r_->data(), iterations);
+  const Vectors& v = arrays_->view;
+  multigrid_->cycle(v.z);
+  if (!problem.grounded) level_out(*run_, problem, grid, v.z, potential_.device + problem.groups);
+  judge(*run_, unknowns_, v.r, v.z, iterations);
+  turn_direction(*run_, problem, grid, v.z, v.p, iterations);
+  multiply(v.p, v.q);
+  find_step(*run_, unknowns_, v.p, v.q, iterations, again);
+  step_along(*run_, problem, grid, v.p, v.q, x_, v.r, iterations);
 }
 
 template <class Executor>

@@ -12,8 +12,8 @@ namespace lichtenberg::laplace::device {
 template <class Executor>
 void take_potentials(const Executor& run, ProblemView problem, GridView grid, const float* v, double* z) {
   const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int k) { z[k] = grid.inverse_diagonal[k] > 0 ? v[k] : 0.0; });
-  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { z[cells + g] = grid.phi[g]; });
+  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int k) { z[k] = grid.cells.inverse_diagonal[k] > 0 ? v[k] : 0.0; });
+  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { z[cells + g] = grid.cycle.phi[g]; });
 }
 
 /// f or, behind the cells, the groups' charges from an entry of the residual; groups are the finest grid's first to be
@@ -23,10 +23,10 @@ struct TakeResidual {
   LICHTENBERG_HOST_DEVICE void operator()(int k, double r) const {
     const int cells = static_cast<int>(grid.layout.size());
     if (k < cells) {
-      grid.f[k] = static_cast<float>(r);
+      grid.cycle.f[k] = static_cast<float>(r);
     } else {
-      grid.charge[k - cells] = static_cast<float>(r);
-      grid.phi[k - cells] = grid.charge[k - cells] * grid.group_inverse_diagonal[k - cells];
+      grid.cycle.charge[k - cells] = static_cast<float>(r);
+      grid.cycle.phi[k - cells] = grid.cycle.charge[k - cells] * grid.groups.inverse_diagonal[k - cells];
     }
   }
 };
@@ -49,7 +49,7 @@ struct DirectFluxes {
     return grid.may_have(Of::direct_links) ? grid.direct_links_of(problem, g) : 0;
   }
   LICHTENBERG_HOST_DEVICE Real value(int g, int t) const {
-    const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
+    const DirectLink& link = grid.direct.link[grid.first_direct_link(problem, g) + t];
     return link.is_to_electrode() ? Real(0) : static_cast<Real>(link.conductance) * phi[problem.group_of[link.other]];
   }
 };
@@ -73,8 +73,8 @@ struct CycleFluxes {
 template <class Executor>
 void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
                         const float* more, float* phi_next, double* z = nullptr) {
-  if (grid.clusters)
-    return relax_clusters(run, problem, grid, flux == grid.charge ? nullptr : flux, phi, more, phi_next, z);
+  if (grid.groups.clusters)
+    return relax_clusters(run, problem, grid, flux == grid.cycle.charge ? nullptr : flux, phi, more, phi_next, z);
   const CycleFluxes of_phi{problem, grid, phi};
   run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return of_phi.count(g); },
@@ -83,7 +83,7 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
         return more ? own + CycleFluxes{of_phi.problem, of_phi.grid, more}.value(g, t) : own;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-        phi_next[g] = (flux[g] + sum) * grid.group_inverse_diagonal[g];
+        phi_next[g] = (flux[g] + sum) * grid.groups.inverse_diagonal[g];
         if (z) z[g] = phi_next[g];
       });
 }
@@ -94,22 +94,22 @@ template <class V, class Executor>
 void leave_group_residuals(const Executor& run, ProblemView problem, GridView fine, GridView coarse, const float* phi,
                            const V* v) {
   const auto flux = [=] LICHTENBERG_HOST_DEVICE(int link) {
-    return static_cast<float>(fine.conductance[link]) * static_cast<float>(v[fine.link_slot[link]]);
+    return static_cast<float>(fine.links.conductance[link]) * static_cast<float>(v[fine.links.slot[link]]);
   };
-  if (fine.clusters) {
-    run.sum_pieces(fine.link_pieces(problem), fine.partial, flux, FluxesSinceSweep{problem, fine, fine.phi, phi},
-                   [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-                     const float inverse = fine.group_inverse_diagonal[g];
-                     float own = fine.charge[g] - phi[g] / inverse;
-                     if (fine.clusters->row[g] >= 0) own = fine.binds ? -fine.flux[g] : 0.0f;
-                     coarse.charge[g] = inverse > 0 ? sum + own : 0.0f;
+  if (fine.groups.clusters) {
+    run.sum_pieces(fine.link_pieces(problem), fine.cycle.partial, flux,
+                   FluxesSinceSweep{problem, fine, fine.cycle.phi, phi}, [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
+                     const float inverse = fine.groups.inverse_diagonal[g];
+                     float own = fine.cycle.charge[g] - phi[g] / inverse;
+                     if (fine.groups.clusters->row[g] >= 0) own = fine.binds ? -fine.cycle.flux[g] : 0.0f;
+                     coarse.cycle.charge[g] = inverse > 0 ? sum + own : 0.0f;
                    });
     return;
   }
-  run.sum_pieces(fine.link_pieces(problem), fine.partial, flux, CycleFluxes{problem, fine, phi},
+  run.sum_pieces(fine.link_pieces(problem), fine.cycle.partial, flux, CycleFluxes{problem, fine, phi},
                  [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-                   const float inverse = fine.group_inverse_diagonal[g];
-                   coarse.charge[g] = inverse > 0 ? fine.charge[g] + sum - phi[g] / inverse : 0.0f;
+                   const float inverse = fine.groups.inverse_diagonal[g];
+                   coarse.cycle.charge[g] = inverse > 0 ? fine.cycle.charge[g] + sum - phi[g] / inverse : 0.0f;
                  });
 }
 
@@ -117,9 +117,9 @@ void leave_group_residuals(const Executor& run, ProblemView problem, GridView fi
 template <class Executor>
 void restrict_absorbed(const Executor& run, GridView grid) {
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
-    const float sum =
-        gathered(grid.layout, grid.absorbed_groups, i, j, [&](int g, float share) { return grid.charge[g] * share; });
-    if (sum != 0) grid.f[slot_of(grid.layout, i, j)] += sum;
+    const float sum = gathered(grid.layout, grid.medium.absorbed_groups, i, j,
+                               [&](int g, float share) { return grid.cycle.charge[g] * share; });
+    if (sum != 0) grid.cycle.f[slot_of(grid.layout, i, j)] += sum;
   });
 }
 
@@ -127,11 +127,11 @@ void restrict_absorbed(const Executor& run, GridView grid) {
 template <class Executor>
 void collect_charges(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
-      grid.covered_pieces(problem), grid.partial,
-      [=] LICHTENBERG_HOST_DEVICE(int m) { return grid.f[grid.covered_slot[m]]; }, parallel::NoMore{},
+      grid.covered_pieces(problem), grid.cycle.partial,
+      [=] LICHTENBERG_HOST_DEVICE(int m) { return grid.cycle.f[grid.covered.slot[m]]; }, parallel::NoMore{},
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-        grid.charge[g] += sum;
-        grid.phi[g] = grid.charge[g] * grid.group_inverse_diagonal[g];
+        grid.cycle.charge[g] += sum;
+        grid.cycle.phi[g] = grid.cycle.charge[g] * grid.groups.inverse_diagonal[g];
       });
 }
 
@@ -139,7 +139,7 @@ void collect_charges(const Executor& run, ProblemView problem, GridView grid) {
 template <class Potential>
 LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, const GridView& grid, int g,
                                                  Potential potential) {
-  const Interpolation around = interpolate(grid.layout, grid.centre[g], problem.electrode);
+  const Interpolation around = interpolate(grid.layout, grid.medium.centre[g], problem.electrode);
   float sum = 0;
   for (int k = 0; k < 4; ++k) sum += around.weight[k] * potential(around.cell[k]);
   return sum;
@@ -148,8 +148,8 @@ LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, con
 template <class Executor>
 void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
   for_each_of(run, grid, Of::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
-    const int g = grid.absorbed_groups.item[m];
-    grid.phi[g] = absorbed_potential(
+    const int g = grid.medium.absorbed_groups.item[m];
+    grid.cycle.phi[g] = absorbed_potential(
         problem, grid, g, [&](std::ptrdiff_t slot) { return potential_at(problem, grid, static_cast<int>(slot)); });
   });
 }
@@ -160,26 +160,26 @@ template <class V, class Executor>
 void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, double* z) {
   const bool are_linked = grid.may_link_groups();
   run.sum_pieces(
-      grid.link_pieces(problem), grid.partial,
+      grid.link_pieces(problem), grid.cycle.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) {
-        return static_cast<float>(grid.conductance[link]) * static_cast<float>(v[grid.link_slot[link]]);
+        return static_cast<float>(grid.links.conductance[link]) * static_cast<float>(v[grid.links.slot[link]]);
       },
       parallel::NoMore{},
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-        const float flux = grid.clusters ? sum : grid.charge[g] + sum;
+        const float flux = grid.groups.clusters ? sum : grid.cycle.charge[g] + sum;
         if (are_linked) {
-          grid.flux[g] = flux;
+          grid.cycle.flux[g] = flux;
           return;
         }
-        grid.phi[g] = flux * grid.group_inverse_diagonal[g];
-        if (z) z[g] = grid.phi[g];
+        grid.cycle.phi[g] = flux * grid.groups.inverse_diagonal[g];
+        if (z) z[g] = grid.cycle.phi[g];
       });
 }
 
 /// The groups' potentials on the way down.
 inline const float* potentials_down(const GridView& grid) {
   if (!grid.may_have(Of::unknown_groups)) return nullptr;
-  return grid.may_link_groups() ? grid.phi_down : grid.phi;
+  return grid.may_link_groups() ? grid.cycle.phi_down : grid.cycle.phi;
 }
 
 /// What comes before descend() but on the finest grid, whose residual is taken as it is (TakeResidual).
@@ -203,12 +203,13 @@ void with_tiles(const GridView& coarse, F f) {
 template <class Executor>
 void relax_groups_first(const Executor& run, const ProblemView& problem, const GridView& grid) {
   if (grid.binds) take_from_bound_cells(run, problem, grid);
-  if (grid.clusters && grid.binds)
-    solve_clusters(run, problem, grid, static_cast<const double*>(grid.group_rhs), grid.phi);
-  else if (grid.clusters)
-    solve_clusters(run, problem, grid, static_cast<const float*>(grid.charge), grid.phi);
+  if (grid.groups.clusters && grid.binds)
+    solve_clusters(run, problem, grid, static_cast<const double*>(grid.cycle.group_rhs), grid.cycle.phi);
+  else if (grid.groups.clusters)
+    solve_clusters(run, problem, grid, static_cast<const float*>(grid.cycle.charge), grid.cycle.phi);
   if (grid.may_link_groups())
-    relax_direct_links(run, problem, grid, grid.binds ? grid.flux : grid.charge, grid.phi, nullptr, grid.phi_down);
+    relax_direct_links(run, problem, grid, grid.binds ? grid.cycle.flux : grid.cycle.charge, grid.cycle.phi, nullptr,
+                       grid.cycle.phi_down);
 }
 
 /// A grid's part of the V-cycle on the way down: conductors, red, black, and what is left for the next coarser grid.
@@ -238,8 +239,8 @@ void ascend(const Executor& run, const ProblemView& problem, const GridView& gri
   if (!phi) return;
   relax_groups(run, problem, grid, static_cast<const V*>(v), z);
   if (grid.may_link_groups()) {
-    relax_direct_links(run, problem, grid, grid.flux, phi, coarse.phi, grid.phi_next);
-    relax_direct_links(run, problem, grid, grid.flux, grid.phi_next, nullptr, grid.phi, z);
+    relax_direct_links(run, problem, grid, grid.cycle.flux, phi, coarse.cycle.phi, grid.cycle.phi_next);
+    relax_direct_links(run, problem, grid, grid.cycle.flux, grid.cycle.phi_next, nullptr, grid.cycle.phi, z);
   }
   if (grid.binds) follow_groups(run, grid, v);
 }

@@ -8,7 +8,7 @@ namespace lichtenberg::laplace::device {
 
 /// Whether a body's potential is an unknown or given.
 LICHTENBERG_HOST_DEVICE inline bool has_potential(const ProblemView& problem, const GridView& grid, int body) {
-  return !grid.medium || !grid.absorbed[problem.group_of[body]];
+  return !grid.has_medium || !grid.medium.absorbed[problem.group_of[body]];
 }
 
 /// What conductors that all but touch exchange does not pass through cells, or through bound ones alone: where one of
@@ -20,12 +20,14 @@ LICHTENBERG_HOST_DEVICE void for_each_inherited(const ProblemView& problem, cons
   const int rank = problem.rank_of[body];
   const auto inherit = [&](const DirectLink& link, int slot) {
     if (link.is_to_electrode() || link.other < body || !has_potential(problem, grid, link.other)) return;
-    if (!grid.resolved[body] || !grid.resolved[link.other]) f(link.other, DirectLink::Kind::inherited, slot);
+    if (!grid.bodies.resolved[body] || !grid.bodies.resolved[link.other])
+      f(link.other, DirectLink::Kind::inherited, slot);
   };
-  for (int m = grid.finest_link_start[rank]; m < grid.finest_link_start[rank + 1]; ++m) inherit(grid.finest_link[m], m);
-  if (!grid.finest_joined) return;
-  for (int m = grid.finest_joined_start[rank]; m < grid.finest_joined_start[rank + 1]; ++m)
-    inherit(grid.finest_joined[m], -1 - m);
+  for (int m = grid.inherited.link_start[rank]; m < grid.inherited.link_start[rank + 1]; ++m)
+    inherit(grid.inherited.link[m], m);
+  if (!grid.inherited.joined) return;
+  for (int m = grid.inherited.joined_start[rank]; m < grid.inherited.joined_start[rank + 1]; ++m)
+    inherit(grid.inherited.joined[m], -1 - m);
 }
 
 /// Calls f(owner, kind, corner) for each body of another group that has a cell which one without cells is in or
@@ -33,13 +35,13 @@ LICHTENBERG_HOST_DEVICE void for_each_inherited(const ProblemView& problem, cons
 template <class F>
 LICHTENBERG_HOST_DEVICE void for_each_owner(const ProblemView& problem, const GridView& grid, int body, F f) {
   const int group = problem.group_of[body];
-  if (const int owner = grid.cell_owner[body]; owner >= 0 && problem.group_of[owner] != group)
+  if (const int owner = grid.bodies.cell_owner[body]; owner >= 0 && problem.group_of[owner] != group)
     f(owner, DirectLink::Kind::shared_cell, 0);
-  if (grid.finest_link) for_each_inherited(problem, grid, body, f);
-  if (!grid.medium || !is_thin(problem, grid, body)) return;
-  const Interpolation around = interpolate(grid.layout, grid.outline[body].centre, problem.electrode);
+  if (grid.inherited.link) for_each_inherited(problem, grid, body, f);
+  if (!grid.has_medium || !is_thin(problem, grid, body)) return;
+  const Interpolation around = interpolate(grid.layout, grid.bodies.outline[body].centre, problem.electrode);
   for (int k = 0; k < 4; ++k) {
-    const Cover cover = grid.cover[around.cell[k]];
+    const Cover cover = grid.cells.cover[around.cell[k]];
     if (around.weight[k] != 0 && !cover.is_fluid() && problem.group_of[cover.body()] != group)
       f(cover.body(), DirectLink::Kind::thin_conductor, k);
   }
@@ -51,7 +53,7 @@ void count_without_cells(const Executor& run, ProblemView problem, GridView grid
     WithoutCells own;
     if (body < problem.bodies) {
       for_each_owner(problem, grid, body, [&](int, DirectLink::Kind, int) { ++own.direct_links; });
-      own.thin_conductors = grid.medium && is_thin(problem, grid, body);
+      own.thin_conductors = grid.has_medium && is_thin(problem, grid, body);
       own.floating_thin_conductors = own.thin_conductors > 0 && problem.floating[problem.group_of[body]];
     }
     number[body] = own;
@@ -66,9 +68,9 @@ void list_without_cells(const Executor& run, ProblemView problem, GridView grid,
     int at = grid.number[Of::direct_links] - grid.number[Of::without_cells] + 2 * before[body].direct_links;
     for_each_owner(problem, grid, body, [&](int other, DirectLink::Kind kind, int which) {
       const auto k = static_cast<std::uint8_t>(which);  // corner
-      grid.direct_link[at++] = {
+      grid.direct.link[at++] = {
           .own = body, .other = other, .slot = which, .kind = kind, .corner = k, .own_has_cell = false};
-      grid.direct_link[at++] = {
+      grid.direct.link[at++] = {
           .own = other, .other = body, .slot = which, .kind = kind, .corner = k, .own_has_cell = true};
     });
   });
@@ -84,16 +86,16 @@ constexpr int solves_to_forget_strong_links = 200;
 template <class Executor>
 void make_direct_links(const Executor& run, ProblemView problem, GridView grid) {
   for_each_of(run, grid, Of::direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
-    DirectLink& link = grid.direct_link[m];
-    const Outline& own = grid.outline[link.own];
+    DirectLink& link = grid.direct.link[m];
+    const Outline& own = grid.bodies.outline[link.own];
     if (link.kind == DirectLink::Kind::inherited) {
-      const DirectLink& of = link.slot >= 0 ? grid.finest_link[link.slot] : grid.finest_joined[-1 - link.slot];
+      const DirectLink& of = link.slot >= 0 ? grid.inherited.link[link.slot] : grid.inherited.joined[-1 - link.slot];
       link.conductance = of.conductance;
       return;
     }
     if (link.kind != DirectLink::Kind::face) {
       const bool own_has_cell = link.own_has_cell;
-      const Outline& other = grid.outline[link.other];
+      const Outline& other = grid.bodies.outline[link.other];
       if (link.kind == DirectLink::Kind::thin_conductor) {
         const Outline& disk = own_has_cell ? other : own;
         const Interpolation around = interpolate(grid.layout, disk.centre, problem.electrode);
@@ -114,7 +116,7 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
       return;
     }
     // In one order, so that either side gets the same bits: the system is symmetric.
-    const Outline& other = grid.outline[link.other];
+    const Outline& other = grid.bodies.outline[link.other];
     const bool first = link.own < link.other;
     const PairConductance c =
         first ? channel_between(own, p, e, 1.0, &other) : channel_between(other, p + e, -e, 1.0, &own);

@@ -18,15 +18,15 @@ LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
 
 /// A thin conductor (../medium.hpp): a disk that its grid does not resolve and that is no part of the medium either.
 LICHTENBERG_HOST_DEVICE inline bool is_thin(const ProblemView& problem, const GridView& grid, int body) {
-  return !grid.resolved[body] && !grid.absorbed[problem.group_of[body]];
+  return !grid.bodies.resolved[body] && !grid.medium.absorbed[problem.group_of[body]];
 }
 
 LICHTENBERG_HOST_DEVICE inline Strip strip_at(const ProblemView& problem, const GridView& grid, int index) {
-  const int rank = segment_of(grid.strip_start, problem.bodies, index);
+  const int rank = segment_of(grid.strips.start, problem.bodies, index);
   const int body = problem.body_at[rank];
-  const CellRange range = cells_around(grid.outline[body], grid.layout.nx, grid.layout.ny);
+  const CellRange range = cells_around(grid.bodies.outline[body], grid.layout.nx, grid.layout.ny);
   const int a_row = (range.to_i - range.from_i) / strip_width + 1;
-  const int local = index - grid.strip_start[rank];
+  const int local = index - grid.strips.start[rank];
   const int from = range.from_i + local % a_row * strip_width;
   const int last = from + strip_width - 1;
   return {body, range.from_j + local / a_row, from, last < range.to_i ? last : range.to_i};
@@ -39,16 +39,16 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
     const Outline& shape = problem.shape[body];
     const Outline outline{shape.kind, shape.centre / grid.h,         shape.end / grid.h, shape.size / grid.h,
                           shape.link, {shape.data[0], shape.data[1]}};
-    grid.outline[body] = outline;
+    grid.bodies.outline[body] = outline;
     const int g = problem.group_of[body];
     const auto is_alone = [&] {  // of coarse grids only: the sets are found from the finest grid's links
       return problem.sets.is_alone ? problem.sets.is_alone[g] != 0
                                    : problem.floating[g] && problem.first_rank[g + 1] - problem.first_rank[g] == 1;
     };
-    const bool resolved = !grid.medium || is_resolved(outline, is_alone());
-    grid.resolved[body] = resolved;
-    grid.present[body] = !resolved;  // it needs no cell
-    grid.cell_owner[body] = -1;
+    const bool resolved = !grid.has_medium || is_resolved(outline, is_alone());
+    grid.bodies.resolved[body] = resolved;
+    grid.bodies.present[body] = !resolved;  // it needs no cell
+    grid.bodies.cell_owner[body] = -1;
   });
 }
 
@@ -59,12 +59,12 @@ void count_strips(const Executor& run, ProblemView problem, GridView grid) {
     int strips = 0;
     if (rank < problem.bodies) {
       const int body = problem.body_at[rank];
-      if (grid.resolved[body])
-        strips = strips_of(cells_around(grid.outline[body], grid.layout.nx, grid.layout.ny));
+      if (grid.bodies.resolved[body])
+        strips = strips_of(cells_around(grid.bodies.outline[body], grid.layout.nx, grid.layout.ny));
       else
-        strips = is_thin(problem, grid, body) && grid.point[body] >= 0;
+        strips = is_thin(problem, grid, body) && grid.medium.point[body] >= 0;
     }
-    grid.strip_start[rank] = strips;
+    grid.strips.start[rank] = strips;
   });
 }
 
@@ -72,13 +72,13 @@ void count_strips(const Executor& run, ProblemView problem, GridView grid) {
 template <class Executor>
 void settle_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-    const int strips = grid.strip_start[problem.bodies];
+    const int strips = grid.strips.start[problem.bodies];
     grid.wanted[Of::strips] = strips;
     grid.number[Of::strips] = strips <= grid.room[Of::strips] ? strips : 0;
     for (const Of::Kind kind : {Of::unknown_groups, Of::own_groups, Of::strong_links})  // of those that set them
       grid.number[kind] = grid.wanted[kind] = 0;
     grid.number[Of::newly_absorbed] = grid.wanted[Of::newly_absorbed] =
-        grid.medium ? grid.absorbed_groups.start[bins_of(grid.layout)] : 0;
+        grid.has_medium ? grid.medium.absorbed_groups.start[bins_of(grid.layout)] : 0;
   });
 }
 
@@ -86,7 +86,7 @@ void settle_strips(const Executor& run, ProblemView problem, GridView grid) {
 template <class Executor>
 void settle_lists(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* without_cells) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-    const Counts total = grid.counts[grid.number[Of::strips]];
+    const Counts total = grid.strips.counts[grid.number[Of::strips]];
     const WithoutCells without = without_cells[problem.bodies];
     grid.wanted[Of::covered] = total.covered;
     grid.wanted[Of::links] = total.links;
@@ -110,21 +110,21 @@ template <class Executor>
 void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
   for_each_of(run, grid, Of::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
-    if (!grid.resolved[strip.body]) return;
-    const Outline& outline = grid.outline[strip.body];
+    if (!grid.bodies.resolved[strip.body]) return;
+    const Outline& outline = grid.bodies.outline[strip.body];
     for (int i = strip.from_i; i <= strip.to_i; ++i)
-      if (covers(outline, i, strip.j)) claim(&grid.cover[slot_of(grid.layout, i, strip.j)], strip.body);
+      if (covers(outline, i, strip.j)) claim(&grid.cells.cover[slot_of(grid.layout, i, strip.j)], strip.body);
   });
   for_each_of(run, grid, Of::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
     for (int i = strip.from_i; i <= strip.to_i; ++i)
-      if (grid.cover[slot_of(grid.layout, i, strip.j)].is(strip.body)) grid.present[strip.body] = 1;
+      if (grid.cells.cover[slot_of(grid.layout, i, strip.j)].is(strip.body)) grid.bodies.present[strip.body] = 1;
   });
   const auto own_cell = [=] LICHTENBERG_HOST_DEVICE(int body) {
-    const Outline& outline = grid.outline[body];
-    if (outline.kind != Outline::Kind::disk || grid.present[body]) return static_cast<Cover*>(nullptr);
+    const Outline& outline = grid.bodies.outline[body];
+    if (outline.kind != Outline::Kind::disk || grid.bodies.present[body]) return static_cast<Cover*>(nullptr);
     const Layout& at = grid.layout;
-    return &grid.cover[slot_of(at, cell_at(outline.centre.x, at.nx), cell_at(outline.centre.y, at.ny))];
+    return &grid.cells.cover[slot_of(at, cell_at(outline.centre.x, at.nx), cell_at(outline.centre.y, at.ny))];
   };
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
     if (Cover* cover = own_cell(body)) claim(cover, problem.bodies + body);  // behind all bodies of the first round
@@ -136,7 +136,7 @@ void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
       if (winner == body)
         *cover = Cover::by(body);
       else
-        grid.cell_owner[body] = winner;
+        grid.bodies.cell_owner[body] = winner;
     }
   });
 }
@@ -146,19 +146,19 @@ template <class Visitor>
 LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& grid, const Strip& strip,
                                    Visitor& visitor) {
   const Layout& at = grid.layout;
-  if (!grid.resolved[strip.body]) {
-    const float* share = grid.absorbed_bodies.smeared[grid.point[strip.body]].share;
-    const auto [i, j] = base_of_bin(at, bin_of(at, grid.outline[strip.body].centre));
+  if (!grid.bodies.resolved[strip.body]) {
+    const float* share = grid.medium.absorbed_bodies.smeared[grid.medium.point[strip.body]].share;
+    const auto [i, j] = base_of_bin(at, bin_of(at, grid.bodies.outline[strip.body].centre));
     for (int k = 0; k < 4; ++k) {
       if (share[k] == 0) continue;  // as beyond the box
       const int slot = slot_of(at, i + k % 2, j + k / 2);
-      if (grid.cover[slot].is_fluid()) visitor.link(slot, LinkEnd::of_thin_conductor(strip.body, k), false);
+      if (grid.cells.cover[slot].is_fluid()) visitor.link(slot, LinkEnd::of_thin_conductor(strip.body, k), false);
     }
     return;
   }
   for (int i = strip.from_i; i <= strip.to_i; ++i) {
     const int slot = slot_of(at, i, strip.j);
-    if (!grid.cover[slot].is(strip.body)) continue;
+    if (!grid.cells.cover[slot].is(strip.body)) continue;
     visitor.covered(slot);
     for (int side = 0; side < 4; ++side) {
       const int ni = i + step_i(side), nj = strip.j + step_j(side);
@@ -168,7 +168,7 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
         continue;
       }
       const int next = slot_of(at, ni, nj);
-      const Cover beside = grid.cover[next];
+      const Cover beside = grid.cells.cover[next];
       if (!beside.is_fluid()) {
         const int other = beside.body();
         if (other != strip.body && problem.group_of[other] != problem.group_of[strip.body])
@@ -179,7 +179,7 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
       bool first = true;
       for (int s = 0; s < (side ^ 1); ++s) {
         const int bi = ni + step_i(s), bj = nj + step_j(s);
-        first = first && !(inside(at, bi, bj) && !grid.cover[slot_of(at, bi, bj)].is_fluid());
+        first = first && !(inside(at, bi, bj) && !grid.cells.cover[slot_of(at, bi, bj)].is_fluid());
       }
       visitor.link(next, LinkEnd::at_side(strip.body, side ^ 1), first);
     }
@@ -201,26 +201,26 @@ struct FillVisitor {
   int body, group;
   Counts at;
   LICHTENBERG_HOST_DEVICE void covered(int slot) {
-    grid.covered_slot[at.covered] = slot;
-    grid.covered_group[at.covered++] = group;
+    grid.covered.slot[at.covered] = slot;
+    grid.covered.group[at.covered++] = group;
   }
   LICHTENBERG_HOST_DEVICE void direct_link(int slot, int side, int other) {
-    grid.direct_link[at.direct_links++] = {.own = body,
+    grid.direct.link[at.direct_links++] = {.own = body,
                                            .other = other,
                                            .slot = slot,
                                            .kind = DirectLink::Kind::face,
                                            .side = static_cast<std::uint8_t>(side)};
   }
   LICHTENBERG_HOST_DEVICE void link(int slot, LinkEnd end, bool first) {
-    grid.link_slot[at.links] = slot;
-    grid.link_group[at.links] = group;
-    grid.link_end[at.links++] = end;
+    grid.links.slot[at.links] = slot;
+    grid.links.group[at.links] = group;
+    grid.links.end[at.links++] = end;
     if (!first) return;
-    grid.cover[slot] = Cover::boundary_cell(at.boundary);
-    grid.boundary_slot[at.boundary] = slot;
+    grid.cells.cover[slot] = Cover::boundary_cell(at.boundary);
+    grid.boundary.slot[at.boundary] = slot;
     for (int side = 0; side < 4; ++side) {
-      grid.boundary_link[side * grid.room[Of::boundary] + at.boundary] = -1;
-      grid.coupling[4 * at.boundary + side] = {};
+      grid.boundary.link[side * grid.room[Of::boundary] + at.boundary] = -1;
+      grid.boundary.coupling[4 * at.boundary + side] = {};
     }
     ++at.boundary;
   }
@@ -231,7 +231,7 @@ void count_in_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.room[Of::strips] + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
     CountVisitor visitor{};
     if (index < grid.number[Of::strips]) visit(problem, grid, strip_at(problem, grid, index), visitor);
-    grid.counts[index] = visitor.counts;
+    grid.strips.counts[index] = visitor.counts;
   });
 }
 
@@ -239,7 +239,7 @@ template <class Executor>
 void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
   for_each_of(run, grid, Of::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
-    FillVisitor visitor{grid, strip.body, problem.group_of[strip.body], grid.counts[index]};
+    FillVisitor visitor{grid, strip.body, problem.group_of[strip.body], grid.strips.counts[index]};
     visit(problem, grid, strip, visitor);
   });
 }

@@ -14,7 +14,7 @@ constexpr int history_length = 3;
 /// Basis vectors, and what the operator makes of them.
 struct BasisView {
   int size;
-  const double *vector[history_length], *image[history_length];
+  double *vector[history_length], *image[history_length];
 };
 
 /// Their Gram matrix in the operator (lower triangle) and their products with the right-hand side.
@@ -112,15 +112,15 @@ void relax_edges(const Executor& run, ProblemView problem, GridView grid, const 
     balance_groups(run, problem, grid, b, x, partial, next);
     for (int colour = 0; colour < 2; ++colour)
       for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
-        const int slot = grid.boundary_slot[k];
+        const int slot = grid.boundary.slot[k];
         if ((slot >= colour_size) != (colour == 1)) return;
         const Neighbours n = neighbours(grid.layout, slot);
         double sum = b[slot] + x[n.west] + x[n.east] + x[n.south] + x[n.north];
         for (int side = 0; side < 4; ++side) {
           const int link = grid.boundary_link_of(k, side);
-          if (link >= 0) sum += grid.conductance[link] * x[cells + grid.link_group[link]];
+          if (link >= 0) sum += grid.links.conductance[link] * x[cells + grid.links.group[link]];
         }
-        x[slot] = sum / grid.boundary_diagonal[k];
+        x[slot] = sum / grid.boundary.diagonal[k];
       });
   }
   balance_groups(run, problem, grid, b, x, partial, next);

@@ -72,7 +72,7 @@ void follow_change(const Executor& run, ProblemView problem, GridView grid, Past
   const double ratio = static_cast<double>(change.layout.nx) / grid.layout.nx;
   run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) {
     double value = 0;
-    if (grid.inverse_diagonal[slot] > 0) {
+    if (grid.cells.inverse_diagonal[slot] > 0) {
       const CellIndex cell = cell_of(grid.layout, slot);
       const Interpolation around =
           interpolate(change.layout, {ratio * (cell.i + 0.5), ratio * (cell.j + 0.5)}, problem.electrode);
@@ -89,7 +89,7 @@ void follow_change(const Executor& run, ProblemView problem, GridView grid, Past
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
         const int members = problem.first_rank[g + 1] - problem.first_rank[g];
-        x[cells + g] = grid.group_diagonal[g] > 0 ? sum / members : 0.0;
+        x[cells + g] = grid.groups.diagonal[g] > 0 ? sum / members : 0.0;
       });
 }
 

@@ -177,112 +177,150 @@ struct Coupling {
 struct ClusterView;
 struct Extent;
 
-/// One grid's arrays. Sides of cells and of the box are numbered by SideIndex; side ^ 1 is the opposite one.
+/// Arrays by body.
+struct BodyArrays {
+  Outline* outline;
+  int* present;     ///< 1: covers a cell
+  int* cell_owner;  ///< of a body that covers no cell's centre: the body whose cell it is in, or -1
+  int* resolved;
+};
+
+/// Homogenized bodies, in a grid that has a medium: groups without a potential of their own, and points of their
+/// bodies, sorted by cell. Bodies of one group in one bin are one point.
+struct MediumArrays {
+  int* absorbed;         ///< by group
+  Vec2* centre;          ///< by group
+  Extent* extent;        ///< by group, then by set's first group; null: there are no sets
+  Bins absorbed_bodies;  ///< the start, and likewise of thin conductors, in one array
+  Bins thin_conductors;
+  Bins absorbed_groups;  ///< those that the finer grid still has
+  int* point;            ///< by body: the number of the point that it is the first body of, or -1
+  float* permittivity;   ///< by slot
+  float *east, *north;   ///< by slot: conductance of a cell's face to the next cell, 0 if either is covered
+};
+
+/// Arrays by slot. A boundary cell is a fluid one with at least one link.
+struct CellArrays {
+  Cover* cover;
+  float* inverse_diagonal;  ///< 0 in covered cells and padding
+};
+
+/// The cells of the bodies' bounding boxes in strips of one row.
+struct StripArrays {
+  int* start;      ///< by rank
+  Counts* counts;  ///< by strip, summed over the strips before
+};
+
+/// Covered cells, sorted by body.
+struct CoveredArrays {
+  int *slot, *group;
+};
+
+/// Links of a body to a fluid cell, sorted by body.
+struct LinkArrays {
+  int* slot;
+  LinkEnd* end;
+  int* group;
+  double* conductance;
+  Vec2* gradient;          ///< finest only, like the two below
+  int* partner_group;      ///< of the body on the opposite side of a squeezed cell, or -1
+  Vec2* partner_gradient;  ///< of that body's link with respect to this link's body
+};
+
+struct BoundaryArrays {
+  int* slot;
+  int* link;  ///< by side (side * room[Of::boundary] + k), -1: none
+  double* diagonal;
+  Coupling* coupling;  ///< by boundary cell and side: 4 k + side
+};
+
+/// Bound cells, where the cycle eliminates them.
+struct BoundArrays {
+  int* is_bound;       ///< by boundary cell
+  float* share;        ///< by link: conductance over the diagonal of its cell, if that is bound; else 0
+  double* kept;        ///< by link of such a cell: its contribution to a group's diagonal
+  DirectLink* joined;  ///< sorted by body
+  int* joined_start;   ///< by rank
+};
+
+/// Direct links, sorted by body.
+struct DirectArrays {
+  DirectLink* link;
+  int* start;  ///< by rank
+};
+
+/// The finest grid's direct links, and those that its bound cells join, on coarse grids that keep them; else null.
+struct InheritedArrays {
+  const DirectLink *link, *joined;
+  const int *link_start, *joined_start;  ///< by rank
+};
+
+/// Pieces of a group's links and, behind those of all groups, of its covered cells. Partial sums run over pieces, so
+/// that a large group is no long serial sum.
+struct PieceArrays {
+  int room;    ///< for n pieces
+  int* start;  ///< 2 groups + 1
+  int *begin, *end, *segment;
+  int* done;  ///< 2 groups
+};
+
+struct GroupArrays {
+  int* own;                           ///< of a small grid: groups that have a potential of their own
+  const ClusterView* clusters;        ///< of groups that are relaxed together (relax_clusters.hpp); null: none
+  const ClusterView* exact_clusters;  ///< finest only: of all that are coupled or linked, where any are coupled
+  double* diagonal;                   ///< 0: fixed, or a group without any link
+  double* cycle_diagonal;             ///< likewise, with bound cells eliminated
+  float* inverse_diagonal;            ///< 1 / cycle_diagonal
+};
+
+/// The V-cycle's vectors.
+struct CycleArrays {
+  float *v, *f;                                      ///< by slot; v: null on the finest grid
+  float *phi, *phi_down, *phi_next, *charge, *flux;  ///< by group
+  double* group_rhs;                                 ///< likewise, where there may be clusters
+  float* partial;                                    ///< by piece
+};
+
+/// One grid's arrays, as kernels see them. Sides of cells and of the box are numbered by SideIndex; side ^ 1 is the
+/// opposite one.
 struct GridView {
   Layout layout;
   double h;
   LinkFormula formula;
   bool finest;
-  bool medium;  ///< some bodies are smaller than this grid resolves (../medium.hpp)
-  bool binds;   ///< the cycle eliminates bound cells (bound.hpp)
+  bool has_medium;  ///< some bodies are smaller than this grid resolves (../medium.hpp)
+  bool binds;       ///< the cycle eliminates bound cells (bound.hpp)
 
-  Numbers room;  ///< how many there is room for
-  int* number;   ///< by Of::Kind; of the lists none at all if there is no room for one of them
-  int* wanted;   ///< by Of::Kind: how many there are to have room for
+  Numbers room;  ///< the number of items that arrays have memory for
+  int* number;   ///< by Of::Kind; 0 for all lists if one of them does not fit
+  int* wanted;   ///< by Of::Kind: the number of items found
 
-  Outline* outline;  ///< by body
-  int* present;      ///< by body: covers a cell
-  int* cell_owner;   ///< by body: of one that covers no cell's centre the body that has the cell it is in, or -1
-  int* resolved;     ///< by body
-
-  // In a medium only: groups without a potential of their own, where they are, and what is smeared out by where it is;
-  // of the groups those that the finer grid still has. Bodies of one group in one bin are one point.
-  int* absorbed;   ///< by group
-  Vec2* centre;    ///< by group
-  Extent* extent;  ///< by group, then by set's first group; null: there are no sets
-  Bins absorbed_bodies, thin_conductors, absorbed_groups;
-  int* point;           ///< by body: the number of the point that it is the first body of, or -1
-  float* permittivity;  ///< by slot
-  float *east, *north;  ///< by slot: conductance of a cell's face to the next cell, 0 if either is covered
-
-  // Cells. A boundary cell is a fluid one with at least one link.
-  Cover* cover;
-  float* inverse_diagonal;  ///< 0 in covered cells and padding
-
-  // The cells of the bodies' bounding boxes in strips of one row.
-  int* strip_start;  ///< by rank
-  Counts* counts;    ///< by strip, summed over the strips before
-
-  // Covered cells, sorted by body.
-  int* covered_slot;
-  int* covered_group;
-
-  // Links of a body to a fluid cell, sorted by body.
-  int* link_slot;
-  LinkEnd* link_end;
-  int* link_group;
-  double* conductance;
-  Vec2* gradient;          ///< finest only, as the two below
-  int* partner_group;      ///< of the body that squeezes the cell from the other side, or -1
-  Vec2* partner_gradient;  ///< of that body's link with respect to this link's body
-
-  // Boundary cells: their links by side (side * room[Of::boundary] + k), -1: none.
-  int* boundary_slot;
-  int* boundary_link;
-  double* boundary_diagonal;
-  Coupling* coupling;  ///< by boundary cell and side: 4 k + side
-
-  // Where the cycle eliminates bound cells.
-  int* is_bound;      ///< by boundary cell
-  float* link_share;  ///< by link: over the diagonal of its cell, if that is bound; else 0
-  double* link_kept;  ///< by link of such a cell: what a group's diagonal keeps of it
-  DirectLink* joined_link;
-  int* joined_start;  ///< by rank
-
-  // Where coarse grids keep direct links: the finest grid's, and what its bound cells join; else null.
-  const DirectLink *finest_link, *finest_joined;
-  const int *finest_link_start, *finest_joined_start;  ///< by rank
-
-  // Contacts, sorted by body.
-  DirectLink* direct_link;
-  int* direct_link_start;  ///< by rank
-
-  // Pieces of a group's links and, behind those of all groups, of its covered cells: partial sums run over pieces, so
-  // that a large group is no long serial sum.
-  int pieces;        ///< more than there are
-  int* piece_start;  ///< 2 groups + 1
-  int* piece_begin;
-  int* piece_end;
-  int* piece_segment;
-  int* pieces_done;  ///< 2 groups
-  int* own_group;    ///< of a small grid: the groups that have a potential of their own
-
-  const ClusterView* clusters;        ///< of groups that are relaxed together (relax_clusters.hpp); null: none
-  const ClusterView* exact_clusters;  ///< finest only: of all that are coupled or linked, where any are coupled
-
-  double* group_diagonal;         ///< 0: fixed, or a group without any link
-  double* cycle_diagonal;         ///< likewise, with bound cells eliminated
-  float* group_inverse_diagonal;  ///< of that
-
-  // The V-cycle's vectors.
-  float* v;  ///< null on the finest grid
-  float* f;
-  float *phi, *phi_down, *phi_next, *charge, *flux;  ///< by group
-  double* group_rhs;                                 ///< likewise, where there may be clusters
-  float* partial;                                    ///< by piece
+  BodyArrays bodies;
+  MediumArrays medium;
+  CellArrays cells;
+  StripArrays strips;
+  CoveredArrays covered;
+  LinkArrays links;
+  BoundaryArrays boundary;
+  BoundArrays bound;
+  DirectArrays direct;
+  InheritedArrays inherited;
+  PieceArrays pieces;
+  GroupArrays groups;
+  CycleArrays cycle;
 
   LICHTENBERG_HOST_DEVICE const Counts& before(int rank) const {
-    const int start = strip_start[rank], end = number[Of::strips];
-    return counts[start < end ? start : end];
+    const int start = strips.start[rank], end = number[Of::strips];
+    return strips.counts[start < end ? start : end];
   }
   LICHTENBERG_HOST_DEVICE int link_start(int rank) const { return before(rank).links; }
   LICHTENBERG_HOST_DEVICE int covered_start(int rank) const { return before(rank).covered; }
   LICHTENBERG_HOST_DEVICE int boundary_link_of(int k, int side) const {
-    return boundary_link[side * room[Of::boundary] + k];
+    return boundary.link[side * room[Of::boundary] + k];
   }
   /// A group's direct links.
   LICHTENBERG_HOST_DEVICE int first_direct_link(const ProblemView& problem, int g) const {
-    return direct_link_start[problem.first_rank[g]];
+    return direct.start[problem.first_rank[g]];
   }
   LICHTENBERG_HOST_DEVICE int direct_links_of(const ProblemView& problem, int g) const {
     return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
@@ -292,25 +330,24 @@ struct GridView {
     return direct_links_of(problem, g) + joined_before(problem, g + 1) - joined_before(problem, g);
   }
   LICHTENBERG_HOST_DEVICE const DirectLink& cycle_link(const ProblemView& problem, int g, int t) const {
-    const int direct = direct_links_of(problem, g);
-    return t < direct ? direct_link[first_direct_link(problem, g) + t]
-                      : joined_link[joined_before(problem, g) + t - direct];
+    const int n = direct_links_of(problem, g);
+    return t < n ? direct.link[first_direct_link(problem, g) + t] : bound.joined[joined_before(problem, g) + t - n];
   }
   LICHTENBERG_HOST_DEVICE int joined_before(const ProblemView& problem, int g) const {
-    return may_have(Of::joined_links) ? joined_start[problem.first_rank[g]] : 0;
+    return may_have(Of::joined_links) ? bound.joined_start[problem.first_rank[g]] : 0;
   }
   LICHTENBERG_HOST_DEVICE bool may_have(Of::Kind kind) const { return room[kind] > 0; }
   /// Whether any groups may be linked to each other.
   LICHTENBERG_HOST_DEVICE bool may_link_groups() const {
-    return clusters || may_have(Of::direct_links) || may_have(Of::joined_links);
+    return groups.clusters || may_have(Of::direct_links) || may_have(Of::joined_links);
   }
   /// Those of the groups' links, and of their covered cells.
   LICHTENBERG_HOST_DEVICE parallel::Pieces link_pieces(const ProblemView& problem) const {
-    return {problem.groups, pieces, piece_start, piece_begin, piece_end, piece_segment, 0, pieces_done};
+    return {problem.groups, pieces.room, pieces.start, pieces.begin, pieces.end, pieces.segment, 0, pieces.done};
   }
   LICHTENBERG_HOST_DEVICE parallel::Pieces covered_pieces(const ProblemView& problem) const {
-    return {problem.groups, pieces,         piece_start + problem.groups, piece_begin, piece_end,
-            piece_segment,  problem.groups, pieces_done + problem.groups};
+    const int n = problem.groups;
+    return {n, pieces.room, pieces.start + n, pieces.begin, pieces.end, pieces.segment, n, pieces.done + n};
   }
 };
 

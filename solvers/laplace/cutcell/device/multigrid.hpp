@@ -129,16 +129,17 @@ class DeviceMultigrid {
   void cycle(double* z) {
     double* z_of_groups = z + grids_[0].view().layout.size();
     if (first_solved_ > 0) down(0, z);
-    for (int l = 1; l < first_solved_; ++l) down(l, grids_[l].view().v);
+    for (int l = 1; l < first_solved_; ++l) down(l, grids_[l].view().cycle.v);
     solve_coarse();
-    for (int l = first_solved_ - 1; l > 0; --l) up(l, grids_[l].view().v, nullptr);
+    for (int l = first_solved_ - 1; l > 0; --l) up(l, grids_[l].view().cycle.v, nullptr);
     if (first_solved_ > 0) return up(0, z, z_of_groups);
     // The finest grid is the coarsest: its potentials are double.
     const GridView& grid = grids_[0].view();
     take_potentials(run_, problem_, grid, only_.data(), z);
-    if (!grid.clusters) return;
+    if (!grid.groups.clusters) return;
     relax_groups(run_, problem_, grid, static_cast<const float*>(only_.data()), nullptr);
-    relax_direct_links(run_, problem_, grid, grid.flux, grid.phi, nullptr, grid.phi_next, z_of_groups);
+    relax_direct_links(run_, problem_, grid, grid.cycle.flux, grid.cycle.phi, nullptr, grid.cycle.phi_next,
+                       z_of_groups);
   }
 
  private:
@@ -174,15 +175,20 @@ class DeviceMultigrid {
     const int first_small = this->first_small();
     std::vector<GridView> views;
     for (int l = 0; l < levels(); ++l) {
-      grids_[l].set_binding(l < first_small && l + 1 < levels());
-      grids_[l].make_room(problem_, medium_[l], number_.data() + l * Of::kinds, wanted_.device + l * Of::kinds,
-                          l >= first_small, clustered() ? clustering_.clusters(l) : nullptr,
-                          clustered() && l > 0 ? &grids_[0].view() : nullptr,
-                          coupled() && l == 0 ? clustering_.exact_clusters() : nullptr);
+      GridRole role;
+      role.has_medium = medium_[l];
+      role.is_small = l >= first_small;
+      role.binds = l < first_small && l + 1 < levels();
+      role.number = number_.data() + l * Of::kinds;
+      role.wanted = wanted_.device + l * Of::kinds;
+      if (clustered()) role.clusters = clustering_.clusters(l);
+      if (clustered() && l > 0) role.finest = &grids_[0].view();
+      if (coupled() && l == 0) role.exact_clusters = clustering_.exact_clusters();
+      grids_[l].make_room(problem_, role);
       views.push_back(grids_[l].view());
     }
     if (clustered()) clustering_.make_room_for_links(problem_.groups, views);
-    if (levels() == 1) views[0].v = only_.data();
+    if (levels() == 1) views[0].cycle.v = only_.data();
     views_.upload(views);
     coarsest_.make_room(problem_, grids_.back().view(), clustered());
     first_solved_ = on_device() ? first_small : levels() - 1;
@@ -280,7 +286,7 @@ class DeviceMultigrid {
   /// The small grids' part of the cycle; or the coarsest one's solution, by the host.
   void solve_coarse() {
     const GridView& grid = grids_.back().view();
-    float* v = levels() > 1 ? grid.v : only_.data();
+    float* v = levels() > 1 ? grid.cycle.v : only_.data();
     if (!on_device()) {
       if (levels() > 1) collect(run_, problem_, grid);
       return coarsest_.solve(grid, v);

@@ -16,7 +16,7 @@ void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const
                   Finish finish) {
   run.sum_pieces(
       grid.link_pieces(problem), partial,
-      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.conductance[link] * x[grid.link_slot[link]]; },
+      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
       DirectFluxes<double>{problem, grid, x + grid.layout.size()}, finish);
 }
 
@@ -47,16 +47,16 @@ void apply_field(const Executor& run, ProblemView problem, GridView grid, const 
                      colour * static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
                  const int j = row - 1, i = 2 * (column - Layout::pad) + Layout::parity(colour, j);
                  double value = 0;
-                 const Cover cover = grid.cover[slot];
+                 const Cover cover = grid.cells.cover[slot];
                  if (column >= Layout::pad && inside(at, i, j) && cover.is_fluid()) {
                    const Neighbours n = neighbours(at, colour, row, column);
                    const double around = x[n.west] + x[n.east] + x[n.south] + x[n.north];
                    if (cover.is_boundary_cell()) {
                      const int k = cover.boundary_number();
-                     value = grid.boundary_diagonal[k] * x[slot] - around;
+                     value = grid.boundary.diagonal[k] * x[slot] - around;
                      for (int side = 0; side < 4; ++side) {
                        const int link = grid.boundary_link_of(k, side);
-                       if (link >= 0) value -= grid.conductance[link] * x[cells + grid.link_group[link]];
+                       if (link >= 0) value -= grid.links.conductance[link] * x[cells + grid.links.group[link]];
                      }
                    } else if (const int diagonal = diagonal_without_links(problem, at, i, j); diagonal > 0) {
                      value = diagonal * x[slot] - around;
@@ -68,7 +68,7 @@ void apply_field(const Executor& run, ProblemView problem, GridView grid, const 
                    y[colour * at.colour_size() + (at.ny + 2) * at.stride + column] = 0;
                });
   group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-    const double diagonal = grid.group_diagonal[g];
+    const double diagonal = grid.groups.diagonal[g];
     y[cells + g] = diagonal > 0 ? diagonal * x[cells + g] - sum : 0.0;
   });
 }
@@ -157,7 +157,7 @@ void level_by_couplings(const Executor& run, ProblemView problem, GridView grid,
       });
   const TakeResidual take{grid};
   run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    if (k < cells ? grid.inverse_diagonal[k] > 0 : grid.group_diagonal[k - cells] > 0) x[k] += *level;
+    if (k < cells ? grid.cells.inverse_diagonal[k] > 0 : grid.groups.diagonal[k - cells] > 0) x[k] += *level;
     if (k < cells) return;
     r[k] -= *level * to_given(problem, k - cells, [](int) { return 1.0; });
     take(k, r[k]);
@@ -218,17 +218,17 @@ template <class Executor>
 void balance_groups(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
                     double* partial, double* next) {
   const int cells = static_cast<int>(grid.layout.size());
-  if (grid.exact_clusters) {
+  if (grid.groups.exact_clusters) {
     run.sum_pieces(
         grid.link_pieces(problem), partial,
-        [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.conductance[link] * x[grid.link_slot[link]]; },
+        [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
         parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { next[g] = b[cells + g] + sum; });
     return solve_exactly(run, problem, grid, next, x + cells);
   }
   const bool direct_links = grid.may_have(Of::direct_links);
   if (!direct_links) next = x + cells;
   group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-    const double diagonal = grid.group_diagonal[g];
+    const double diagonal = grid.groups.diagonal[g];
     next[g] = diagonal > 0 ? (b[cells + g] + sum) / diagonal : x[cells + g];
   });
   if (!direct_links) return;
@@ -244,10 +244,10 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
     double sum = 0;
     for (int side = 0; side < 4; ++side) {
       const int link = grid.boundary_link_of(k, side);
-      if (link < 0 || problem.floating[grid.link_group[link]]) continue;
-      sum += grid.conductance[link] * problem.potential[grid.link_group[link]];
+      if (link < 0 || problem.floating[grid.links.group[link]]) continue;
+      sum += grid.links.conductance[link] * problem.potential[grid.links.group[link]];
     }
-    b[grid.boundary_slot[k]] = sum / unit;
+    b[grid.boundary.slot[k]] = sum / unit;
   });
   // The sides left and right, then bottom and top: a corner has one of either.
   for (int first = 0; first < 4; first += 2)
@@ -257,12 +257,12 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
       if (!problem.electrode[side] || face >= (side < 2 ? at.ny : at.nx)) return;
       const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
       const int slot = side < 2 ? slot_of(at, far, face) : slot_of(at, face, far);
-      if (grid.cover[slot].is_fluid()) b[slot] += 2 * problem.side_potential[side * problem.faces + face] / unit;
+      if (grid.cells.cover[slot].is_fluid()) b[slot] += 2 * problem.side_potential[side * problem.faces + face] / unit;
     });
   run.sum_segments(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
+        const DirectLink& link = grid.direct.link[grid.first_direct_link(problem, g) + t];
         if (link.is_to_electrode()) return link.conductance * problem.side_potential[link.face()];
         const int other = problem.group_of[link.other];
         return problem.floating[other] ? 0.0 : link.conductance * problem.potential[other];
@@ -278,9 +278,10 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
 template <class Executor>
 void mark_unknowns(const Executor& run, ProblemView problem, GridView grid, double* v) {
   const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) { v[slot] = grid.inverse_diagonal[slot] > 0 ? 1.0 : 0.0; });
+  run.for_each(cells,
+               [=] LICHTENBERG_HOST_DEVICE(int slot) { v[slot] = grid.cells.inverse_diagonal[slot] > 0 ? 1.0 : 0.0; });
   run.for_each(problem.groups,
-               [=] LICHTENBERG_HOST_DEVICE(int g) { v[cells + g] = grid.group_diagonal[g] > 0 ? 1.0 : 0.0; });
+               [=] LICHTENBERG_HOST_DEVICE(int g) { v[cells + g] = grid.groups.diagonal[g] > 0 ? 1.0 : 0.0; });
 }
 
 /// A sum and how many it is of.
@@ -299,7 +300,7 @@ template <class Executor>
 void subtract(const Executor& run, ProblemView problem, GridView grid, const double* mean, double* x) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(static_cast<long>(cells) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    if (k < cells ? grid.inverse_diagonal[k] > 0 : grid.group_diagonal[k - cells] > 0) x[k] -= *mean;
+    if (k < cells ? grid.cells.inverse_diagonal[k] > 0 : grid.groups.diagonal[k - cells] > 0) x[k] -= *mean;
   });
 }
 
@@ -310,7 +311,7 @@ void level_out(const Executor& run, ProblemView problem, GridView grid, double* 
   run.sum(
       static_cast<long>(cells) + problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
-        const bool unknown = k < cells ? grid.inverse_diagonal[k] > 0 : grid.group_diagonal[k - cells] > 0;
+        const bool unknown = k < cells ? grid.cells.inverse_diagonal[k] > 0 : grid.groups.diagonal[k - cells] > 0;
         return unknown ? Mean{z[k], 1} : Mean{};
       },
       [=] LICHTENBERG_HOST_DEVICE(const Mean& all) { *mean = all.value(); });
@@ -350,7 +351,7 @@ template <class Executor>
 void remember(const Executor& run, ProblemView problem, GridView grid, const double* x, const double* group_potential,
               double scale, PastView past) {
   run.for_each(static_cast<long>(grid.layout.size()), [=] LICHTENBERG_HOST_DEVICE(int slot) {
-    const Cover cover = grid.cover[slot];
+    const Cover cover = grid.cells.cover[slot];
     past.cell[slot] = cover.is_fluid() ? x[slot] : group_potential[problem.group_of[cover.body()]] / scale;
   });
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
@@ -366,7 +367,7 @@ void past_on_unknowns(const Executor& run, ProblemView problem, GridView grid, P
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) {
     const double value = older.cell ? past.cell[slot] - older.cell[slot] : past.cell[slot];
-    v[slot] = grid.inverse_diagonal[slot] > 0 ? value : 0.0;
+    v[slot] = grid.cells.inverse_diagonal[slot] > 0 ? value : 0.0;
   });
   run.sum_segments(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.first_rank[g + 1] - problem.first_rank[g]; },
@@ -376,7 +377,7 @@ void past_on_unknowns(const Executor& run, ProblemView problem, GridView grid, P
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
         const int members = problem.first_rank[g + 1] - problem.first_rank[g];
-        v[cells + g] = grid.group_diagonal[g] > 0 ? sum / members : 0.0;
+        v[cells + g] = grid.groups.diagonal[g] > 0 ? sum / members : 0.0;
       });
 }
 

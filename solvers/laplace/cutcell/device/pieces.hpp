@@ -25,20 +25,20 @@ void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
     int length = 0;
     if (segment < 2 * problem.groups)
       length = piece_segment_end(problem, grid, segment) - piece_segment(problem, grid, segment);
-    grid.piece_start[segment] = (length + piece_length - 1) / piece_length;
+    grid.pieces.start[segment] = (length + piece_length - 1) / piece_length;
   });
 }
 
 template <class Executor>
 void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
-  run.for_each(grid.pieces, [=] LICHTENBERG_HOST_DEVICE(int piece) {
-    if (piece >= grid.piece_start[2 * problem.groups]) return;
-    const int segment = segment_of(grid.piece_start, 2 * problem.groups, piece);
-    const int begin = piece_segment(problem, grid, segment) + (piece - grid.piece_start[segment]) * piece_length;
+  run.for_each(grid.pieces.room, [=] LICHTENBERG_HOST_DEVICE(int piece) {
+    if (piece >= grid.pieces.start[2 * problem.groups]) return;
+    const int segment = segment_of(grid.pieces.start, 2 * problem.groups, piece);
+    const int begin = piece_segment(problem, grid, segment) + (piece - grid.pieces.start[segment]) * piece_length;
     const int end = piece_segment_end(problem, grid, segment);
-    grid.piece_begin[piece] = begin;
-    grid.piece_end[piece] = begin + piece_length < end ? begin + piece_length : end;
-    grid.piece_segment[piece] = segment;
+    grid.pieces.begin[piece] = begin;
+    grid.pieces.end[piece] = begin + piece_length < end ? begin + piece_length : end;
+    grid.pieces.segment[piece] = segment;
   });
 }
 
@@ -48,7 +48,7 @@ struct DirectConductances {
   GridView grid;
   LICHTENBERG_HOST_DEVICE int count(int g) const { return grid.direct_links_of(problem, g); }
   LICHTENBERG_HOST_DEVICE double value(int g, int t) const {
-    return grid.direct_link[grid.first_direct_link(problem, g) + t].conductance;
+    return grid.direct.link[grid.first_direct_link(problem, g) + t].conductance;
   }
 };
 
@@ -56,15 +56,15 @@ struct DirectConductances {
 template <class Executor>
 void make_group_diagonals(const Executor& run, ProblemView problem, GridView grid, double* partial) {
   run.sum_pieces(
-      grid.link_pieces(problem), partial, [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.conductance[link]; },
-      DirectConductances{problem, grid},
+      grid.link_pieces(problem), partial,
+      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link]; }, DirectConductances{problem, grid},
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
         const bool unknown = problem.floating[g] && sum > 0;
-        grid.group_diagonal[g] = unknown ? sum : 0.0;
-        grid.group_inverse_diagonal[g] = unknown ? static_cast<float>(1.0 / sum) : 0.0f;
+        grid.groups.diagonal[g] = unknown ? sum : 0.0;
+        grid.groups.inverse_diagonal[g] = unknown ? static_cast<float>(1.0 / sum) : 0.0f;
         if (!unknown) return;
         grid.number[Of::unknown_groups] = grid.wanted[Of::unknown_groups] = 1;  // all write the same
-        if (grid.own_group) grid.own_group[parallel::take_place(grid.number + Of::own_groups)] = g;
+        if (grid.groups.own) grid.groups.own[parallel::take_place(grid.number + Of::own_groups)] = g;
       });
 }
 

@@ -39,7 +39,7 @@ struct FluxesFromOutside {
     const DirectLink& link = grid.cycle_link(problem, g, t);
     if (link.is_to_electrode()) return 0;
     const int other = problem.group_of[link.other];
-    if (grid.clusters->join(g, other)) return 0;
+    if (grid.groups.clusters->join(g, other)) return 0;
     return static_cast<Real>(link.conductance) * (more ? phi[other] + more[other] : phi[other]);
   }
 };
@@ -55,8 +55,8 @@ struct FluxesSinceSweep {
     const DirectLink& link = grid.cycle_link(problem, g, t);
     if (link.is_to_electrode()) return 0;
     const int other = problem.group_of[link.other];
-    if (grid.clusters->join(g, other)) return 0;
-    const float change = grid.clusters->row[g] < 0 ? phi[other] : phi[other] - before[other];
+    if (grid.groups.clusters->join(g, other)) return 0;
+    const float change = grid.groups.clusters->row[g] < 0 ? phi[other] : phi[other] - before[other];
     return static_cast<float>(link.conductance) * change;
   }
 };
@@ -67,10 +67,10 @@ template <class Executor, class Real>
 void solve_clusters(const Executor& run, ProblemView problem, GridView grid, const Real* rhs, float* phi,
                     double* z = nullptr) {
   run.template sum_segments<group_lanes>(
-      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.clusters->size_of(g); },
-      [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return grid.clusters->value(g, t, rhs); },
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.groups.clusters->size_of(g); },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return grid.groups.clusters->value(g, t, rhs); },
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-        if (grid.clusters->row[g] < 0) sum = rhs[g] * grid.group_inverse_diagonal[g];
+        if (grid.groups.clusters->row[g] < 0) sum = rhs[g] * grid.groups.inverse_diagonal[g];
         phi[g] = static_cast<float>(sum);
         if (z) z[g] = sum;
       });
@@ -80,11 +80,11 @@ void solve_clusters(const Executor& run, ProblemView problem, GridView grid, con
 template <class Executor>
 void solve_exactly(const Executor& run, ProblemView problem, GridView grid, const double* rhs, double* x) {
   run.template sum_segments<group_lanes>(
-      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.exact_clusters->size_of(g); },
-      [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return grid.exact_clusters->value(g, t, rhs); },
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.groups.exact_clusters->size_of(g); },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return grid.groups.exact_clusters->value(g, t, rhs); },
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-        const double diagonal = grid.group_diagonal[g];
-        x[g] = !(diagonal > 0) ? 0.0 : grid.exact_clusters->row[g] < 0 ? rhs[g] / diagonal : sum;
+        const double diagonal = grid.groups.diagonal[g];
+        x[g] = !(diagonal > 0) ? 0.0 : grid.groups.exact_clusters->row[g] < 0 ? rhs[g] / diagonal : sum;
       });
 }
 
@@ -98,9 +98,9 @@ void relax_clusters(const Executor& run, ProblemView problem, GridView grid, con
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return outside.count(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return outside.value(g, t); },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-        grid.group_rhs[g] = static_cast<double>(grid.charge[g]) + (flux ? flux[g] + sum : sum);
+        grid.cycle.group_rhs[g] = static_cast<double>(grid.cycle.charge[g]) + (flux ? flux[g] + sum : sum);
       });
-  solve_clusters(run, problem, grid, grid.group_rhs, phi_next, z);
+  solve_clusters(run, problem, grid, grid.cycle.group_rhs, phi_next, z);
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -43,13 +43,13 @@ struct SolvedView {
 
   LICHTENBERG_HOST_DEVICE BodyResult link_result(int link) const {
     const double eps = problem.permittivity, stress = 0.5 * eps / grid.h;
-    const double d = group_potential[grid.link_group[link]] - potential(grid.link_slot[link]);
+    const double d = group_potential[grid.links.group[link]] - potential(grid.links.slot[link]);
     BodyResult result;
-    result.charge = eps * grid.conductance[link] * d;
-    result.pull(stress * d * d, grid.gradient[link]);
-    if (const int partner = grid.partner_group[link]; partner >= 0) {
-      const double across = group_potential[partner] - potential(grid.link_slot[link]);
-      result.pull(stress * across * across, grid.partner_gradient[link]);
+    result.charge = eps * grid.links.conductance[link] * d;
+    result.pull(stress * d * d, grid.links.gradient[link]);
+    if (const int partner = grid.links.partner_group[link]; partner >= 0) {
+      const double across = group_potential[partner] - potential(grid.links.slot[link]);
+      result.pull(stress * across * across, grid.links.partner_gradient[link]);
     }
     return result;
   }
@@ -70,14 +70,14 @@ struct SolvedView {
     const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
     const int i = side < 2 ? far : face, j = side < 2 ? face : far;
     const int slot = slot_of(at, i, j);
-    const Cover cover = grid.cover[slot];
+    const Cover cover = grid.cells.cover[slot];
     const double given = problem.side_potential[side * problem.faces + face];
     double conductance = 2, other = 0;
     if (cover.is_fluid()) {
       other = potential(slot);
     } else {
       const int body = cover.body();
-      conductance = channel_between(grid.outline[body], cell_centre(i, j), direction(side), 0.5, nullptr).value;
+      conductance = channel_between(grid.bodies.outline[body], cell_centre(i, j), direction(side), 0.5, nullptr).value;
       other = group_potential[problem.group_of[body]];
     }
     const double flux = problem.permittivity * conductance * (given - other);
@@ -93,13 +93,13 @@ void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
   run.sum_segments(
       problem.bodies,
       [=] LICHTENBERG_HOST_DEVICE(int rank) {
-        return grid.link_start(rank + 1) - grid.link_start(rank) + grid.direct_link_start[rank + 1] -
-               grid.direct_link_start[rank];
+        return grid.link_start(rank + 1) - grid.link_start(rank) + grid.direct.start[rank + 1] -
+               grid.direct.start[rank];
       },
       [=] LICHTENBERG_HOST_DEVICE(int rank, int t) {
         const int links = grid.link_start(rank + 1) - grid.link_start(rank);
         if (t < links) return solved.link_result(grid.link_start(rank) + t);
-        return solved.direct_link_result(grid.direct_link[grid.direct_link_start[rank] + t - links]);
+        return solved.direct_link_result(grid.direct.link[grid.direct.start[rank] + t - links]);
       },
       [=] LICHTENBERG_HOST_DEVICE(int rank, BodyResult sum) { result[problem.body_at[rank]] = sum; });
 }

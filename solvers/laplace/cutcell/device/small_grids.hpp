@@ -54,7 +54,7 @@ struct SmallGrids {
       finish(block, l);
     }
     const Cells finest(block, *this, first);
-    float* v = grid[first].v;
+    float* v = grid[first].cycle.v;
     block.each(small[0].size(), [&](int slot) { v[slot] = finest.v[slot]; });
   }
 
@@ -105,7 +105,8 @@ struct SmallGrids {
   LICHTENBERG_HOST_DEVICE void load(const Block& block, int l) const {
     const Cells here(block, *this, l);
     const GridView& from = grid[l];
-    const float *f = from.f, *inverse_diagonal = from.inverse_diagonal, *east = from.east, *north = from.north;
+    const float *f = from.cycle.f, *inverse_diagonal = from.cells.inverse_diagonal;
+    const float *east = from.medium.east, *north = from.medium.north;
     block.template each<4>(2 * here.colour_size, [&](int slot) {
       here.v[slot] = 0;
       here.f[slot] = l == first ? f[slot] : 0.0f;
@@ -117,7 +118,7 @@ struct SmallGrids {
   }
 
   LICHTENBERG_HOST_DEVICE bool has(int l, Of::Kind kind) const { return grid[l].number[kind] > 0; }
-  LICHTENBERG_HOST_DEVICE bool links_groups(int l) const { return grid[l].clusters || has(l, Of::direct_links); }
+  LICHTENBERG_HOST_DEVICE bool links_groups(int l) const { return grid[l].groups.clusters || has(l, Of::direct_links); }
 
   /// The finer grid's groups' residuals, in `charge`: of those that are absorbed here to the four cells around, and
   /// what a conductor's cells have got then to its charge. A conductor's charge spreads into its potential before the
@@ -126,29 +127,29 @@ struct SmallGrids {
   LICHTENBERG_HOST_DEVICE void collect(const Block& block, int l) const {
     const GridView& here = grid[l];
     const Cells cells(block, *this, l);
-    float *charge = here.charge, *phi = here.phi;
+    float *charge = here.cycle.charge, *phi = here.cycle.phi;
     if (has(l, Of::newly_absorbed)) {
-      const Bins bins = here.absorbed_groups;
+      const Bins bins = here.medium.absorbed_groups;
       block.each(cells.ny, cells.nx, [&](int j, int i) {
         const float sum = gathered(here.layout, bins, i, j, [&](int g, float share) { return charge[g] * share; });
         if (sum != 0) cells.f[cells.slot_at(i, j)] += sum;
       });
     }
     if (!has(l, Of::unknown_groups)) return;
-    const int *covered = here.covered_slot, *own = here.own_group, n = here.number[Of::own_groups];
-    const float* inverse_diagonal = here.group_inverse_diagonal;
+    const int *covered = here.covered.slot, *own = here.groups.own, n = here.number[Of::own_groups];
+    const float* inverse_diagonal = here.groups.inverse_diagonal;
     block.sum_pieces(
-        here.covered_pieces(problem), own, n, here.partial, [&](int m) { return cells.f[covered[m]]; },
+        here.covered_pieces(problem), own, n, here.cycle.partial, [&](int m) { return cells.f[covered[m]]; },
         parallel::NoMore{},
         [&](int g, float sum) {
           charge[g] += sum;
           phi[g] = charge[g] * inverse_diagonal[g];
         });
     if (!links_groups(l)) return;
-    float* next = here.phi_next;
-    if (here.clusters) solve_clusters(block, here, charge, phi);
+    float* next = here.cycle.phi_next;
+    if (here.groups.clusters) solve_clusters(block, here, charge, phi);
     relax_direct_links(block, here, charge, phi, next);
-    float* before = here.phi_down;
+    float* before = here.cycle.phi_down;
     block.each(n, [&](int k) {
       before[own[k]] = phi[own[k]];
       phi[own[k]] = next[own[k]];
@@ -159,14 +160,14 @@ struct SmallGrids {
   template <class Block, class Real>
   LICHTENBERG_HOST_DEVICE void solve_clusters(const Block& block, const GridView& here, const Real* rhs,
                                               float* phi) const {
-    const int* own = here.own_group;
-    const ClusterView& clusters = *here.clusters;
+    const int* own = here.groups.own;
+    const ClusterView& clusters = *here.groups.clusters;
     block.sum_segments(
         here.number[Of::own_groups], [&](int k) { return clusters.size_of(own[k]); },
         [&](int k, int t) { return clusters.value(own[k], t, rhs); },
         [&](int k, double sum) {
           const int g = own[k];
-          phi[g] = clusters.row[g] < 0 ? rhs[g] * here.group_inverse_diagonal[g] : static_cast<float>(sum);
+          phi[g] = clusters.row[g] < 0 ? rhs[g] * here.groups.inverse_diagonal[g] : static_cast<float>(sum);
         });
   }
 
@@ -175,23 +176,24 @@ struct SmallGrids {
   template <class Block>
   LICHTENBERG_HOST_DEVICE void relax_direct_links(const Block& block, const GridView& here, const float* flux,
                                                   const float* phi, float* next) const {
-    const int* own = here.own_group;
-    if (here.clusters) {
+    const int* own = here.groups.own;
+    if (here.groups.clusters) {
       const FluxesFromOutside<float> outside{problem, here, phi, nullptr};
       block.sum_segments(
           here.number[Of::own_groups], [&](int k) { return outside.count(own[k]); },
           [&](int k, int t) { return outside.value(own[k], t); },
           [&](int k, float sum) {
             const int g = own[k];
-            here.group_rhs[g] = static_cast<double>(here.charge[g]) + (flux == here.charge ? sum : flux[g] + sum);
+            here.cycle.group_rhs[g] =
+                static_cast<double>(here.cycle.charge[g]) + (flux == here.cycle.charge ? sum : flux[g] + sum);
           });
-      return solve_clusters(block, here, here.group_rhs, next);
+      return solve_clusters(block, here, here.cycle.group_rhs, next);
     }
     const CycleFluxes fluxes{problem, here, phi};
     block.sum_segments(
         here.number[Of::own_groups], [&](int k) { return here.direct_links_of(problem, own[k]); },
         [&](int k, int t) { return fluxes.value(own[k], t); },
-        [&](int k, float sum) { next[own[k]] = (flux[own[k]] + sum) * here.group_inverse_diagonal[own[k]]; });
+        [&](int k, float sum) { next[own[k]] = (flux[own[k]] + sum) * here.groups.inverse_diagonal[own[k]]; });
   }
 
   /// What groups bring to a cell, if a grid has any.
@@ -204,9 +206,9 @@ struct SmallGrids {
     bool any, any_thin;
 
     LICHTENBERG_HOST_DEVICE FromGroups(const SmallGrids& all, int l, const float* phi_)
-        : cover(all.grid[l].cover),
-          coupling(all.grid[l].coupling),
-          thin(all.grid[l].thin_conductors),
+        : cover(all.grid[l].cells.cover),
+          coupling(all.grid[l].boundary.coupling),
+          thin(all.grid[l].medium.thin_conductors),
           layout(all.grid[l].layout),
           phi(phi_),
           any(all.has(l, Of::unknown_groups)),
@@ -225,7 +227,7 @@ struct SmallGrids {
   template <class Block>
   LICHTENBERG_HOST_DEVICE void descend(const Block& block, int l) const {
     const Cells cells(block, *this, l);
-    const FromGroups from_groups(*this, l, grid[l].phi);
+    const FromGroups from_groups(*this, l, grid[l].cycle.phi);
     cells.each(block, [&](int colour, int j, int m) {
       const int slot = cells.slot(colour, j, m);
       const float f = cells.f[slot] + from_groups(slot, 2 * m + ((colour + j) & 1), j);
@@ -242,25 +244,25 @@ struct SmallGrids {
     restrict_residual(block, l);
     if (!has(l, Of::unknown_groups)) return;
     const GridView& fine = grid[l];
-    const int black = cells.colour_size, *link_slot = fine.link_slot;
-    const double* conductance = fine.conductance;
-    const float *charge = fine.charge, *phi = fine.phi, *inverse_diagonal = fine.group_inverse_diagonal;
-    float* coarse_charge = grid[l + 1].charge;
+    const int black = cells.colour_size, *link_slot = fine.links.slot;
+    const double* conductance = fine.links.conductance;
+    const float *charge = fine.cycle.charge, *phi = fine.cycle.phi, *inverse_diagonal = fine.groups.inverse_diagonal;
+    float* coarse_charge = grid[l + 1].cycle.charge;
     const auto flux = [&](int link) {
       const int slot = link_slot[link];
       const float value = slot < black ? cells.f[slot] * cells.inverse[slot] : cells.v[slot];
       return static_cast<float>(conductance[link]) * value;
     };
-    if (fine.clusters) {
-      const ClusterView& clusters = *fine.clusters;
-      block.sum_pieces(fine.link_pieces(problem), fine.own_group, fine.number[Of::own_groups], fine.partial, flux,
-                       FluxesSinceSweep{problem, fine, fine.phi_down, phi}, [&](int g, float sum) {
+    if (fine.groups.clusters) {
+      const ClusterView& clusters = *fine.groups.clusters;
+      block.sum_pieces(fine.link_pieces(problem), fine.groups.own, fine.number[Of::own_groups], fine.cycle.partial,
+                       flux, FluxesSinceSweep{problem, fine, fine.cycle.phi_down, phi}, [&](int g, float sum) {
                          const float own = clusters.row[g] < 0 ? charge[g] - phi[g] / inverse_diagonal[g] : 0.0f;
                          coarse_charge[g] = sum + own;
                        });
       return;
     }
-    block.sum_pieces(fine.link_pieces(problem), fine.own_group, fine.number[Of::own_groups], fine.partial, flux,
+    block.sum_pieces(fine.link_pieces(problem), fine.groups.own, fine.number[Of::own_groups], fine.cycle.partial, flux,
                      CycleFluxes{problem, fine, phi},
                      [&](int g, float sum) { coarse_charge[g] = charge[g] + sum - phi[g] / inverse_diagonal[g]; });
   }
@@ -289,8 +291,8 @@ struct SmallGrids {
   LICHTENBERG_HOST_DEVICE void solve(const Block& block) const {
     const Cells cells(block, *this, last);
     const int n = grid[last].number[Of::coarse_unknowns];
-    const float* charge = grid[last].charge;
-    float* phi = grid[last].phi;
+    const float* charge = grid[last].cycle.charge;
+    float* phi = grid[last].cycle.phi;
     const auto solve_by = [&](const auto* inverse_matrix) {
       block.template sum_segments<32>(
           n, [&](int) { return n; },
@@ -310,12 +312,12 @@ struct SmallGrids {
   LICHTENBERG_HOST_DEVICE void finish(const Block& block, int l) const {
     const GridView& here = grid[l];
     const Cells cells(block, *this, l);
-    const int *covered = here.covered_slot, *group = here.covered_group;
-    float* phi = here.phi;
+    const int *covered = here.covered.slot, *group = here.covered.group;
+    float* phi = here.cycle.phi;
     block.each(here.number[Of::covered], [&](int m) { cells.v[covered[m]] = phi[group[m]]; });
     if (!has(l, Of::newly_absorbed)) return;
     block.each(here.number[Of::newly_absorbed], [&](int m) {
-      const int g = here.absorbed_groups.item[m];
+      const int g = here.medium.absorbed_groups.item[m];
       phi[g] = absorbed_potential(problem, here, g, [&](std::ptrdiff_t slot) { return cells.v[slot]; });
     });
   }
@@ -323,7 +325,7 @@ struct SmallGrids {
   template <class Block>
   LICHTENBERG_HOST_DEVICE void ascend(const Block& block, int l) const {
     const Cells cells(block, *this, l), coarse(block, *this, l + 1);
-    const FromGroups from_groups(*this, l, grid[l + 1].phi);
+    const FromGroups from_groups(*this, l, grid[l + 1].cycle.phi);
     // What the coarse grid's groups bring comes after the red cells' f has been used.
     const auto add = [&](int slot, int colour, int j, int m) {
       cells.f[slot] += from_groups(slot, 2 * m + ((colour + j) & 1), j);
@@ -353,15 +355,16 @@ struct SmallGrids {
     const GridView& here = grid[l];
     const Cells cells(block, *this, l);
     const bool are_linked = links_groups(l);
-    const int* link_slot = here.link_slot;
-    const double* conductance = here.conductance;
-    const float *charge = here.charge, *coarse_phi = grid[l + 1].phi, *inverse_diagonal = here.group_inverse_diagonal;
-    float *flux = here.flux, *phi = here.phi, *next = here.phi_next;
+    const int* link_slot = here.links.slot;
+    const double* conductance = here.links.conductance;
+    const float *charge = here.cycle.charge, *coarse_phi = grid[l + 1].cycle.phi,
+                *inverse_diagonal = here.groups.inverse_diagonal;
+    float *flux = here.cycle.flux, *phi = here.cycle.phi, *next = here.cycle.phi_next;
     block.sum_pieces(
-        here.link_pieces(problem), here.own_group, here.number[Of::own_groups], here.partial,
+        here.link_pieces(problem), here.groups.own, here.number[Of::own_groups], here.cycle.partial,
         [&](int link) { return static_cast<float>(conductance[link]) * cells.v[link_slot[link]]; }, parallel::NoMore{},
         [&](int g, float sum) {
-          flux[g] = here.clusters ? sum : charge[g] + sum;
+          flux[g] = here.groups.clusters ? sum : charge[g] + sum;
           phi[g] = are_linked ? phi[g] + coarse_phi[g] : flux[g] * inverse_diagonal[g];
         });
     if (!are_linked) return;

@@ -33,9 +33,9 @@ struct Absorb {
     const bool held = problem.sets.held ? problem.sets.held[g] : !problem.floating[g];
     const bool absorbed = !held && extent.resolved == 0 && width <= least_extent && height <= least_extent;
     const bool newly = absorbed && !(finer_absorbed && finer_absorbed[g]);
-    grid.absorbed[g] = absorbed;
-    grid.centre[g] = {0.5 * (extent.low_x + extent.high_x), 0.5 * (extent.low_y + extent.high_y)};
-    key[g] = newly ? bin_of(grid.layout, grid.centre[g]) : bins_of(grid.layout);
+    grid.medium.absorbed[g] = absorbed;
+    grid.medium.centre[g] = {0.5 * (extent.low_x + extent.high_x), 0.5 * (extent.low_y + extent.high_y)};
+    key[g] = newly ? bin_of(grid.layout, grid.medium.centre[g]) : bins_of(grid.layout);
     index[g] = g;
   }
 };
@@ -50,9 +50,9 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.first_rank[g + 1] - problem.first_rank[g]; },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const int body = problem.body_at[problem.first_rank[g] + t];
-        const Outline& outline = grid.outline[body];
+        const Outline& outline = grid.bodies.outline[body];
         Extent extent;
-        extent.resolved = grid.resolved[body];
+        extent.resolved = grid.bodies.resolved[body];
         extent.low_x = outline.centre.x - outline.size;
         extent.low_y = outline.centre.y - outline.size;
         extent.high_x = outline.centre.x + outline.size;
@@ -60,14 +60,14 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
         return extent;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, const Extent& extent) {
-        if (absorb.grid.extent)
-          absorb.grid.extent[g] = extent;
+        if (absorb.grid.medium.extent)
+          absorb.grid.medium.extent[g] = extent;
         else
           absorb(g, extent);
       });
-  if (!grid.extent) return;
+  if (!grid.medium.extent) return;
   const SetsView sets = problem.sets;
-  Extent *of_group = grid.extent, *of_set = grid.extent + problem.groups;
+  Extent *of_group = grid.medium.extent, *of_set = grid.medium.extent + problem.groups;
   run.sum_segments(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int set) { return sets.start[set + 1] - sets.start[set]; },
       [=] LICHTENBERG_HOST_DEVICE(int set, int t) { return of_group[sets.group[sets.start[set] + t]]; },
@@ -81,8 +81,8 @@ template <class Executor>
 void smeared_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
     const int body = problem.body_at[rank];
-    const int bins = bins_of(grid.layout), bin = bin_of(grid.layout, grid.outline[body].centre);
-    key[rank] = grid.resolved[body] ? 2 * bins : is_thin(problem, grid, body) ? bins + bin : bin;
+    const int bins = bins_of(grid.layout), bin = bin_of(grid.layout, grid.bodies.outline[body].centre);
+    key[rank] = grid.bodies.resolved[body] ? 2 * bins : is_thin(problem, grid, body) ? bins + bin : bin;
     index[rank] = body;
   });
 }
@@ -98,7 +98,7 @@ struct PointsView {
 /// Bodies of one group in one bin become one point: however many they are, a cell or a group has one more to sum.
 template <class Executor>
 void number_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
-  const int* item = grid.absorbed_bodies.item;
+  const int* item = grid.medium.absorbed_bodies.item;
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
     bool begins = k < problem.bodies && points.key[k] < 2 * bins_of(grid.layout);
     if (begins && k > 0)
@@ -109,7 +109,7 @@ void number_points(const Executor& run, ProblemView problem, GridView grid, Poin
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const int resolved = 2 * bins_of(grid.layout), point = points.before[k];
     const bool begins = points.before[k + 1] > point;
-    grid.point[item[k]] = begins ? point : -1;
+    grid.medium.point[item[k]] = begins ? point : -1;
     if (begins) points.first[point] = k;
     const bool is_last = points.key[k] < resolved && (k + 1 == problem.bodies || points.key[k + 1] == resolved);
     if (is_last) points.first[points.before[k + 1]] = k + 1;
@@ -139,11 +139,11 @@ LICHTENBERG_HOST_DEVICE inline Smeared smeared(const ProblemView& problem, const
 /// The shares of all that is smeared out: of areas, or of conductances of thin conductors; and of groups.
 template <class Executor>
 void share_out(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
-  const int* item = grid.absorbed_bodies.item;
+  const int* item = grid.medium.absorbed_bodies.item;
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const int bins = bins_of(grid.layout), body = item[k];
     if (points.key[k] == 2 * bins) return;  // resolved
-    const Outline& disk = grid.outline[body];
+    const Outline& disk = grid.bodies.outline[body];
     const bool thin = points.key[k] >= bins;
     const double times = thin ? thin_conductance(disk, grid.layout) : std::numbers::pi * disk.size * disk.size;
     points.share[k] =
@@ -157,13 +157,13 @@ void share_out(const Executor& run, ProblemView problem, GridView grid, PointsVi
       [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return points.share[points.first[p] + t]; },
       [=] LICHTENBERG_HOST_DEVICE(int p, const Smeared& sum) {
         if (p >= points.before[problem.bodies]) return;
-        grid.absorbed_bodies.smeared[p] = sum;
-        grid.absorbed_bodies.smeared[p].group = problem.group_of[item[points.first[p]]];
+        grid.medium.absorbed_bodies.smeared[p] = sum;
+        grid.medium.absorbed_bodies.smeared[p].group = problem.group_of[item[points.first[p]]];
       });
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    if (k >= grid.absorbed_groups.start[bins_of(grid.layout)]) return;  // not absorbed here
-    const int g = grid.absorbed_groups.item[k];
-    grid.absorbed_groups.smeared[k] = smeared(problem, grid.layout, grid.centre[g], g, true, 1);
+    if (k >= grid.medium.absorbed_groups.start[bins_of(grid.layout)]) return;  // not absorbed here
+    const int g = grid.medium.absorbed_groups.item[k];
+    grid.medium.absorbed_groups.smeared[k] = smeared(problem, grid.layout, grid.medium.centre[g], g, true, 1);
   });
 }
 
@@ -200,14 +200,14 @@ void make_permittivity(const Executor& run, GridView grid) {
   run.sum_segments(
       static_cast<long>(grid.layout.nx) * grid.layout.ny,
       [=] LICHTENBERG_HOST_DEVICE(int cell) {
-        return CellBins(grid.layout, grid.absorbed_bodies, cell % grid.layout.nx, cell / grid.layout.nx).count();
+        return CellBins(grid.layout, grid.medium.absorbed_bodies, cell % grid.layout.nx, cell / grid.layout.nx).count();
       },
       [=] LICHTENBERG_HOST_DEVICE(int cell, int t) {
-        return CellBins(grid.layout, grid.absorbed_bodies, cell % grid.layout.nx, cell / grid.layout.nx)
+        return CellBins(grid.layout, grid.medium.absorbed_bodies, cell % grid.layout.nx, cell / grid.layout.nx)
             .value(t, [](int, float area) { return area; });
       },
       [=] LICHTENBERG_HOST_DEVICE(int cell, float fill) {
-        grid.permittivity[slot_of(grid.layout, cell % grid.layout.nx, cell / grid.layout.nx)] =
+        grid.medium.permittivity[slot_of(grid.layout, cell % grid.layout.nx, cell / grid.layout.nx)] =
             effective_permittivity(fill);
       });
 }

@@ -27,18 +27,18 @@ LICHTENBERG_HOST_DEVICE inline Brought brought(const GridView& grid, int slot, i
     if (other) sum.other += conductance * other[group];
     return 0.0f;
   };
-  if (const Cover cover = grid.cover[slot]; cover.is_boundary_cell()) {
-    const Coupling* coupling = grid.coupling + 4 * cover.boundary_number();
+  if (const Cover cover = grid.cells.cover[slot]; cover.is_boundary_cell()) {
+    const Coupling* coupling = grid.boundary.coupling + 4 * cover.boundary_number();
     for (int side = 0; side < 4; ++side) add(coupling[side].group, coupling[side].conductance);
   }
-  if (grid.may_have(Of::floating_thin_conductors)) gathered(grid.layout, grid.thin_conductors, i, j, add);
+  if (grid.may_have(Of::floating_thin_conductors)) gathered(grid.layout, grid.medium.thin_conductors, i, j, add);
   return sum;
 }
 
 /// Whether the cycle eliminates a fluid cell.
 LICHTENBERG_HOST_DEVICE inline bool is_bound(const GridView& grid, int slot) {
-  const Cover cover = grid.cover[slot];
-  return cover.is_boundary_cell() && grid.is_bound[cover.boundary_number()];
+  const Cover cover = grid.cells.cover[slot];
+  return cover.is_boundary_cell() && grid.bound.is_bound[cover.boundary_number()];
 }
 
 /// A tile's cells in a block's memory, with `halo` more on all sides. Its lower left cell is red.
@@ -70,15 +70,15 @@ struct Tile {
                                     const float* more_phi) const {
     const bool is_inside = inside(grid.layout, i, j);
     const int slot = is_inside ? slot_of(grid.layout, i, j) : 0;
-    inverse[at] = is_inside ? grid.inverse_diagonal[slot] : 0.0f;
+    inverse[at] = is_inside ? grid.cells.inverse_diagonal[slot] : 0.0f;
     f[at] = more[at] = 0;
     if (medium) {
-      east[at] = is_inside ? grid.east[slot] : 0.0f;
-      north[at] = is_inside ? grid.north[slot] : 0.0f;
+      east[at] = is_inside ? grid.medium.east[slot] : 0.0f;
+      north[at] = is_inside ? grid.medium.north[slot] : 0.0f;
     }
     if (!is_inside) return;
     const Brought of_groups = phi ? brought(grid, slot, i, j, phi, more_phi) : Brought{};
-    f[at] = grid.f[slot] + of_groups.one;
+    f[at] = grid.cycle.f[slot] + of_groups.one;
     more[at] = of_groups.other;
   }
   /// The k-th cell of a colour, row by row: `width / 2` a row.
@@ -114,11 +114,11 @@ struct Descend {
 
   static constexpr int halo = 3;
   using Cells = Tile<2 * Tiles::across + 2 * halo, 2 * Tiles::along + 2 * halo>;
-  static std::size_t bytes(const GridView& fine) { return Cells::bytes(fine.medium); }
+  static std::size_t bytes(const GridView& fine) { return Cells::bytes(fine.has_medium); }
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int b) const {
-    const Cells tile(block.template memory<float>(), fine.medium);
+    const Cells tile(block.template memory<float>(), fine.has_medium);
     const int I = b % Tiles::in_a_row(coarse) * Tiles::across, J = b / Tiles::in_a_row(coarse) * Tiles::along;
     const int from_i = 2 * I - halo, from_j = 2 * J - halo;
     block.template each<4>(Cells::cells, [&](int at) {
@@ -139,7 +139,7 @@ struct Descend {
     block.each(Tiles::across * Tiles::along, [&](int k) {
       const int x = k % Tiles::across, y = k / Tiles::across;
       if (inside(coarse.layout, I + x, J + y))
-        coarse.f[slot_of(coarse.layout, I + x, J + y)] =
+        coarse.cycle.f[slot_of(coarse.layout, I + x, J + y)] =
             weighted(tile.f + (2 * y + halo) * Cells::width + 2 * x + halo, I + x, J + y);
     });
   }
@@ -152,8 +152,8 @@ struct Descend {
     const int slot = slot_of(fine.layout, i, j);
     if (fine.binds && is_bound(fine, slot)) {
       const bool is_red = slot < static_cast<int>(fine.layout.colour_size());
-      v[slot] = (fine.f[slot] + (is_red ? 0.0f : tile.flux(at))) * tile.inverse[at];
-    } else if (fine.medium || fine.cover[slot].is_boundary_cell()) {
+      v[slot] = (fine.cycle.f[slot] + (is_red ? 0.0f : tile.flux(at))) * tile.inverse[at];
+    } else if (fine.has_medium || fine.cells.cover[slot].is_boundary_cell()) {
       v[slot] = tile.value[at];
     }
   }
@@ -175,8 +175,8 @@ struct Descend {
 
 /// A coarse cell's potential, or its conductor's: bilinear interpolation reads them.
 LICHTENBERG_HOST_DEVICE inline float potential_at(const ProblemView& problem, const GridView& grid, int slot) {
-  const Cover cover = grid.cover[slot];
-  return cover.is_fluid() ? grid.v[slot] : grid.phi[problem.group_of[cover.body()]];
+  const Cover cover = grid.cells.cover[slot];
+  return cover.is_fluid() ? grid.cycle.v[slot] : grid.cycle.phi[problem.group_of[cover.body()]];
 }
 
 /// The coarse potential around a coarse cell, beyond the box its mirror image.
@@ -209,12 +209,14 @@ struct Ascend {
 
   static constexpr int halo = 2, coarse_width = Tiles::across + 4, coarse_cells = coarse_width * (Tiles::along + 4);
   using Cells = Tile<2 * Tiles::across + 2 * halo, 2 * Tiles::along + 2 * halo>;
-  static std::size_t bytes(const GridView& fine) { return Cells::bytes(fine.medium) + coarse_cells * sizeof(float); }
+  static std::size_t bytes(const GridView& fine) {
+    return Cells::bytes(fine.has_medium) + coarse_cells * sizeof(float);
+  }
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int b) const {
     float* correction = block.template memory<float>();
-    const Cells tile(correction + coarse_cells, fine.medium);
+    const Cells tile(correction + coarse_cells, fine.has_medium);
     const int I = b % Tiles::in_a_row(coarse) * Tiles::across, J = b / Tiles::in_a_row(coarse) * Tiles::along;
     const int from_i = 2 * I - halo, from_j = 2 * J - halo;
     block.template each<4>(coarse_cells + Cells::cells, [&](int k) {
@@ -223,7 +225,8 @@ struct Ascend {
         return;
       }
       const int at = k - coarse_cells;
-      tile.load(fine, at, from_i + at % Cells::width, from_j + at / Cells::width, phi, phi ? coarse.phi : nullptr);
+      tile.load(fine, at, from_i + at % Cells::width, from_j + at / Cells::width, phi,
+                phi ? coarse.cycle.phi : nullptr);
     });
     block.each(Cells::cells / 2, [&](int k) {
       const int at = Cells::cell(k, 0), x = at % Cells::width, y = at / Cells::width, s = y & 1 ? 1 : -1;
@@ -243,7 +246,7 @@ struct Ascend {
       const bool red = ((x + y) & 1) == 0;
       const int slot = slot_of(fine.layout, from_i + x, from_j + y);
       if (phi && fine.binds && is_bound(fine, slot))  // until groups have been relaxed (bound.hpp)
-        v[slot] = (fine.f[slot] + tile.flux(at)) * tile.inverse[at];
+        v[slot] = (fine.cycle.f[slot] + tile.flux(at)) * tile.inverse[at];
       else
         v[slot] = red ? (tile.f[at] + tile.more[at] + tile.flux(at)) * tile.inverse[at] : tile.value[at];
     });

@@ -1,8 +1,6 @@
 #include "solvers/laplace/cutcell/history.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
-#include <cmath>
 
 #include "solvers/laplace/cutcell/wavefront.hpp"
 #include "solvers/parallel/huge_pages.hpp"
@@ -55,14 +53,7 @@ void History::form_basis(const CutCellOperator& op, std::ptrdiff_t from, int cou
   }
 }
 
-void History::Products::add(const Products& other) {
-  for (int p = 0; p < length; ++p) {
-    for (int q = 0; q <= p; ++q) gram[p][q] += other.gram[p][q];
-    rhs[p] += other.rhs[p];
-  }
-}
-
-History::Products History::row_products(const CutCellOperator& op, const double* b, int j) {
+GuessProducts History::row_products(const CutCellOperator& op, const double* b, int j) {
   const Layout& at = op.level().layout;
   const auto dot = [&](const double* u, const double* v) {
     double sum = 0;
@@ -70,7 +61,7 @@ History::Products History::row_products(const CutCellOperator& op, const double*
       sum += row_dot(at.row_length(colour, j), u + at.row(colour, j), v + at.row(colour, j));
     return sum;
   };
-  Products products;
+  GuessProducts products;
   for (int p = 0; p < static_cast<int>(past_.size()); ++p) {
     products.gram[p][p] = op.apply_row(j, basis_[p].data(), image_.data());
     for (int q = 0; q < p; ++q) products.gram[p][q] = dot(basis_[q].data(), image_.data());
@@ -79,9 +70,9 @@ History::Products History::row_products(const CutCellOperator& op, const double*
   return products;
 }
 
-History::Products History::group_products(const CutCellOperator& op, const double* b) {
+GuessProducts History::group_products(const CutCellOperator& op, const double* b) {
   const int groups = static_cast<int>(op.size() - op.cells());
-  Products products;
+  GuessProducts products;
   for (int p = 0; p < static_cast<int>(past_.size()); ++p) {
     double* image = image_.data() + op.cells();
     products.gram[p][p] = op.apply_groups(basis_[p].data(), image);
@@ -92,37 +83,33 @@ History::Products History::group_products(const CutCellOperator& op, const doubl
 }
 
 /// Forms the basis a row ahead of its products: one pass over memory in place of one a vector and one for all.
-History::Products History::products(const CutCellOperator& op, const std::vector<double>& b) {
+GuessProducts History::products(const CutCellOperator& op, const std::vector<double>& b) {
   parallel::resize_in_huge_pages(image_, op.size());
   for (std::size_t p = 0; p < past_.size(); ++p) parallel::resize_in_huge_pages(basis_[p], op.size());
   form_basis(op, static_cast<std::ptrdiff_t>(op.cells()), static_cast<int>(op.size() - op.cells()));
   const Layout& at = op.level().layout;
-  std::vector<Products> of_row(at.ny);
+  std::vector<GuessProducts> of_row(at.ny);
   wavefront(op.team(), at, 2, [&](int stage, int j) {
     if (stage == 1)
       of_row[j] = row_products(op, b.data(), j);
     else
       for (int colour = 0; colour < 2; ++colour) form_basis(op, at.row(colour, j), at.row_length(colour, j));
   });
-  Products all = group_products(op, b.data());
-  for (const Products& row : of_row) all.add(row);
+  GuessProducts all = group_products(op, b.data());
+  for (const GuessProducts& row : of_row) all += row;
   return all;
 }
 
 double History::first_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
                             std::vector<double>& x) {
   set_groups(problem, op.cells());
-  const Products known = products(op, b);
   const int m = static_cast<int>(past_.size());
-  std::vector<double> gram(m * m);
-  for (int p = 0; p < m; ++p)
-    for (int q = 0; q <= p; ++q) gram[p * m + q] = gram[q * m + p] = known.gram[p][q];
-  const std::vector<double> share = closest_combination(gram, {known.rhs.begin(), known.rhs.begin() + m});
+  const Shares share = closest_shares(products(op, b), m);
   for_all_unknowns(op, [&](std::ptrdiff_t from, int count) {
     for (int p = 0; p < m; ++p) {
       double* __restrict to = x.data();
       const double* __restrict of = basis_[p].data();
-      for (std::ptrdiff_t k = from; k < from + count; ++k) to[k] = share[p] * of[k] + (p == 0 ? 0.0 : to[k]);
+      for (std::ptrdiff_t k = from; k < from + count; ++k) to[k] = share.of[p] * of[k] + (p == 0 ? 0.0 : to[k]);
     }
   });
   return m;
@@ -136,23 +123,9 @@ void History::newest_guess(const LaplaceProblem& problem, const CutCellOperator&
   });
 }
 
-std::vector<double> closest_combination(const std::vector<double>& gram_by_rows, const std::vector<double>& products) {
-  const auto m = static_cast<Eigen::Index>(products.size());
-  const Eigen::Map<const Eigen::MatrixXd> gram(gram_by_rows.data(), m, m);
-  const Eigen::Map<const Eigen::VectorXd> projection(products.data(), m);
-  // Scaled to unit diagonal, a direction that is all but dependent on the others is left out by the pivoting.
-  const Eigen::VectorXd unit = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = unit.asDiagonal() * gram * unit.asDiagonal();
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-  solver.setThreshold(1e-10);
-  solver.compute(scaled);
-  const Eigen::VectorXd alpha = unit.cwiseProduct(solver.solve(unit.cwiseProduct(projection)));
-  return {alpha.begin(), alpha.end()};
-}
-
 void History::remember(std::vector<double>& x, std::vector<double> body_potential) {
   Past past;
-  if (past_.size() == length) {
+  if (past_.size() == history_length) {
     past = std::move(past_.back());
     past_.pop_back();
   }

@@ -4,13 +4,10 @@
 #include <deque>
 #include <vector>
 
+#include "solvers/laplace/cutcell/closest_shares.hpp"
 #include "solvers/laplace/cutcell/operator.hpp"
 
 namespace lichtenberg::laplace {
-
-/// Coefficients of the combination of basis vectors that is closest to the solution of A x = b in the energy norm, from
-/// their Gram matrix in A (symmetric, by rows) and their products with b.
-std::vector<double> closest_combination(const std::vector<double>& gram, const std::vector<double>& products);
 
 /// The last solutions, from which the next solve gets its first guess: the combination of them that is closest to the
 /// new one in the energy norm (a Galerkin projection with the new operator; Fischer 1998). For a scene in motion that
@@ -39,24 +36,16 @@ class History {
     std::vector<double> x;     // cells, then groups
     std::vector<double> body;  // potentials
   };
-  static constexpr int length = 3;
-  using Values = std::array<double, length>;
-  // Products over some of the unknowns: the Gram matrix's lower triangle and the products with b.
-  struct Products {
-    std::array<Values, length> gram{};
-    Values rhs{};
-    void add(const Products& other);
-  };
   void set_groups(const LaplaceProblem& problem, std::size_t cells);
   void form_basis(const CutCellOperator& op, std::ptrdiff_t from, int count);
-  Products row_products(const CutCellOperator& op, const double* b, int j);
-  Products group_products(const CutCellOperator& op, const double* b);
-  Products products(const CutCellOperator& op, const std::vector<double>& b);
+  GuessProducts row_products(const CutCellOperator& op, const double* b, int j);
+  GuessProducts group_products(const CutCellOperator& op, const double* b);
+  GuessProducts products(const CutCellOperator& op, const std::vector<double>& b);
 
   std::deque<Past> past_;  // newest first
   // The newest solution and successive differences, nearly orthogonal where the solutions are nearly parallel; zero
   // where there is no unknown. And what the operator makes of one of them.
-  std::array<std::vector<double>, length> basis_;
+  std::array<std::vector<double>, history_length> basis_;
   std::vector<double> image_;
 };
 

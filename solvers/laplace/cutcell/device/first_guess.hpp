@@ -2,75 +2,16 @@
 
 // First guesses from past solutions: ../history.hpp's, with the operator applied everywhere.
 
-#include <cmath>
-
+#include "solvers/laplace/cutcell/closest_shares.hpp"
 #include "solvers/laplace/cutcell/device/operator.hpp"
 
 namespace lichtenberg::laplace::device {
-
-/// How many past solutions are kept.
-constexpr int history_length = 3;
 
 /// Basis vectors, and what the operator makes of them.
 struct BasisView {
   int size;
   double *vector[history_length], *image[history_length];
 };
-
-/// Their Gram matrix in the operator (lower triangle) and their products with the right-hand side.
-struct GuessProducts {
-  double gram[history_length][history_length] = {}, rhs[history_length] = {};
-  LICHTENBERG_HOST_DEVICE GuessProducts& operator+=(const GuessProducts& other) {
-    for (int p = 0; p < history_length; ++p) {
-      rhs[p] += other.rhs[p];
-      for (int q = 0; q <= p; ++q) gram[p][q] += other.gram[p][q];
-    }
-    return *this;
-  }
-};
-
-struct Shares {
-  double of[history_length];
-};
-
-/// The combination of m basis vectors that is closest to the solution in the energy norm (closest_combination):
-/// Cholesky elimination of the Gram matrix, scaled to unit diagonal, the largest pivot first; a direction that all but
-/// depends on the others is left out.
-LICHTENBERG_HOST_DEVICE inline Shares closest_shares(const GuessProducts& products, int m) {
-  constexpr double dependent = 1e-10;
-  double a[history_length][history_length], b[history_length], unit[history_length];
-  for (int p = 0; p < m; ++p) unit[p] = products.gram[p][p] > 1e-300 ? 1 / std::sqrt(products.gram[p][p]) : 0.0;
-  for (int p = 0; p < m; ++p) {
-    b[p] = unit[p] * products.rhs[p];
-    for (int q = 0; q < m; ++q) a[p][q] = unit[p] * unit[q] * (p > q ? products.gram[p][q] : products.gram[q][p]);
-  }
-  int pivot[history_length], pivots = 0;
-  bool eliminated[history_length] = {};
-  for (; pivots < m; ++pivots) {
-    int k = -1;
-    for (int p = 0; p < m; ++p)
-      if (!eliminated[p] && a[p][p] > dependent && (k < 0 || a[p][p] > a[k][k])) k = p;
-    if (k < 0) break;
-    pivot[pivots] = k;
-    eliminated[k] = true;
-    for (int p = 0; p < m; ++p) {
-      if (eliminated[p]) continue;
-      const double ratio = a[p][k] / a[k][k];
-      b[p] -= ratio * b[k];
-      for (int q = 0; q < m; ++q)
-        if (!eliminated[q]) a[p][q] -= ratio * a[k][q];
-    }
-  }
-  Shares share{};
-  for (int s = pivots - 1; s >= 0; --s) {
-    const int k = pivot[s];
-    double sum = b[k];
-    for (int t = s + 1; t < pivots; ++t) sum -= a[k][pivot[t]] * share.of[pivot[t]];
-    share.of[k] = sum / a[k][k];
-  }
-  for (int p = 0; p < m; ++p) share.of[p] *= unit[p];
-  return share;
-}
 
 template <class Executor>
 void find_shares(const Executor& run, long n, BasisView basis, const double* b, Shares* shares) {

@@ -22,7 +22,7 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, p
     if (problem.groups[a].floating && problem.groups[b].floating) pairs_.push_back({a, b, pair.conductance});
   }
   grounded_by_couplings_ = problem.has_ground() && !problem.has_fixed_conductor();
-  if (level.is_coupled()) factorize_groups();
+  if (are_linked()) factorize_groups();
 }
 
 /// One after the other, groups that are strongly coupled would keep what they have in common.

@@ -49,7 +49,9 @@ class CutCellOperator {
   void factorize_groups();
   double apply_field_to_groups(const double* x, double* y_group) const;
   double apply_couplings(const double* x_group, double* y_group) const;
-  void balance_coupled(const LaplaceProblem& problem, double scale, const double* b, double* x) const;
+  /// Whether groups are linked to each other, by couplings or directly.
+  bool are_linked() const { return level_->is_coupled() || !pairs_.empty(); }
+  void solve_groups(double* flow) const;
   std::vector<double> hold_of_groups(const LaplaceProblem& problem) const;
   void shift_cells(double value, double* x) const;
   void relax_groups(const double* b, double* x) const;
@@ -67,7 +69,7 @@ class CutCellOperator {
   std::vector<GroupPair> pairs_;
   std::vector<double> group_diagonal_;  // 0: fixed; couplings are not in it
   bool grounded_by_couplings_ = false;
-  NetworkFactors group_factors_;  // of all links of groups, if there are couplings
+  NetworkFactors group_factors_;  // of all links of groups, if any are linked to each other
 };
 
 }  // namespace lichtenberg::laplace

@@ -4,25 +4,27 @@
 // together, until every group's charge and the sum of all charges are right to rounding.
 
 #include "solvers/laplace/cutcell/device/operator.hpp"
+#include "solvers/laplace/cutcell/level_sums.hpp"
 
 namespace lichtenberg::laplace::device {
 
 /// By group; `level`: one value.
 struct BalanceView {
-  double *residual, *shift;  ///< of the groups' equations; what takes it away
-  double *hold, *held;       ///< direct links' conductances to given potentials; the shift that these would make
-  double* hold_flux;         ///< what such links bring
-  double *r, *p, *q;         ///< for the elimination
+  double *residual, *shift;       ///< of the groups' equations; what takes it away
+  double *hold, *held;            ///< conductances to given potentials; the shift that these would make
+  double *to_cells, *from_cells;  ///< conductances of links to cells; these times the cells' potentials
+  double *r, *p, *q;              ///< for the iterations
   double* level;
   int *is_linked, *linked;  ///< whether a group is linked directly to another unknown; lists of those that are
 };
 
-/// What links of floating groups and cells to given potentials bring and conduct.
-struct GroundSums {
-  double flux = 0, conductance = 0, others = 0;  // how many links are to unknowns
-  LICHTENBERG_HOST_DEVICE GroundSums& operator+=(const GroundSums& other) {
+/// Of a group's direct links: flux from groups that float, conductance to given potentials, number of those to
+/// unknowns.
+struct DirectSums {
+  double flux = 0, hold = 0, others = 0;
+  LICHTENBERG_HOST_DEVICE DirectSums& operator+=(const DirectSums& other) {
     flux += other.flux;
-    conductance += other.conductance;
+    hold += other.hold;
     others += other.others;
     return *this;
   }
@@ -135,128 +137,91 @@ struct SolveGroups {
   }
 };
 
-/// What each group lacks, and what its direct links to given potentials bring and conduct; what takes either away of
-/// groups that are linked to no other unknown.
+/// The groups' equations: residuals and holds, and what takes either away of groups that are linked to no other.
 template <class Executor>
 void find_imbalance(const Executor& run, ProblemView problem, GridView grid, const double* b, const double* x,
-                    double unit, double* partial, BalanceView balance) {
+                    double* partial, BalanceView balance) {
   const int cells = static_cast<int>(grid.layout.size());
-  group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-    const double diagonal = grid.groups.diagonal[g];
-    balance.residual[g] = diagonal > 0 ? b[cells + g] + sum - diagonal * x[cells + g] : 0.0;
-    if (!grid.may_have(Of::direct_links)) balance.shift[g] = diagonal > 0 ? balance.residual[g] / diagonal : 0.0;
-  });
-  if (!grid.may_have(Of::direct_links)) return;
-  run.sum_segments(
-      problem.groups,
-      [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.groups.diagonal[g] > 0 ? grid.direct_links_of(problem, g) : 0; },
-      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const DirectLink& link = grid.direct.link[grid.first_direct_link(problem, g) + t];
-        const int other = link.is_to_electrode() ? -1 : problem.group_of[link.other];
-        if (other >= 0 && problem.floating[other]) return GroundSums{0, 0, grid.groups.diagonal[other] > 0 ? 1.0 : 0.0};
-        const double given = other < 0 ? problem.side_potential[link.face()] : problem.potential[other];
-        return GroundSums{link.conductance * (given / unit - x[cells + g]), link.conductance};
-      },
-      [=] LICHTENBERG_HOST_DEVICE(int g, const GroundSums& sums) {
-        const double diagonal = grid.groups.diagonal[g];
-        balance.hold[g] = sums.conductance;
-        balance.hold_flux[g] = sums.flux;
-        balance.is_linked[g] = sums.others > 0;
-        balance.shift[g] = diagonal > 0 ? balance.residual[g] / diagonal : 0.0;
-        balance.held[g] = diagonal > 0 ? sums.conductance / diagonal : 0.0;
-      });
-}
-
-/// The same where groups are coupled (CutCellOperator::balance_coupled), and what takes it away. The sum of all
-/// equations would hold what couplings carry, and its rounding; so `hold_flux` and `r` become what links to cells
-/// conduct and bring, for the sum of the cells' equations.
-template <class Executor>
-void balance_coupled_groups(const Executor& run, ProblemView problem, GridView grid, const double* b, const double* x,
-                            double* partial, BalanceView balance) {
-  const int cells = static_cast<int>(grid.layout.size());
-  double *to_cells = balance.hold_flux, *from_cells = balance.r, *carried = balance.q;
+  const bool is_coupled = problem.couplings.start, direct_links = grid.may_have(Of::direct_links);
+  double* carried = balance.q;
   run.sum_pieces(
       grid.link_pieces(problem), partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link]; }, parallel::NoMore{},
-      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { to_cells[g] = sum; });
+      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { balance.to_cells[g] = sum; });
   run.sum_pieces(
       grid.link_pieces(problem), partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
-      parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { from_cells[g] = sum; });
-  run.fill(carried, 0, problem.groups * sizeof(double));
-  add_couplings(run, problem, x + cells, carried);
+      parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { balance.from_cells[g] = sum; });
+  if (is_coupled) {
+    run.fill(carried, 0, problem.groups * sizeof(double));
+    add_couplings(run, problem, x + cells, carried);
+  }
   const DirectFluxes<double> direct{problem, grid, x + cells};
   run.sum_segments(
-      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return direct.count(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const DirectLink& link = grid.direct.link[grid.first_direct_link(problem, g) + t];
-        const bool given = link.is_to_electrode() || !problem.floating[problem.group_of[link.other]];
-        return GroundSums{direct.value(g, t), given ? link.conductance : 0.0};
+        const int other = link.is_to_electrode() ? -1 : problem.group_of[link.other];
+        if (other < 0 || !problem.floating[other]) return DirectSums{direct.value(g, t), link.conductance};
+        return DirectSums{direct.value(g, t), 0, grid.groups.diagonal[other] > 0 ? 1.0 : 0.0};
       },
-      [=] LICHTENBERG_HOST_DEVICE(int g, const GroundSums& sums) {
+      [=] LICHTENBERG_HOST_DEVICE(int g, const DirectSums& sums) {
         const double diagonal = grid.groups.diagonal[g];
         const bool unknown = diagonal > 0;
-        const double flux = from_cells[g] + sums.flux - carried[g];
+        double flux = balance.from_cells[g] + sums.flux, hold = sums.hold;
+        if (is_coupled) {
+          flux -= carried[g];
+          hold += to_given(problem, g, [](int) { return 1.0; });
+        }
         balance.residual[g] = unknown ? b[cells + g] + flux - diagonal * x[cells + g] : 0.0;
-        balance.hold[g] = unknown ? sums.conductance + to_given(problem, g, [](int) { return 1.0; }) : 0.0;
+        balance.hold[g] = unknown ? hold : 0.0;
+        balance.is_linked[g] = unknown && sums.others > 0;
+        balance.shift[g] = unknown ? balance.residual[g] / diagonal : 0.0;
+        balance.held[g] = unknown ? hold / diagonal : 0.0;
       });
-  solve_exactly(run, problem, grid, balance.residual, balance.shift);
-  solve_exactly(run, problem, grid, balance.hold, balance.held);
+  if (is_coupled) {
+    solve_exactly(run, problem, grid, balance.residual, balance.shift);
+    solve_exactly(run, problem, grid, balance.hold, balance.held);
+  } else if (direct_links) {
+    run.template for_each_block<SolveGroups::threads>(1, SolveGroups::bytes, SolveGroups{problem, grid, balance});
+  }
 }
 
-/// From the sum of all equations, in which only links to given potentials are left, the level of all potentials.
+/// From the sum of the cells' equations, the level of all potentials.
 template <class Executor>
 void find_level(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
                 BalanceView balance) {
   const int links = grid.room[Of::links], faces = 4 * problem.faces, cells = static_cast<int>(grid.layout.size());
-  const bool direct_links = grid.may_have(Of::direct_links);
   run.sum(
       static_cast<long>(links) + faces + problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
         if (k < links) {
-          if (k >= grid.number[Of::links] || problem.floating[grid.links.group[k]]) return GroundSums{};
-          const double c = grid.links.conductance[k], given = problem.potential[grid.links.group[k]] / unit;
-          return GroundSums{c * (given - x[grid.links.slot[k]]), c};
+          if (k >= grid.number[Of::links] || problem.floating[grid.links.group[k]]) return LevelSums{};
+          return LevelSums::of_link(grid.links.conductance[k], problem.potential[grid.links.group[k]] / unit,
+                                    x[grid.links.slot[k]]);
         }
         if (k < links + faces) {
           const int side = (k - links) / problem.faces, face = (k - links) % problem.faces;
           const Layout& at = grid.layout;
-          if (!problem.electrode[side] || face >= (side < 2 ? at.ny : at.nx)) return GroundSums{};
+          if (!problem.electrode[side] || face >= (side < 2 ? at.ny : at.nx)) return LevelSums{};
           const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
           const int slot = side < 2 ? slot_of(at, far, face) : slot_of(at, face, far);
-          if (!grid.cells.cover[slot].is_fluid()) return GroundSums{};
-          return GroundSums{2 * (problem.side_potential[k - links] / unit - x[slot]), 2};
+          if (!grid.cells.cover[slot].is_fluid()) return LevelSums{};
+          return LevelSums::of_link(2, problem.side_potential[k - links] / unit, x[slot]);
         }
         const int g = k - links - faces;
-        if (problem.couplings.start) {
-          if (!(grid.groups.diagonal[g] > 0)) return GroundSums{};
-          const double to_cells = balance.hold_flux[g], own = x[cells + g] + balance.shift[g];
-          return GroundSums{to_cells * own - balance.r[g], to_cells * balance.held[g]};
-        }
-        GroundSums sums{problem.charge[g] / problem.permittivity / unit, 0};
-        if (direct_links) {
-          sums.flux += balance.hold_flux[g] - balance.hold[g] * balance.shift[g];
-          sums.conductance += balance.hold[g] * (1 - balance.held[g]);
-        }
-        return sums;
+        if (!(grid.groups.diagonal[g] > 0)) return LevelSums{};
+        return LevelSums::of_group(balance.to_cells[g], x[cells + g] + balance.shift[g], balance.from_cells[g],
+                                   balance.held[g]);
       },
-      [=] LICHTENBERG_HOST_DEVICE(const GroundSums& sums) {
-        *balance.level = sums.conductance > 0 ? sums.flux / sums.conductance : 0.0;
-      });
+      [=] LICHTENBERG_HOST_DEVICE(const LevelSums& sums) { *balance.level = sums.level(); });
 }
 
 /// Makes the charges exact; potentials in units of `unit`, V.
 template <class Executor>
 void balance_charges(const Executor& run, ProblemView problem, GridView grid, const double* b, double unit,
                      double* partial, BalanceView balance, double* x) {
-  const bool is_coupled = problem.couplings.start;
-  if (is_coupled)
-    balance_coupled_groups(run, problem, grid, b, x, partial, balance);
-  else
-    find_imbalance(run, problem, grid, b, x, unit, partial, balance);
-  const bool are_held = is_coupled || grid.may_have(Of::direct_links);
-  if (!is_coupled && are_held)
-    run.template for_each_block<SolveGroups::threads>(1, SolveGroups::bytes, SolveGroups{problem, grid, balance});
+  find_imbalance(run, problem, grid, b, x, partial, balance);
   find_level(run, problem, grid, x, unit, balance);
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(static_cast<long>(cells) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -266,7 +231,7 @@ void balance_charges(const Executor& run, ProblemView problem, GridView grid, co
       return;
     }
     const int g = k - cells;
-    if (grid.groups.diagonal[g] > 0) x[k] += balance.shift[g] + level * (are_held ? 1 - balance.held[g] : 1.0);
+    if (grid.groups.diagonal[g] > 0) x[k] += balance.shift[g] + level * (1 - balance.held[g]);
   });
 }
 

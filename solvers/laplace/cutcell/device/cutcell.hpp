@@ -258,7 +258,7 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
   arrays_->resize(1, v.shares);
   BalanceView& balance = v.balance;
   arrays_->resize(groups, v.next_potential, balance.residual, balance.shift, balance.hold, balance.held,
-                  balance.hold_flux, balance.r, balance.p, balance.q, balance.is_linked);
+                  balance.to_cells, balance.from_cells, balance.r, balance.p, balance.q, balance.is_linked);
   arrays_->resize(SolveGroups::threads * ((groups + SolveGroups::threads - 1) / SolveGroups::threads), balance.linked);
   std::tie(iterations_, potential_, body_result_, side_result_) =
       report_->template divide<Iterations, double, BodyResult, SideResult>(

@@ -13,8 +13,8 @@ from matplotlib.cm import ScalarMappable
 
 from figures import OUTPUT, SOURCE, claim, kept_run, name_for, request, run, save, save_claims
 
-sys.path.insert(0, str(SOURCE / "src" / "commands"))
-import network  # noqa: E402  the pictures of `lichtenberg network`
+sys.path.insert(0, str(SOURCE / "python"))
+from lichtenberg.pictures import network  # noqa: E402  the pictures of `lichtenberg network`
 
 RESISTOR = ["--resistor", "length", "--resistance-per-length", "1000"]  # Ohm/m: 1 Ohm a millimetre
 

@@ -11,9 +11,8 @@ import matplotlib.pyplot as plt
 
 from figures import SOURCE, kept_run, request, save
 
-sys.path.insert(0, str(SOURCE / "src" / "commands"))
-import drawing  # noqa: E402  the pictures of `lichtenberg plot`
-import plot_packing  # noqa: E402
+sys.path.insert(0, str(SOURCE / "python"))
+from lichtenberg.pictures import drawing, packing  # noqa: E402  the pictures of `lichtenberg plot`
 
 METHODS = {"gradient-descent": "#1a1a1a", "fire": "#d55e00", "lbfgs": "#0c7bdc", "lbfgs-newton": "#009e73"}
 SHOWN = [0, 128, 2048]  # iterations of gradient descent, and the last
@@ -60,9 +59,9 @@ def main():
     descent = results["gradient-descent"]
     for axes, frame in zip(above.subplots(1, 4), frames(descent)):
         with h5py.File(descent) as file:
-            packing = plot_packing.DrawnPacking(file, frame)
-        plot_packing.draw_panel(axes, packing)
-        axes.set_title(f"iteration {packing.iteration}", fontsize=9)
+            shown = packing.DrawnPacking(file, frame)
+        packing.draw_panel(axes, shown)
+        axes.set_title(f"iteration {shown.iteration}", fontsize=9)
     draw_history(below.subplots(1, 2), results)
     save(figure, "figure_packing_relaxation")
 

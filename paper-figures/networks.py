@@ -7,8 +7,8 @@ import numpy as np
 
 from figures import SOURCE, kept_run, name_for, request
 
-sys.path.insert(0, str(SOURCE / "src" / "commands"))
-import drawing  # noqa: E402  the pictures of `lichtenberg plot`
+sys.path.insert(0, str(SOURCE / "python"))
+from lichtenberg.pictures import drawing  # noqa: E402  the pictures of `lichtenberg plot`
 
 
 def last_state(description, name):

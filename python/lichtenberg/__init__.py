@@ -1,5 +1,22 @@
 """Results of lichtenberg as numpy arrays, and its field solver with numpy in and out. README.md beside has examples."""
-from .program import conductors, run, solve
-from .result import Array, Failure, Frame, InputError, Result, load
+import importlib
 
-__all__ = ["Array", "Failure", "Frame", "InputError", "Result", "conductors", "load", "run", "solve"]
+_homes = {
+    "errors": ["Failure", "InputError"],
+    "program": ["conductors", "run", "solve"],
+    "result": ["Array", "Frame", "Result", "load"],
+}
+__all__ = sorted(name for names in _homes.values() for name in names)
+
+
+def __getattr__(name):
+    """Only what is used is imported: numpy and HDF5 take a quarter of a second, which not every command needs."""
+    for home, names in _homes.items():
+        if name in names or name == home:
+            module = importlib.import_module(f".{home}", __name__)
+            return module if name == home else getattr(module, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__():
+    return __all__

@@ -1,62 +1,61 @@
-"""The commands `lichtenberg view` and `lichtenberg export`: python3 -m lichtenberg view RESULT [--out PAGE] and so on."""
-import argparse
-import os
+"""Commands of the program in Python: python3 -m lichtenberg view RESULT [--out PAGE] and so on (commands/). The program calls
+this file by its path, and further with
+
+    --describe [NAME ...]           prints the table of commands: JSON in quotes, as C++ and JSON have a text
+    --draw MODULE.FUNCTION WORD ... calls a function of pictures/ with these words
+"""
 import sys
+
+if not __package__:  # called by its path, which is then where modules are found
+    import interrupted  # before all else
+
+    sys.path[0] = sys.path[0].rpartition("/")[0]
+
+import importlib
+import json
 import warnings
 
-from . import messages
-from . import view as page
-from .export import export
-from .result import Failure, InputError, damage, default_output, load, printable
+from lichtenberg import commands, messages
+from lichtenberg.errors import Failure, InputError
 
 
-def parser():
-    commands = argparse.ArgumentParser(prog="lichtenberg", description=__doc__)
-    kinds = commands.add_subparsers(dest="command", required=True)
-    for name in ("view", "export"):
-        command = kinds.add_parser(name)
-        command.add_argument("file")
-        command.add_argument("--out", "--output")
-        command.add_argument("--frames", "--frame")
-        command.add_argument("--overwrite", action="store_true")
-        if name == "export":
-            command.add_argument("--to", required=True)
-    return commands
-
-
-def view(request):
-    with load(request.file) as result:
-        out = request.out or default_output(request.file, ".html")
-        page.write_page(result, out, request.frames, request.overwrite)
-    messages.say(f"{out}: {os.path.getsize(out) / 1e6:.3g} MB, open it in a browser")
-
-
-def act(request):
-    if request.command == "view":
-        return view(request)
-    return messages.say(export(request.file, request.to, request.out, request.frames, request.overwrite))
+def work_of(name, words):
+    """What is to be done, and the file that it reads, if any."""
+    if name == "--describe":
+        return lambda: print(json.dumps(json.dumps(commands.describe(words)))), None
+    if name == "--draw":
+        module, function = words[0].split(".")
+        return lambda: getattr(importlib.import_module(f"lichtenberg.pictures.{module}"), function)(*words[1:]), words[1]
+    module, request = commands.module_of(name), commands.parser_of(name).parse_args(words)
+    read = [getattr(request, each["name"].lower()) for each in module.ARGUMENTS if "result" in each]
+    return lambda: module.act(request), read[0] if read else None
 
 
 def show(words, kind, *_, **__):
-    """A warning of load() as a sentence, and none of Python's own."""
-    if kind is UserWarning:
-        messages.tell(f"lichtenberg: {printable(str(words))}")
+    """A warning of load() as a sentence, and none of Python's own. The program has said it before."""
+    if kind is UserWarning and __package__:
+        messages.tell(f"lichtenberg: {messages.printable(str(words))}")
 
 
-def main():
+def main(name="", *words):
     messages.open_closed_descriptors()
     warnings.showwarning = show
-    request = parser().parse_args()
+    read = None
     try:
-        act(request)
+        work, read = work_of(name, words)
+        work()
         return 0
     except (InputError, Failure) as error:
         sentence, status = str(error), 2 if isinstance(error, InputError) else 1
     except Exception as error:  # whatever a damaged file leads to
-        sentence, status = f"{request.file} is damaged or incomplete ({damage(error)})", 2
-    messages.tell(f"lichtenberg: {printable(sentence)}")
+        if read is None:
+            raise
+        from lichtenberg.result import damage
+
+        sentence, status = f"{read if isinstance(read, str) else read[0]} is damaged or incomplete ({damage(error)})", 2
+    messages.tell(f"lichtenberg: {messages.printable(sentence)}")
     return status
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(*sys.argv[1:]))

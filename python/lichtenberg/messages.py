@@ -25,6 +25,11 @@ def escaped(words):
     return "".join(c if c.isprintable() or c == "\n" else f"\\x{ord(c):02x}" for c in str(words))
 
 
+def printable(sentence):
+    """In one line, without characters that do something to a terminal: files of strangers have names of their own."""
+    return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in " ".join(sentence.split()))
+
+
 def tell(words, end="\n"):
     """Prints on standard error, if that can be."""
     written(sys.stderr, words, end)

@@ -11,6 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from .errors import Failure, InputError
 from .ranges import colour_range
 
 TO_GROUND, UNCONNECTED = -1, -2  # of successors
@@ -19,14 +20,6 @@ FOOTER = struct.Struct("<8sQII")  # mark, bytes before it, their CRC-32, 0
 MAGIC = b"LICHTSUM"
 HEAP = b"GCOL\1\0\0\0"  # signature and version of a collection in HDF5's global heap
 GROUPS = ("gas", "relaxation", "packing", "analysis", "network/particle", "network/contact", "summary")  # of tables
-
-
-class InputError(Exception):
-    """Input that cannot be used, as one sentence."""
-
-
-class Failure(Exception):
-    """Work that could not be done, as one sentence."""
 
 
 class Array(np.ndarray):
@@ -511,38 +504,39 @@ def checked_index(index, count, path):
 
 
 def chosen_frames(result, written):
-    """Indices, ascending, that "0,5,10:20,30:90:10" names: frames, and FIRST:LAST:STEP with LAST among them, which without
-    FIRST or LAST goes from the first or to the last. All for None. Throws InputError."""
+    """Indices, ascending, of the frames that are written as in "0,5,10:20,30:90:10"; all for None. Throws InputError."""
     if written is None:
         return range(len(result))
-    return sorted({frame for part in str(written).split(",") for frame in frames_of_part(part, result, written)})
+    return sorted(set(listed_frames(str(written), result.path, len(result))))
 
 
-def frames_of_part(part, result, written):
-    words = part.split(":")
-    if len(words) > 3:
-        raise InputError(f"--frames {written}: `{part}` has more than FIRST:LAST:STEP")
-    first = frame_number(words[0], result, 0 if len(words) > 1 else None)
-    last = frame_number(words[1], result, len(result) - 1) if len(words) > 1 else first
-    if last < first:
-        raise InputError(f"--frames {written}: {part} is the wrong way round, the first frame comes first")
-    step = words[2] if len(words) > 2 else "1"
-    if not step.isdecimal() or int(step) == 0:
-        raise InputError(f"--frames {written}: the step `{step}` must be a whole number from 1 on")
-    return range(first, last + 1, int(step))
+def listed_frames(written, path, count):
+    """Indices, in the order in which they are written: frames, and FIRST:LAST:STEP with LAST among them, which without FIRST
+    or LAST goes from the first or to the last. Throws InputError unless all are frames of `path`, which has `count`."""
 
+    def number(word, default=None):
+        if word == "" and default is not None:
+            return default
+        if not re.fullmatch("-?[0-9]+", word):
+            raise InputError(f"`{word}` is no frame: indices and ranges are wanted, as in --frames 0,5,10:20,30:90:10")
+        if not 0 <= int(word) < count:
+            raise InputError(f"frame {word} is not in {path}: it has frames 0 to {count - 1}")
+        return int(word)
 
-def frame_number(word, result, default):
-    if word == "" and default is not None:
-        return default
-    if not word.isdecimal():
-        raise InputError(f"`{word}` is no frame: indices and ranges are wanted, as in --frames 0,5,10:20,30:90:10")
-    return checked_index(int(word), len(result), result.path)
+    def part_of(part):
+        words = part.split(":")
+        if len(words) > 3:
+            raise InputError(f"--frames {written}: `{part}` has more than FIRST:LAST:STEP")
+        first = number(words[0], 0 if len(words) > 1 else None)
+        last = number(words[1], count - 1) if len(words) > 1 else first
+        if last < first:
+            raise InputError(f"--frames {written}: {part} is the wrong way round, the first frame comes first")
+        step = words[2] if len(words) > 2 else "1"
+        if not re.fullmatch("0*[1-9][0-9]*", step):
+            raise InputError(f"--frames {written}: the step `{step}` must be a whole number from 1 on")
+        return range(first, last + 1, int(step))
 
-
-def printable(sentence):
-    """In one line, without characters that do something to a terminal: files of strangers have names of their own."""
-    return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in " ".join(sentence.split()))
+    return [frame for part in written.split(",") for frame in part_of(part)]
 
 
 def default_output(path, suffix):

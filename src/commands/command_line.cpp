@@ -21,6 +21,7 @@
 #include "solvers/parallel/petsc.hpp"
 #include "solvers/parallel/processes.hpp"
 #include "src/commands/commands.hpp"
+#include "src/commands/python.hpp"
 #include "src/commands/self_description.hpp"
 #include "src/commands/streams.hpp"
 #include "src/commands/theory_kind.hpp"
@@ -209,7 +210,17 @@ void declare(CLI::App& program, const std::vector<Command>& commands) {
                                meant ? fmt::format("; did you mean --{}?", *meant) : ";", help));
 }
 
-void dispatch(std::vector<std::string> arguments, const std::vector<Command>& commands) {
+/// The command that the arguments name, or ask for help on, where it is not among those that are listed.
+void add_unlisted(std::vector<Command>& commands, const std::vector<std::string>& arguments) {
+  const std::size_t place = !arguments.empty() && arguments.front() == "help" ? 1 : 0;
+  if (arguments.size() <= place || std::ranges::find(commands, arguments[place], &Command::name) != commands.end())
+    return;
+  if (arguments[place] == "frame-fields") return commands.push_back(frame_fields_command());
+  if (std::optional<Command> added = added_python_command(arguments[place])) commands.push_back(std::move(*added));
+}
+
+void dispatch(std::vector<std::string> arguments, std::vector<Command> commands) {
+  add_unlisted(commands, arguments);
   CLI::App program("Charged conductors in a dielectric: how they move, touch, exchange charge and form structures.",
                    "lichtenberg");
   declare(program, commands);
@@ -285,18 +296,11 @@ int status_of(const std::function<int()>& work) {
 }  // namespace
 
 std::vector<Command> all_commands() {
-  return {run_command(),
-          solve_command(),
-          explain_command(),
-          plot_command(),
-          film_command(),
-          view_command(),
-          export_command(),
-          analyse_command(),
-          network_command(),
-          theory_command(theory_kinds()),
-          work_precision_command(),
-          ensemble_command()};
+  std::vector<Command> commands = python_commands();
+  commands.insert(commands.begin(), {run_command(), solve_command(), explain_command()});
+  commands.insert(commands.end(), {analyse_command(), network_command(), theory_command(theory_kinds()),
+                                   work_precision_command(), ensemble_command()});
+  return commands;
 }
 
 int run_command_line(std::vector<std::string> arguments, const std::vector<Command>& commands) {

@@ -45,13 +45,11 @@ struct Command {
 Command run_command();
 Command solve_command();
 Command explain_command();
-Command plot_command();
-Command film_command();
-Command view_command();
-Command export_command();
 Command analyse_command();
 Command network_command();
 Command work_precision_command();
 Command ensemble_command();
+
+Command frame_fields_command();  ///< for the Python package alone, not listed
 
 }  // namespace lichtenberg

@@ -1,8 +1,6 @@
-#include "src/commands/frame_fields.hpp"
-#include "src/commands/streams.hpp"
-
 #include <fmt/format.h>
-#include <sys/mman.h>
+#include <signal.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,16 +8,21 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <memory>
 #include <span>
 #include <system_error>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/accuracy/grids.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
+#include "src/commands/commands.hpp"
+#include "src/commands/progress.hpp"
+#include "src/commands/streams.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/groups.hpp"
 #include "src/model/bodies.hpp"
+#include "src/record/result.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -62,9 +65,10 @@ laplace::LaplaceProblem problem_of(const Scene& scene, Bodies& bodies, const Con
   return effects::make_laplace_problem(scene, bodies, groups_of(scene, frame));
 }
 
-void write_all(int descriptor, std::span<const std::byte> bytes) {
+/// Two integers of 32 bits, nx and ny, then 32-bit numbers [frames][ny][nx], V, NaN for a frame that cannot be solved.
+void write_all(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    const ssize_t written = write(descriptor, bytes.data(), bytes.size());
+    const ssize_t written = write(STDOUT_FILENO, bytes.data(), bytes.size());
     if (written < 0)
       throw Failure(
           fmt::format("there is no memory for the fields of the frames ({}): choose fewer of them by --frames",
@@ -86,8 +90,7 @@ std::vector<float> values_of(laplace::LaplaceSolver& solver, const laplace::Lapl
   return {field.value.begin(), field.value.end()};
 }
 
-}  // namespace
-
+/// Whether the run has a field whose frames can be solved again.
 bool has_field(const Result& result) {
   if (result.conductor_frame(0).potential.empty()) return false;
   try {
@@ -101,26 +104,46 @@ bool has_field(const Result& result) {
   }
 }
 
-FrameFields::FrameFields(const Result& result, const std::vector<int>& frames,
-                         const std::function<void(int done)>& solved)
-    : descriptor_(memfd_create("fields", 0)), path_(fmt::format("/proc/self/fd/{}", descriptor_)) {
-  if (descriptor_ < 0) throw Failure("there is no memory for the fields of the frames");
+struct FieldsRequest {
+  std::string file;
+  std::vector<int> frames;
+  bool quiet = false;
+};
+
+void write_fields(const FieldsRequest& request) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);  // nobody else reads them
+  const Result result(request.file);
+  if (!has_field(result)) return;
   const Scene scene = result.scene();
   const int cells = cells_for(scene);
   const Vec2 size = plane(scene.domain.size);
   const double h = std::max(size.x, size.y) / cells;
   const std::int32_t shape[] = {static_cast<std::int32_t>(std::lround(size.x / h)),
                                 static_cast<std::int32_t>(std::lround(size.y / h))};
-  write_all(descriptor_, std::as_bytes(std::span(shape)));
+  write_all(std::as_bytes(std::span(shape)));
   laplace::CutCellSolver solver({.cells = cells, .tolerance = picture_tolerance});
   Bodies bodies = make_bodies(scene);
-  for (std::size_t k = 0; k < frames.size(); ++k) {
-    const laplace::LaplaceProblem problem = problem_of(scene, bodies, result.conductor_frame(frames[k]));
+  const int count = static_cast<int>(request.frames.size());
+  Progress progress(0, count, request.quiet);
+  for (int k = 0; k < count; ++k) {
+    const laplace::LaplaceProblem problem = problem_of(scene, bodies, result.conductor_frame(request.frames[k]));
     const std::vector<float> values =
-        values_of(solver, problem, frames[k], static_cast<std::size_t>(shape[0]) * shape[1]);
-    write_all(descriptor_, std::as_bytes(std::span(values)));
-    solved(static_cast<int>(k) + 1);
+        values_of(solver, problem, request.frames[k], static_cast<std::size_t>(shape[0]) * shape[1]);
+    write_all(std::as_bytes(std::span(values)));
+    if (progress.due()) progress.show(fmt::format("field of frame {} of {} solved", k + 1, count), k + 1);
   }
+}
+
+}  // namespace
+
+Command frame_fields_command() {
+  auto request = std::make_shared<FieldsRequest>();
+  return {"frame-fields",
+          "Writes the potential in frames to standard output, solved again, as pictures show it (pictures/fields.py)",
+          {{"FILE", &request->file, "result file of a run (.h5)", {.required = true}},
+           {"--frames", &request->frames, "indices", {.required = true, .comma_separated = true}},
+           {"--quiet", &request->quiet, "show no progress"}},
+          [request] { write_fields(*request); }};
 }
 
 }  // namespace lichtenberg

@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "solvers/error.hpp"
-#include "src/commands/draw.hpp"
+#include "src/commands/python.hpp"
 #include "src/commands/streams.hpp"
 #include "src/record/atomic_file.hpp"
 
@@ -98,11 +98,11 @@ void write_json(const std::string& path, const nlohmann::ordered_json& json) {
   write_atomically(path, std::as_bytes(std::span(text)));
 }
 
-void draw_json(const std::string& script, const nlohmann::ordered_json& json, const std::string& picture,
+void draw_json(const std::string& function, const nlohmann::ordered_json& json, const std::string& picture,
                bool silently) {
   const TemporaryFile data;
   write_json(data.path, json);
-  draw(script, {data.path, "--out=" + picture});
+  draw(function, {data.path, picture});
   if (!silently) fmt::print("\n{} shows it\n", printable(picture));
 }
 

@@ -40,9 +40,9 @@ Argument json_argument(JsonTarget& target, const std::string& what, bool file_fo
 /// Whole or not at all. Throws Failure if the disk does not take it.
 void write_json(const std::string& path, const nlohmann::ordered_json& json);
 
-/// Has a script of this folder draw what the JSON holds into a picture, and says so unless `silently`. Throws Failure
+/// Has a `function` of python.hpp draw what the JSON holds into a picture, and says so unless `silently`. Throws Failure
 /// if it does not: all else that was asked for is to be done before.
-void draw_json(const std::string& script, const nlohmann::ordered_json& json, const std::string& picture,
+void draw_json(const std::string& function, const nlohmann::ordered_json& json, const std::string& picture,
                bool silently = false);
 
 }  // namespace lichtenberg

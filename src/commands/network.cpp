@@ -13,11 +13,11 @@
 #include "solvers/network/electrode.hpp"
 #include "solvers/network/resistor.hpp"
 #include "src/commands/commands.hpp"
-#include "src/commands/draw.hpp"
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
 #include "src/commands/packing_network.hpp"
 #include "src/commands/progress.hpp"
+#include "src/commands/python.hpp"
 #include "src/commands/reading.hpp"
 
 namespace lichtenberg {
@@ -284,10 +284,11 @@ std::string picture_of(const NetworkArguments& request) {
 
 void draw_networks(const NetworkArguments& request, const std::vector<std::string>& warnings,
                    const std::vector<SolvedNetwork>& networks) {
-  std::vector<std::string> arguments = {as_word(request.file), "--out=" + picture_of(request), "--models"};
-  for (const SolvedNetwork& solved : networks) arguments.push_back(name_of(solved.model));
-  for (const std::string& warning : warnings) arguments.push_back("--warning=" + warning);
-  draw("network.py", arguments);
+  std::string models;
+  for (const SolvedNetwork& solved : networks) models += (models.empty() ? "" : ",") + std::string(name_of(solved.model));
+  std::vector<std::string> words = {request.file, picture_of(request), models};
+  words.insert(words.end(), warnings.begin(), warnings.end());
+  draw("network.draw_file", words);
 }
 
 void measure(const NetworkArguments& request) {

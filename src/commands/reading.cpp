@@ -151,6 +151,14 @@ void try_reading(const std::string& file, const std::function<void()>& read) {
   if (const int status = status_of(child); is_crash(status)) throw InputError(crash_in_words(file, status));
 }
 
+void check_bytes(const std::string& path, const std::string& done) {
+  try {
+    warn_if_changed(ResultFile(path, done));
+  } catch (const hdf5::Error& error) {
+    throw InputError(fmt::format("{} is damaged and cannot be {} ({})", path, done, error.what()));
+  }
+}
+
 void warn_if_changed(const ResultFile& result) {
   constexpr int without_checksums = 1;
   if (result.is_sealed() || result.format() == without_checksums) return;

@@ -19,6 +19,9 @@ void read_in_child(const std::vector<std::string>& files);
 /// and results are lost. Throws InputError if the child crashes.
 void try_reading(const std::string& file, const std::function<void()>& read);
 
+/// Throws InputError, with what was to be `done`, if the result is damaged; says so if another program has changed it.
+void check_bytes(const std::string& path, const std::string& done);
+
 /// Says on standard error that a file has lost its checksum to another program, if it has.
 void warn_if_changed(const ResultFile& result);
 

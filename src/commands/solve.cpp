@@ -12,10 +12,10 @@
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
-#include "src/commands/draw.hpp"
 #include "src/commands/field_problem.hpp"
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
+#include "src/commands/python.hpp"
 #include "src/commands/scratch_folder.hpp"
 #include "src/commands/solve_grains.hpp"
 #include "src/effects/conductor_frame.hpp"
@@ -368,7 +368,7 @@ void draw_solution(const Answer& answer, std::optional<laplace::Field> field, co
     milestone.warnings = warnings_of(answer);
     recorder.save(milestone);
   }
-  draw("plot.py", {file, "--colour=potential", "--out=" + picture, "--overwrite", "--quiet"});
+  draw("frames.draw_solution", {file, picture});
 }
 
 /// Throws Failure if what was solved for holds a number that is none, before anything is printed or written of it.

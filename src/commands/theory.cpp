@@ -248,7 +248,7 @@ void tell_theory(const TheoryArguments& request, const std::vector<TheoryKind>& 
   if (!request.json.printed()) print_answer(answer, source);
   if (!request.json.word.empty()) request.json.put(json_of(answer, source), 1);
   if (!request.csv.empty()) write_csv(request.csv, answer);
-  if (request.plot) draw_json("theory.py", json_of(answer, source), theory_picture(request), request.json.printed());
+  if (request.plot) draw_json("theory.draw_file", json_of(answer, source), theory_picture(request), request.json.printed());
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ void sweep(Arguments arguments) {
   if (!arguments.json.printed()) work_precision::print(diagram, circumstances);
   const nlohmann::ordered_json json = work_precision::to_json(diagram, circumstances);
   arguments.json.put(json, 1);
-  if (!diagram.points.empty()) draw_json("work_precision.py", json, arguments.picture, arguments.json.printed());
+  if (!diagram.points.empty()) draw_json("work_precision.draw_file", json, arguments.picture, arguments.json.printed());
 }
 
 }  // namespace

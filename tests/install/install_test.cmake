@@ -47,7 +47,7 @@ run(${stage}/prefix/bin/lichtenberg --version)
 expect("lichtenberg 0.1.0")
 run(${stage}/prefix/bin/lichtenberg plot --help)
 expect("FILE")
-if(NOT EXISTS ${stage}/prefix/share/lichtenberg/plot.py)
+if(NOT EXISTS ${stage}/prefix/share/lichtenberg/python/lichtenberg/commands/plot.py)
   message(FATAL_ERROR "the plot script was not installed")
 endif()
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "src/commands"))
-import plot_space  # noqa: E402
+sys.path.insert(0, str(Path(__file__).parents[2] / "python"))
+from lichtenberg.pictures import space  # noqa: E402
 
 BOX = np.array([1.0, 2.0, 3.0])
 
@@ -14,7 +14,7 @@ BOX = np.array([1.0, 2.0, 3.0])
 class Up(unittest.TestCase):
     def test_the_fall_points_down_in_the_picture(self):
         for down in ([0, 0, -1], [0, 0, 1], [0, -1, 0], [0, 1, 0], [-1, 0, 0], [0.1, 0.2, -0.9], None):
-            eye = plot_space.Eye(BOX, down)
+            eye = space.Eye(BOX, down)
             axis = 1 if down is None else np.argmax(np.abs(down))
             fall = np.zeros(3)
             fall[axis] = -1 if down is None else np.sign(down[axis])
@@ -24,17 +24,17 @@ class Up(unittest.TestCase):
             self.assertLess(shown[1], -0.9)
 
     def test_without_gravity_y_is_up_and_z_towards_the_eye(self):
-        right, up, away = plot_space.Eye(BOX).axes
+        right, up, away = space.Eye(BOX).axes
         self.assertGreater(right[0], 0.8)
         self.assertGreater(up[1], 0.9)
         self.assertLess(away[2], -0.8)
 
     def test_a_cut_keeps_what_lies_behind_it(self):
-        corners = plot_space.corners(BOX)
+        corners = space.corners(BOX)
         for down in (None, [0, 0, -1], [1, 0, 0]):
-            eye = plot_space.Eye(BOX, down)
+            eye = space.Eye(BOX, down)
             for axis in range(3):
-                kept = plot_space.kept(corners, (axis, BOX[axis] / 2), eye)
+                kept = space.kept(corners, (axis, BOX[axis] / 2), eye)
                 self.assertEqual(kept.sum(), 4)
                 self.assertGreater(eye.depth(corners[kept]).mean(), eye.depth(corners[~kept]).mean())
 

@@ -17,10 +17,10 @@ import tempfile
 import tomllib
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src/commands"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
 
-from drawing import plt, set_style
-from work_precision import draw_panel
+from lichtenberg.pictures.drawing import plt, set_style
+from lichtenberg.pictures.work_precision import draw_panel
 
 CHARGES = {"mesh": "our mesh, as a run takes it", "mesh-gauss": "with Gauss' splitting", "mesh-splines": "with B-splines",
            "mesh-double": "in double precision", "ewald": "Ewald's sums", "lammps": "LAMMPS' PPPM"}

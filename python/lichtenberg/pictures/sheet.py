@@ -4,7 +4,7 @@ import textwrap
 
 from matplotlib.figure import Figure
 
-from drawing import INK, WARNING
+from .drawing import INK, WARNING
 
 LEFT, TOP, BOTTOM, BETWEEN = 0.22, 0.62, 0.4, 0.35
 BAR_GAP, BAR_WIDTH, BAR_LABELS = 0.14, 0.16, 0.72

@@ -1,21 +1,13 @@
-#!/usr/bin/python3
 """Draws what `lichtenberg work-precision` measured: error against time, a line a method.
 
-    work_precision.py FILE.json [--out PICTURE]
-
-A line joins the points of a method that are cheaper than all its more accurate ones; the others are faint. Exit status 2
-and one sentence for input that cannot be used.
+A line joins the points of a method that are cheaper than all its more accurate ones; the others are faint.
 """
-import interrupted  # before all else
-
-import argparse
-import sys
 import textwrap
 from pathlib import Path
 
 from matplotlib.ticker import LogFormatterSciNotation
 
-from drawing import INK, InputError, messages, plt, read_json, save, set_style
+from .drawing import INK, plt, read_json, save, set_style
 
 # Distinct also to the colour-blind (Okabe & Ito); a method's line has the style of its family.
 STYLES = {
@@ -148,18 +140,5 @@ def draw(sweep):
     return figure
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("file", help="what `lichtenberg work-precision --json` wrote")
-    parser.add_argument("--out", help="picture to write (default: FILE with .png)")
-    request = parser.parse_args()
-    try:
-        save(draw(read_json(request.file)), request.out or Path(request.file).with_suffix(".png"))
-    except InputError as error:
-        messages.tell(f"lichtenberg: {messages.escaped(error)}")
-        return 2
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def draw_file(path, out):
+    save(draw(read_json(path)), out)

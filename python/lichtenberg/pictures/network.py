@@ -1,26 +1,15 @@
-#!/usr/bin/python3
 """Draws the networks that `lichtenberg network` left in a result file: potential as colour, current as line width. In
-space only the backbone, the strongest of its resistors, in perspective and paler where they are far.
-
-    network.py FILE [--models particle contact] [--out PICTURE]
-
-Exit status 2 and one sentence for input that cannot be used. Other scripts import the drawing functions.
-"""
-import interrupted  # before all else
-
-import argparse
-import sys
+space only the backbone, the strongest of its resistors, in perspective and paler where they are far."""
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-import drawing
-import plot_space
-from sheet import Sheet
 from matplotlib import pyplot as plt
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import Normalize
+
+from . import drawing, space
+from .sheet import Sheet
 
 COLOURS = "viridis"
 ISOLATED = "#f2d7d5"  # particles that no path joins to an electrode
@@ -175,9 +164,9 @@ def draw_electrodes(axes, network, clip):
 
 def draw_backbone(axes, network, colours):
     """The strongest resistors, from far to near; returns which share of the largest current the weakest has."""
-    eye = plot_space.Eye(network.size)
-    plot_space.set_window(axes, eye)
-    plot_space.draw_box(axes, eye, "m")
+    eye = space.Eye(network.size)
+    space.set_window(axes, eye)
+    space.draw_box(axes, eye, "m")
     current = np.where(network.carries, network.current, 0)
     strongest = np.argsort(-current, kind="stable")[: min(MOST_LINES, np.count_nonzero(current > 0))]
     middle = network.segments[strongest].mean(axis=1)
@@ -230,7 +219,7 @@ def draw(networks, warnings=()):
     """One panel a network, as a figure; below them why the packing may be unsafe to use."""
     drawing.set_style()
     spatial = len(networks[0].size) == 3
-    sheet = Sheet([plot_space.Eye(n.size).size if spatial else n.size for n in networks], with_bar=True)
+    sheet = Sheet([space.Eye(n.size).size if spatial else n.size for n in networks], with_bar=True)
     for axes, network in zip(sheet.panels, networks):
         colours = panel(axes, network)
     bar = sheet.figure.colorbar(ScalarMappable(**colours), cax=sheet.figure.add_axes(sheet.bar))
@@ -241,21 +230,6 @@ def draw(networks, warnings=()):
     return sheet.figure
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("file", help="result file of `lichtenberg network` (.h5)")
-    parser.add_argument("--models", nargs="+", default=["particle", "contact"], help="particle, contact or both")
-    parser.add_argument("--out", help="picture to write (default: FILE with -network.png)")
-    parser.add_argument("--warning", action="append", default=[], help="why the packing may be unsafe to use")
-    request = parser.parse_args()
-    path = Path(request.file)
-
-    def work():
-        figure = draw([read(path, model) for model in request.models], request.warning)
-        drawing.save(figure, request.out or path.with_name(path.stem + "-network.png"))
-
-    return drawing.report(path, work)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def draw_file(path, out, models, *warnings):
+    """`models`: particle, contact or both, with a comma; `warnings`: why the packing may be unsafe to use."""
+    drawing.save(draw([read(path, model) for model in models.split(",")], warnings), out)

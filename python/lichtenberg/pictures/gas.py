@@ -2,9 +2,8 @@
 import numpy as np
 from matplotlib.collections import EllipseCollection
 
-import drawing
-import plot_space
-from colours import Quantity, Range, draw_legend, run_range
+from . import drawing, space
+from .colours import Quantity, Range, draw_legend, run_range
 
 EDGE = "#4d4d4d"
 FEW = 100  # particles that may be lost in a large box
@@ -27,7 +26,7 @@ class Grains:
         self.periodic = np.resize(particles["box"].attrs.get("boundary", b"none"), len(self.box)) == b"periodic"
         self.quantities = {q.name: q for q in self.all_quantities() if q.column in particles}
         self.cut = None
-        self.down = plot_space.down_of(file)
+        self.down = space.down_of(file)
         self.window = np.zeros(len(self.box)), self.box  # lower corner and size of what is shown
         if self.spatial and len(self.radius) <= FEW:
             self.window = self.window_of_few(particles["position/value"][()])
@@ -52,7 +51,7 @@ class Grains:
     @property
     def size(self):
         """Of the panel, in any unit."""
-        return plot_space.Eye(self.window[1], self.down).size if self.spatial else self.box
+        return space.Eye(self.window[1], self.down).size if self.spatial else self.box
 
     def column(self, file, name, index):
         column = file[f"particles/conductors/{self.quantities[name].column}/value"][index]
@@ -107,7 +106,7 @@ class Grains:
         position = shown[1]
         if self.spatial:
             faces = self.faces(shown, scale)
-            plot_space.draw(axes, position, self.radius, faces, self.window, self.unit, self.cut, down=self.down)
+            space.draw(axes, position, self.radius, faces, self.window, self.unit, self.cut, down=self.down)
         else:
             self.draw_in_the_plane(axes, position, self.faces(shown, scale))
         draw_legend(axes, scale.legend(shown[2]) if scale else [])

@@ -4,7 +4,7 @@ above. Of a scene with gravity the axis along which bodies fall points down. All
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 
-from drawing import INK, InputError, in_metres
+from .drawing import INK, InputError, in_metres
 
 TURN, RISE = np.radians(28), np.radians(18)  # of the eye about the box
 DISTANCE = 2.6  # of the eye from the middle of the box, in its longest edges

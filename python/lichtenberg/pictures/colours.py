@@ -8,8 +8,8 @@ from matplotlib.colors import AsinhNorm, BoundaryNorm, LogNorm, Normalize, to_rg
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
 
-from drawing import INK, InputError, prefixed
-from lichtenberg.ranges import reaches, set_colours
+from ..ranges import reaches, set_colours
+from .drawing import INK, InputError, prefixed
 
 PALE = "#ededed"  # what has no value: conductors that nothing connects, lone grains
 

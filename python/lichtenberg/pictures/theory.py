@@ -1,21 +1,11 @@
-#!/usr/bin/python3
-"""Draws what `lichtenberg theory` wrote as JSON: a panel a quantity, lines for theory and points for a run, and fields.
-
-    theory.py FILE.json [--out PICTURE]
-
-Exit status 2 and one sentence for input that cannot be used.
-"""
-import interrupted  # before all else
-
-import argparse
+"""Draws what `lichtenberg theory` wrote as JSON: a panel a quantity, lines for theory and points for a run, and fields."""
 import re
-import sys
-from pathlib import Path
 
 import numpy as np
-from drawing import InputError, plt, read_json, report, save, set_style
 from matplotlib.colors import LogNorm
 from matplotlib.ticker import NullFormatter
+
+from .drawing import plt, read_json, save, set_style
 
 # Distinct also to the colour-blind (Okabe & Ito).
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c8c8c"]
@@ -127,14 +117,5 @@ def draw(answer):
     return figure
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("file", help="what `lichtenberg theory NAME --json FILE` wrote")
-    parser.add_argument("--out", help="picture to write (default: FILE with .png)")
-    request = parser.parse_args()
-    picture = request.out or Path(request.file).with_suffix(".png")
-    return report(request.file, lambda: save(draw(read_json(request.file)), picture))
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def draw_file(path, out):
+    save(draw(read_json(path)), out)

@@ -6,12 +6,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-import drawing
-import plot_space
-from colours import Quantity, Range, bar_norm, draw_legend, run_range
-from drawing import INK, MM, UNCONNECTED, prefixed
-from lichtenberg import ground
-from lichtenberg.result import field_of, text_of
+from .. import ground
+from ..result import field_of, text_of
+from . import drawing, space
+from .colours import Quantity, Range, bar_norm, draw_legend, run_range
+from .drawing import INK, MM, UNCONNECTED, prefixed
 
 QUANTITIES = [
     Quantity("potential", "potential ({}V)", "signed", "potential"),
@@ -150,8 +149,8 @@ class ConductorsInSpace(Conductors):
     def __init__(self, file, path):
         super().__init__(file, path)
         self.box = file["scene/domain/size"][()]
-        self.down = plot_space.down_of(file)
-        self.size = plot_space.Eye(self.box, self.down).size
+        self.down = space.down_of(file)
+        self.size = space.Eye(self.box, self.down).size
         self.radius = file["particles/conductors/radius"][()]
         self.electrodes = ground.electrodes_in(file["scene"])
         held = [shape for shape in self.electrodes if shape["shape"] == "sphere"]
@@ -174,7 +173,7 @@ class ConductorsInSpace(Conductors):
         radius = np.concatenate([self.radius, self.held_radius])
         faces = np.concatenate([faces, np.tile(self.ELECTRODE, (len(self.held_at), 1))])
         sides = [np.array([shape["low"], shape["high"]]) for shape in self.electrodes if shape["shape"] == "face"]
-        plot_space.draw(axes, place, radius, faces, (np.zeros(3), self.box), self.unit, self.cut, sides, self.down)
+        space.draw(axes, place, radius, faces, (np.zeros(3), self.box), self.unit, self.cut, sides, self.down)
         marks = scale.legend(values) if scale else []
         if self.electrodes:
             marks.append(Patch(color=self.ELECTRODE, label=", ".join(map(name_and_potential, self.electrodes))))
@@ -189,7 +188,7 @@ class ConductorsInSpace(Conductors):
         end = position[np.maximum(successor[start], 0)]
         last = successor[start] < 0
         end[last] = ground.nearest_ground(position[start[last]], self.electrodes)
-        lines = plot_space.Eye(self.box, self.down).project(np.stack([position[start], end], axis=1))
+        lines = space.Eye(self.box, self.down).project(np.stack([position[start], end], axis=1))
         axes.add_collection(LineCollection(lines, colors=INK, linewidths=1.0, zorder=4))
 
 

@@ -1,24 +1,14 @@
-#!/usr/bin/python3
-"""Draws the frames of a result file on all cores and has ffmpeg make an mp4 of them.
-
-    film.py FILE --out FILM.mp4 [--frames 0,5,10] [--rate 15] [--colour NAME] [--range LOW,HIGH] [--cmap NAME]
-            [--cut z=0.01] [--fields FILE] [--overwrite] [--quiet]
-
-Exit status 2 and one sentence for input that cannot be used.
-"""
-import interrupted  # before all else
-
-import argparse
+"""Draws the frames of a result file on all cores and has ffmpeg make an mp4 of them."""
 import multiprocessing
 import os
 import signal
 import subprocess
-import sys
 import time
 
-import drawing
-import plot
-from drawing import InputError, messages
+from ..result import listed_frames
+from . import drawing, frames
+from .drawing import InputError, messages
+from .fields import Fields
 
 DPI = 170
 CRF = "20"  # ffmpeg's x264: hardly to be told from the frames
@@ -27,11 +17,9 @@ CRF = "20"  # ffmpeg's x264: hardly to be told from the frames
 class Studio:
     """What each process draws with."""
 
-    def __init__(self, request, colour, scale):
-        run = plot.read_run(request.file)
-        plot.set_cut([run], request.cut)
-        self.pictures = plot.Pictures([run], scale, colour)
-        self.fields = plot.read_fields(request.fields)
+    def __init__(self, run, colour, scale):
+        self.pictures = frames.Pictures([run], scale, colour)
+        self.fields = None
         self.figure = self.pictures.sheet.figure
         self.figure.set_dpi(DPI)
         even = [2 * round(inches * DPI / 2) / DPI + 1e-6 for inches in self.figure.get_size_inches()]  # as x264 wants
@@ -133,21 +121,28 @@ def undisturbed_pool(jobs):
 
 
 def make(request):
+    """What `lichtenberg film` asks for. Throws InputError."""
     global studio
-    drawing.check_output(request.out, request.overwrite)
-    run = plot.read_run(request.file)
-    last = len(run.times) - 1
-    frames = [int(k) for k in request.frames.split(",")] if request.frames else list(range(last + 1))
-    plot.set_cut([run], request.cut)
-    middle = frames[len(frames) // 2]
-    colour = request.colour or plot.default_colour([run], [middle])
-    studio = Studio(request, colour, plot.common_scale([run], colour, request))
-    jobs = min(len(os.sched_getaffinity(0)), len(frames))
+    run = frames.read_run(request.file)
+    chosen = listed_frames(request.frames or ":", run.path, len(run.times))
+    frames.set_cut([run], request.cut)
+    colour = request.colour or frames.default_colour([run], [chosen[len(chosen) // 2]])
+    scale = frames.common_scale([run], colour, request.range, request.cmap)
+    fields = Fields(run.path, chosen, request.quiet or not os.isatty(2)) if colour == "potential" else None
+    studio = Studio(run, colour, scale)
+    studio.fields = fields and fields.values()
     film = Ffmpeg(request.out, studio.pixels, request.rate)
-    progress = Progress(len(frames), request.quiet)
+    write(film, chosen, Progress(len(chosen), request.quiet))
+    if not request.quiet:
+        words = f"{len(chosen)} frame{'s' * (len(chosen) > 1)}{' by ' + colour if colour else ''}"
+        messages.say(f"{request.out} shows {words} in {len(chosen) / request.rate:.3g} s")
+
+
+def write(film, chosen, progress):
+    """Whole or not at all."""
     try:
-        with undisturbed_pool(jobs) as pool:
-            for done, picture in enumerate(pool.imap(draw, enumerate(frames)), 1):
+        with undisturbed_pool(min(len(os.sched_getaffinity(0)), len(chosen))) as pool:
+            for done, picture in enumerate(pool.imap(draw, enumerate(chosen)), 1):
                 if isinstance(picture, str):
                     raise InputError(picture)
                 film.add(picture)
@@ -158,28 +153,3 @@ def make(request):
     finally:
         progress.end()
     film.finish()
-    if not request.quiet:
-        seconds = len(frames) / request.rate
-        words = f"{len(frames)} frame{'s' * (len(frames) > 1)}{' by ' + colour if colour else ''}"
-        messages.say(f"{request.out} shows {words} in {seconds:.3g} s")
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("file", help="result file of a run (.h5)")
-    parser.add_argument("--out", required=True, help="film to write, .mp4")
-    parser.add_argument("--frames", help="indices, from 0, separated by commas (default: all)")
-    parser.add_argument("--rate", type=float, default=15, help="frames a second")
-    parser.add_argument("--colour", "--color", help="what particles are coloured by")
-    parser.add_argument("--range", help="LOW,HIGH: of the colours")
-    parser.add_argument("--cmap", help="matplotlib's name of a colour map")
-    parser.add_argument("--cut", help="AXIS=PLACE: of a scene in space what lies behind")
-    parser.add_argument("--fields", help="potentials of the frames")
-    parser.add_argument("--overwrite", action="store_true", help="replace the film if it exists")
-    parser.add_argument("--quiet", action="store_true", help="show no progress")
-    request = parser.parse_args()
-    return drawing.report(request.file, lambda: make(request))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,39 +1,29 @@
-#!/usr/bin/python3
 """Draws frames of result files: of conductors, of a packing or of a gas of grains.
-
-    plot.py FILE ... [--frames 0,5,10] [--colour NAME] [--range LOW,HIGH] [--cmap NAME] [--cut z=0.01] [--out PICTURE]
-                     [--fields FILE] [--overwrite] [--quiet]
-    plot.py FILE --of-run                       what a run leaves: FILE.png, and of a gas FILE-series.png too
 
 Colours, their range and the layout are the same for all frames of a run. Several files are drawn beside each other, in
 the same colours.
-
-Exit status 2 and one sentence for input that cannot be used.
 """
-import interrupted  # before all else
-
-import argparse
 import functools
-import sys
 from pathlib import Path
 
-import drawing
-from colours import draw_bar, scale_of
-from drawing import InputError
-from lichtenberg.result import warnings_of
+from ..result import listed_frames, warnings_of
+from . import drawing
+from .colours import draw_bar, scale_of
+from .drawing import InputError
+from .fields import Fields
 
 
 def open_run(file, path):
     """What there is to draw, by kind. Imports of other kinds cost time."""
     drawing.frame_index(file, path, None)
     if "walls" in file["scene"]:
-        from plot_packing import Packing as Kind
+        from .packing import Packing as Kind
     elif "gas" not in file and "height" in file["scene/domain"] and "potential" in file["particles/conductors"]:
-        from plot_conductors import ConductorsInSpace as Kind
+        from .conductors import ConductorsInSpace as Kind
     elif "gas" in file or "height" in file["scene/domain"]:
-        from plot_gas import Grains as Kind
+        from .gas import Grains as Kind
     else:
-        from plot_conductors import Conductors as Kind
+        from .conductors import Conductors as Kind
     run = Kind(file, path)
     run.warning = drawing.warning_line(warnings_of(file))
     return run
@@ -69,7 +59,7 @@ def check_colour(run, colour):
     raise InputError(f"{run.path} has no {colour} to colour by: it has {known}")
 
 
-def common_scale(runs, colour, request):
+def common_scale(runs, colour, own_range=None, cmap=None):
     """One scale for all runs: from the lowest to the highest of their ranges."""
     for run in runs:
         check_colour(run, colour)
@@ -77,7 +67,7 @@ def common_scale(runs, colour, request):
         return None
     ranges = [drawing.read_file(run.path, lambda file: run.range(file, colour)) for run in runs]
     found = functools.reduce(lambda one, other: one.joined(other), ranges)
-    return scale_of(runs[0].quantities[colour], read_range(request.range), found, request.cmap)
+    return scale_of(runs[0].quantities[colour], read_range(own_range), found, cmap)
 
 
 def default_colour(runs, frames):
@@ -113,7 +103,7 @@ class Pictures:
     """Draws frame after frame on one sheet: what all have in common stays."""
 
     def __init__(self, runs, scale, colour):
-        from sheet import Sheet
+        from .sheet import Sheet
 
         drawing.set_style()
         self.runs, self.scale, self.colour = runs, scale, colour
@@ -137,77 +127,61 @@ class Pictures:
         return self.sheet.figure
 
 
-def read_fields(path):
-    """[frames, ny, nx] V that `lichtenberg plot` has solved (frame_fields.hpp); None for no path."""
-    import numpy as np
-
-    if path is None:
-        return None
-    nx, ny = np.fromfile(path, np.int32, 2)
-    return np.memmap(path, np.float32, "r", offset=8).reshape(-1, ny, nx)
-
-
 def set_cut(runs, cut):
     for run in runs:
         if cut and len(getattr(run, "box", ())) < 3:
             raise InputError(f"--cut is for scenes in space: {run.path} is of a plane")
         if cut:
-            from plot_space import read_cut
+            from .space import read_cut
 
             run.cut = read_cut(cut, run.box, run.unit)
 
 
-def plot_frames(request):
-    runs = [read_run(path) for path in request.files]
-    frames = [[len(run.times) - 1 for run in runs]]  # of each run, picture by picture
-    if request.frames:
-        frames = [[int(k)] * len(runs) for k in request.frames.split(",")]
+def frames_of(request, runs):
+    """The frame of each run, picture by picture."""
+    written = request.frames if request.frame is None else str(request.frame)
+    if written is None:
+        return [[len(run.times) - 1 for run in runs]]
     for run in runs:
-        for shown in frames:
-            drawing.read_file(run.path, lambda file: drawing.frame_index(file, run.path, shown[runs.index(run)]))
+        frames = listed_frames(written, run.path, len(run.times))
+    return [[frame] * len(runs) for frame in frames]
+
+
+def plot_frames(request):
+    """What `lichtenberg plot` asks for. Throws InputError."""
+    runs = [read_run(path) for path in request.file]
+    frames = frames_of(request, runs)
     set_cut(runs, request.cut)
     colour = request.colour or default_colour(runs, frames[len(frames) // 2])
-    scale = common_scale(runs, colour, request)
+    scale = common_scale(runs, colour, request.range, request.cmap)
     names = picture_names(request, runs, frames, colour)
     for name in names:
         drawing.check_picture(name, request.overwrite)
-    fields = [read_fields(path) for path in request.fields.split(",")] if request.fields else None
+    fields = [Fields(run.path, own) for run, own in zip(runs, zip(*frames))] if colour == "potential" else []
     pictures = Pictures(runs, scale, colour)
+    fields = [solved.values() for solved in fields]
+    if any(field is None for field in fields):
+        fields = []
     for k, (shown, name) in enumerate(zip(frames, names)):
-        drawing.save(pictures.draw(shown, fields and [field[k] for field in fields]), name)
-        if not request.quiet:
-            drawing.messages.say(f"{name} shows frame {words(shown)}{' by ' + colour if colour else ''}")
+        drawing.save(pictures.draw(shown, [field[k] for field in fields] or None), name)
+        drawing.messages.say(f"{name} shows frame {words(shown)}{' by ' + colour if colour else ''}")
 
 
-def plot_end(request):
-    """The pictures of a run that has just ended, which replaces those that it left before."""
-    stem = Path(request.files[0]).with_suffix("")
-    run = read_run(request.files[0])
-    last = [len(run.times) - 1]
-    colour = default_colour([run], last)
-    drawing.save(Pictures([run], common_scale([run], colour, request), colour).draw(last), f"{stem}.png")
-    if drawing.read_file(run.path, lambda file: "gas" in file):
-        import plot_series
-
-        drawing.save(plot_series.draw_runs([plot_series.read(run.path)], None), f"{stem}-series.png")
+def draw_last(run, colour, picture):
+    drawing.save(Pictures([run], common_scale([run], colour), colour).draw([len(run.times) - 1]), picture)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("files", nargs="+", help="result files of runs (.h5)")
-    parser.add_argument("--frames", help="indices, from 0, separated by commas (default: the last)")
-    parser.add_argument("--colour", "--color", help="what particles are coloured by")
-    parser.add_argument("--range", help="LOW,HIGH: of the colours (default: that of the whole run)")
-    parser.add_argument("--cmap", help="matplotlib's name of a colour map")
-    parser.add_argument("--cut", help="AXIS=PLACE: of a scene in space what lies behind, seen from the eye")
-    parser.add_argument("--fields", help="potentials of the frames")
-    parser.add_argument("--of-run", action="store_true", help="draw what a run leaves")
-    parser.add_argument("--out", help="picture to write, .png, .pdf or .svg")
-    parser.add_argument("--overwrite", action="store_true", help="replace pictures that exist")
-    parser.add_argument("--quiet", action="store_true", help="do not say what has been drawn")
-    request = parser.parse_args()
-    return drawing.report(request.files[0], lambda: (plot_end if request.of_run else plot_frames)(request))
+def draw_run(path):
+    """The pictures of a run that has just ended, which replace those that it left before."""
+    stem, run = Path(path).with_suffix(""), read_run(path)
+    draw_last(run, default_colour([run], [len(run.times) - 1]), f"{stem}.png")
+    if drawing.read_file(path, lambda file: "gas" in file):
+        from . import series
+
+        drawing.save(series.draw_runs([series.read(path)], None), f"{stem}-series.png")
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def draw_solution(path, out):
+    """What `lichtenberg solve` has solved."""
+    drawing.check_picture(out, overwrite=True)
+    draw_last(read_run(path), "potential", out)

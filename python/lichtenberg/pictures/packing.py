@@ -1,12 +1,11 @@
-"""Pictures of packings: particles, the forces between them as lines, rattlers; in space by plot_space."""
+"""Pictures of packings: particles, the forces between them as lines, rattlers; in space spheres."""
 import numpy as np
 from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 
-import drawing
-import plot_space
-from colours import Quantity, disk_mark, draw_legend, run_range
+from . import drawing, space
+from .colours import Quantity, disk_mark, draw_legend, run_range
 
 FORCE, RATTLER = "#0c7bdc", drawing.ISOLATED
 
@@ -72,7 +71,7 @@ class Packing:
 
     @property
     def size(self):
-        return plot_space.Eye(self.box).size if self.spatial else self.box
+        return space.Eye(self.box).size if self.spatial else self.box
 
     def range(self, file, name):
         return run_range(self.quantities[name], DrawnPacking(file, None).pressing())
@@ -100,7 +99,7 @@ class Packing:
         faces[packing.rattler] = to_rgba(RATTLER)
         if packing.spatial:
             window = np.zeros(3), self.box
-            plot_space.draw(axes, packing.place, packing.radius / drawing.MM, faces, window, "m", self.cut)
+            space.draw(axes, packing.place, packing.radius / drawing.MM, faces, window, "m", self.cut)
         else:
             draw_panel(axes, packing, faces, lines=scale is None)
             drawing.draw_scale(axes, packing)

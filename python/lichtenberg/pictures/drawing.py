@@ -1,7 +1,6 @@
 """What all pictures share: reading a result, disks and lines, electrodes, a scale bar, saving."""
 import json
 import os
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,11 +15,8 @@ from matplotlib.patches import Circle, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D, offset_copy
 
-here = Path(__file__).resolve().parent
-sys.path[:0] = [str(here / "python"), str(here.parents[1] / "python")]  # as installed; in the source
-
-from lichtenberg import ground, messages
-from lichtenberg.result import TO_GROUND, UNCONNECTED, InputError, check_output, check_result, created, damage, identity, printable
+from .. import ground, messages
+from ..result import TO_GROUND, UNCONNECTED, InputError, check_output, check_result, created, identity
 
 STEEL, INK, ISOLATED, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
 WARNING = "#b00020"
@@ -91,19 +87,6 @@ def read_file(path, reading):
         if identity(path) == before:
             return result
     raise InputError(f"{path} is replaced by its run faster than it can be read")
-
-
-def report(path, work):
-    """Does the work and returns the exit status: 2 for a file that cannot be drawn, with one sentence."""
-    try:
-        work()
-        return 0
-    except InputError as error:
-        sentence = str(error)
-    except Exception as error:  # whatever a damaged file, or one that another program has changed, leads to
-        sentence = f"{path} cannot be drawn: it is damaged or incomplete ({damage(error)})"
-    messages.tell(f"lichtenberg: {printable(sentence)}")
-    return 2
 
 
 def read_json(path):

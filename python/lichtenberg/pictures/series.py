@@ -1,19 +1,9 @@
-#!/usr/bin/python3
 """Draws what results record over time, or the table of an ensemble.
 
-    plot_series.py FILE|FOLDER ... [--observables NAME,NAME] [--out PICTURE] [--overwrite]
-    plot_series.py FOLDER --table [--observables NAME,NAME] [--out PICTURE] [--overwrite]
-
-FILE is a result of a run, FOLDER one of an ensemble. Curves of several runs are in the same axes, a colour a run; those of
-an ensemble's members have a colour a variant, and the mean over its seeds is thick.
-
-Exit status 2 and one sentence for input that cannot be used.
+Curves of several runs are in the same axes, a colour a run; those of an ensemble's members have a colour a variant, and the
+mean over its seeds is thick.
 """
-import interrupted  # before all else
-
-import argparse
 import re
-import sys
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,9 +12,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import LogLocator, MaxNLocator
 
-import drawing
-from drawing import InputError
-from lichtenberg.result import text_of, unit_of, warnings_of
+from ..result import text_of, unit_of, warnings_of
+from . import drawing
+from .drawing import InputError
 
 # Distinct also to the colour-blind (Okabe & Ito).
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c8c8c"]
@@ -272,10 +262,6 @@ def draw_names(figure, names, more=""):
     figure.legend(handles=lines, loc="lower center", ncols=columns, frameon=False, fontsize=8)
 
 
-def is_ensemble(path):
-    return Path(path).is_dir() or Path(path).suffix == ".json"
-
-
 def read_table(path):
     """That of a folder, or the file itself. Throws InputError."""
     path = Path(path) / "ensemble.json" if Path(path).is_dir() else Path(path)
@@ -391,37 +377,20 @@ def within_shares(name, values, half_widths):
 
 
 def picture_name(request):
-    stems = [Path(path).with_suffix("") if not Path(path).is_dir() else Path(path) for path in request.files]
-    what = "means" if request.table else "series"
+    stems = [Path(path).with_suffix("") if not Path(path).is_dir() else Path(path) for path in request.file]
+    what = "series" if request.series else "means"
     chosen = f"-{request.observables.replace(',', '-').replace(':', '-')}" if request.observables else ""
     beside = "".join(f"-beside-{stem.name}" for stem in stems[1:])
     return request.out or f"{stems[0]}{beside}-{what}{chosen}.png"
 
 
-def draw(request):
+def draw(request, of_ensemble):
+    """What `lichtenberg plot` asks for, of files over time or, without `series`, of an ensemble its means. Throws InputError."""
     names = request.observables.split(",") if request.observables else None
-    folders = [path for path in request.files if is_ensemble(path)]
-    if folders and len(request.files) > 1:
-        raise InputError(f"the ensemble {folders[0]} is drawn alone: draw the other files by a command of their own")
     drawing.check_picture(picture_name(request), request.overwrite)
-    if folders:
-        figure = (draw_table if request.table else draw_ensemble)(folders[0], names)
+    if of_ensemble:
+        figure = (draw_ensemble if request.series else draw_table)(request.file[0], names)
     else:
-        figure = draw_runs([read(path) for path in request.files], names)
+        figure = draw_runs([read(path) for path in request.file], names)
     drawing.save(figure, picture_name(request))
-    drawing.messages.say(f"{picture_name(request)} shows {'means' if request.table else 'curves over time'}")
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("files", nargs="+", help="result files of runs, or the folder of an ensemble")
-    parser.add_argument("--observables", help="names of what is drawn, separated by commas")
-    parser.add_argument("--table", action="store_true", help="of an ensemble its means in place of curves")
-    parser.add_argument("--out", help="picture to write, .png, .pdf or .svg")
-    parser.add_argument("--overwrite", action="store_true", help="replace a picture that exists")
-    request = parser.parse_args()
-    return drawing.report(request.files[0], lambda: draw(request))
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    drawing.messages.say(f"{picture_name(request)} shows {'curves over time' if request.series else 'means'}")

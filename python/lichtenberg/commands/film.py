@@ -1,0 +1,35 @@
+"""`lichtenberg film`."""
+import os
+import shutil
+
+from ..errors import InputError
+from . import argument, frames_argument
+from .plot import OF_FRAMES
+
+HELP = "Makes an mp4 of a run, on all cores, in one colour scale and layout; needs ffmpeg"
+ARGUMENTS = [
+    argument("FILE", "result file of a run (.h5)", required=True, result="drawn"),
+    frames_argument("all"),
+    argument("--rate", "frames a second", "float", positive=True, default=15),
+    argument("--out", "film to write (default: FILE.mp4, with a --colour FILE-COLOUR.mp4)"),
+    argument("--quiet", "show no progress", "flag"),
+    *OF_FRAMES,
+]
+LEAST, MOST = 0.1, 1000  # frames a second that players know
+
+
+def act(request):
+    from ..result import check_output
+
+    if request.out is None:
+        request.out = os.path.splitext(request.file)[0] + (f"-{request.colour}" if request.colour else "") + ".mp4"
+    if not LEAST <= request.rate <= MOST:
+        raise InputError(f"--rate {request.rate:g} is not allowed: it must be from {LEAST:g} to {MOST:g} frames a second")
+    if not request.out.endswith(".mp4"):
+        raise InputError(f"--out {request.out}: films are written as .mp4, and their names end so")
+    check_output(request.out, request.overwrite)
+    if not shutil.which("ffmpeg"):
+        raise InputError("there is no ffmpeg, which makes films of pictures: install Debian's package ffmpeg")
+    from ..pictures import film
+
+    film.make(request)

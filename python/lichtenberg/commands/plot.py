@@ -1,0 +1,78 @@
+"""`lichtenberg plot`."""
+import os
+
+from ..errors import InputError
+from . import argument, frames_argument
+
+# Of pictures of frames, one by one or as a film.
+OF_FRAMES = [
+    argument(
+        "--colour",
+        "what particles are coloured by; conductors: potential, charge, force, cluster (of those in contact), "
+        "current (to the ground), order (of the branch, by Strahler), joined (the tree, when), speed; gases: charge, "
+        "cluster, force, speed; packings: force (default: potential or charge, unless all is 0 or the same)",
+        allowed=["potential", "charge", "force", "cluster", "current", "order", "joined", "speed"],
+    ),
+    argument(
+        "--range",
+        "LOW,HIGH: of the colours, in the file's units without prefix, as in --range=-200,200 (default: that of the "
+        "whole run, all frames together)",
+    ),
+    argument("--cmap", "colour map by matplotlib's name, as viridis"),
+    argument("--cut", "AXIS=PLACE: of a scene in space only what lies behind, as in --cut z=0.005"),
+    argument("--overwrite", "replace files that exist", "flag"),
+]
+HELP = (
+    "Draws frames of results as PNG, PDF or SVG, or with --series what they record over time; a name that is free says "
+    "what a picture shows, and nothing is replaced unless told"
+)
+ARGUMENTS = [
+    argument(
+        "FILE",
+        "result file of a run (.h5); several are drawn beside each other in the same colours; with --series in the same "
+        "axes, and the folder of an ensemble (or a table in it, as ensemble-2.json), whose means are drawn without "
+        "--series",
+        "texts",
+        required=True,
+        result="drawn",
+    ),
+    argument("--frame", "index of the frame, from 0 (default: the last)", "int"),
+    frames_argument("the last"),
+    argument(
+        "--out",
+        "picture to write, its kind by its end: .png, .pdf or .svg; of several frames each name gets its index "
+        "(default: FILE-frame-N-COLOUR.png, FILE-series.png)",
+    ),
+    argument("--series", "curves of what the runs record over time, in place of a frame", "flag"),
+    argument("--observables", "names of such, as in energy,connected; one that a result lacks gets the list of those it has"),
+    *OF_FRAMES,
+]
+
+
+def is_ensemble(path):
+    """The folder of one, or a table in it."""
+    return os.path.isdir(path) or path.endswith(".json")
+
+
+def check(request, ensembles):
+    if request.frames and request.frame is not None:
+        raise InputError("--frame and --frames say the same: give one of them")
+    if request.observables and not request.series and not ensembles:
+        raise InputError("--observables is for curves over time: it needs --series")
+    of_frames = request.frame is not None or any(getattr(request, name) for name in ("frames", "colour", "range", "cmap", "cut"))
+    if of_frames and (request.series or ensembles):
+        raise InputError("--frame, --frames, --colour, --range, --cmap and --cut are for pictures of frames, not for curves")
+    if ensembles and len(request.file) > 1:
+        raise InputError(f"the ensemble {ensembles[0]} is drawn alone: draw the other files by a command of their own")
+
+
+def act(request):
+    ensembles = [path for path in request.file if is_ensemble(path)]
+    check(request, ensembles)
+    if request.series or ensembles:
+        from ..pictures import series
+
+        return series.draw(request, bool(ensembles))
+    from ..pictures import frames
+
+    return frames.plot_frames(request)

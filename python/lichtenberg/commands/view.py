@@ -1,0 +1,23 @@
+"""`lichtenberg view`."""
+import os
+
+from .. import messages
+from . import argument, frames_argument
+
+HELP = "Writes one HTML page to look at a run in a browser, without a network: particles over time, curves"
+ARGUMENTS = [
+    argument("RESULT", "result file of a run (.h5)", required=True, result="shown"),
+    argument("--out", "page to write (default: RESULT with .html)"),
+    frames_argument("all"),
+    argument("--overwrite", "replace the page if it exists", "flag"),
+]
+
+
+def act(request):
+    from ..result import default_output, load
+    from ..view import write_page
+
+    with load(request.result) as result:
+        out = request.out or default_output(request.result, ".html")
+        write_page(result, out, request.frames, request.overwrite)
+    messages.say(f"{out}: {os.path.getsize(out) / 1e6:.3g} MB, open it in a browser")

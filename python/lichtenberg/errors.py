@@ -1,0 +1,9 @@
+"""The two kinds of errors, apart from all that takes time to import."""
+
+
+class InputError(Exception):
+    """Input that cannot be used, as one sentence."""
+
+
+class Failure(Exception):
+    """Work that could not be done, as one sentence."""

@@ -1,0 +1,28 @@
+"""The potential around the conductors in frames of a result, solved again from what the frames say."""
+import os
+import subprocess
+
+import numpy as np
+
+from ..errors import Failure
+from ..program import find_program
+
+
+class Fields:
+    """The program solves them (frame_fields.cpp) while this process goes on. `frames`: indices."""
+
+    def __init__(self, path, frames, quiet=True):
+        self.memory = os.memfd_create("fields")
+        chosen = "--frames=" + ",".join(map(str, frames))
+        words = [find_program(), "frame-fields", chosen, *["--quiet"] * quiet, "--", path]
+        self.process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=self.memory)
+
+    def values(self):
+        """[frames, ny, nx] V, NaN in a frame that cannot be solved; None of a run that has no field. Throws Failure."""
+        if self.process.wait() != 0:
+            raise Failure("the fields of the frames were not solved (the program says above why)")
+        path = f"/proc/self/fd/{self.memory}"
+        if os.path.getsize(path) == 0:
+            return None
+        nx, ny = np.fromfile(path, np.int32, 2)
+        return np.memmap(path, np.float32, "r", offset=8).reshape(-1, ny, nx)

@@ -1,0 +1,245 @@
+#include "src/commands/python.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <variant>
+
+#include "solvers/error.hpp"
+#include "solvers/parallel/petsc.hpp"
+#include "solvers/stopwatch.hpp"
+#include "src/commands/reading.hpp"
+#include "src/commands/streams.hpp"
+
+namespace lichtenberg {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr const char* python = "/usr/bin/python3";  // Debian's, which sees Debian's h5py and matplotlib
+
+/// What the package says of its commands (`--describe`).
+constexpr const char* table =
+#include PYTHON_COMMANDS
+    ;
+
+/// Beside an installed program first, so that an installation does not depend on the source it came from.
+std::optional<fs::path> find_package() {
+  // Not `canonical`: a program that was rebuilt while it ran is no longer there, and its link says so.
+  const fs::path program = fs::read_symlink("/proc/self/exe");
+  for (const char* place : {PACKAGE_FROM_BINARY, PACKAGE_IN_SOURCE}) {
+    const fs::path package = program.parent_path() / place;
+    if (fs::exists(package / "__main__.py")) return package.lexically_normal();
+  }
+  return {};
+}
+
+/// Python, the package and its words.
+std::vector<std::string> command_line(std::vector<std::string> words) {
+  const std::optional<fs::path> package = find_package();
+  if (!package)
+    throw Failure(fmt::format("the Python package lichtenberg is neither in {} beside {} nor in {}",
+                              PACKAGE_FROM_BINARY, fs::read_symlink("/proc/self/exe").string(), PACKAGE_IN_SOURCE));
+  words.insert(words.begin(), {python, (*package / "__main__.py").string()});
+  return words;
+}
+
+/// As exec wants them, valid as long as the words.
+std::vector<char*> pointers(std::vector<std::string>& words) {
+  std::vector<char*> all;
+  for (std::string& word : words) all.push_back(word.data());
+  all.push_back(nullptr);
+  return all;
+}
+
+[[noreturn]] void refuse_start(int error) {
+  throw Failure(fmt::format("{} does not start ({})", python, std::strerror(error)));
+}
+
+/// So that the package calls this very program, even if another is built meanwhile: open as long as this process lives.
+void name_this_program() {
+  static const int program = open("/proc/self/exe", O_RDONLY);
+  setenv("LICHTENBERG", fmt::format("/proc/{}/fd/{}", getpid(), program).c_str(), 1);
+}
+
+/// Waits for the package, which is to end with this process (interrupted.py); whether it has done its work. `output`:
+/// the descriptor that gets what it prints.
+bool run_package(std::vector<std::string> words, int output = STDOUT_FILENO) {
+  std::vector<std::string> command = command_line(std::move(words));
+  name_this_program();
+  setenv("LICHTENBERG_WAITS", std::to_string(getpid()).c_str(), 1);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+  pid_t script = 0;
+  const int error = posix_spawn(&script, python, &actions, nullptr, pointers(command).data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  unsetenv("LICHTENBERG_WAITS");
+  if (error != 0) refuse_start(error);
+  int status = 0;
+  while (waitpid(script, &status, 0) < 0)
+    if (errno != EINTR) throw Failure(fmt::format("lost the process of Python ({})", std::strerror(errno)));
+  return status == 0;
+}
+
+[[noreturn]] void become_package(std::vector<std::string> words) {
+  std::vector<std::string> command = command_line(std::move(words));
+  name_this_program();
+  parallel::finish_petsc();  // which no exit handler does any more
+  execv(python, pointers(command).data());
+  refuse_start(errno);
+}
+
+/// What the command line sets for an argument.
+using Value = std::variant<bool, double, std::string, std::optional<int>, std::optional<double>,
+                           std::optional<std::string>, std::vector<std::string>>;
+
+struct PythonArgument {
+  std::string name, done;  ///< what is done with the result file that it names; empty: it names none
+  Value value;
+};
+
+Value value_of(const json& described) {
+  const std::string kind = described.at("kind");
+  if (kind == "flag") return false;
+  if (kind == "texts") return std::vector<std::string>();
+  if (kind == "int") return std::optional<int>();
+  if (kind == "float" && described.contains("default")) return described.at("default").get<double>();
+  if (kind == "float") return std::optional<double>();
+  if (described.value("value_optional", false)) return std::string();
+  return std::optional<std::string>();
+}
+
+/// The value as words for Python; none if the argument was not given.
+std::vector<std::string> words_of(const PythonArgument& argument) {
+  const auto word = [&](const auto& value) {
+    if (argument.name.starts_with('-')) return fmt::format("{}={}", argument.name, value);  // it may begin with a dash
+    return as_word(fmt::format("{}", value));
+  };
+  return std::visit(
+      [&]<class V>(const V& value) -> std::vector<std::string> {
+        if constexpr (std::is_same_v<V, bool>) return value ? std::vector{argument.name} : std::vector<std::string>();
+        if constexpr (std::is_same_v<V, double>) return {word(value)};
+        if constexpr (std::is_same_v<V, std::string>)
+          return value.empty() ? std::vector<std::string>() : std::vector{word(value)};
+        if constexpr (std::is_same_v<V, std::vector<std::string>>) {
+          std::vector<std::string> words;
+          for (const std::string& each : value) words.push_back(word(each));
+          return words;
+        }
+        if constexpr (requires { value.has_value(); })
+          return value ? std::vector{word(*value)} : std::vector<std::string>();
+      },
+      argument.value);
+}
+
+/// Refuses damaged result files. The folder and the tables of an ensemble are none.
+void check_results(const std::deque<PythonArgument>& arguments) {
+  for (const PythonArgument& argument : arguments) {
+    if (argument.done.empty()) continue;
+    const std::vector<std::string> files = words_of(argument);
+    read_in_child(files);
+    for (const std::string& file : files)
+      if (!fs::is_directory(file) && !file.ends_with(".json")) check_bytes(file, argument.done);
+  }
+}
+
+void become_command(const std::string& name, const std::deque<PythonArgument>& arguments) {
+  if (parallel::process_count() > 1)
+    throw InputError(fmt::format("{} starts processes of its own: leave mpirun out", name));
+  check_results(arguments);
+  std::vector<std::string> words{name};
+  for (const PythonArgument& argument : arguments)
+    for (std::string& word : words_of(argument)) words.push_back(std::move(word));
+  become_package(std::move(words));
+}
+
+Argument argument_of(const json& described, Value& value) {
+  const auto texts = [&](const char* key) { return described.value(key, std::vector<std::string>()); };
+  const auto is = [&](const char* key) { return described.value(key, false); };
+  return {described.at("name"),
+          std::visit([](auto& target) { return Argument::Target(&target); }, value),
+          described.at("help"),
+          {.required = is("required"),
+           .positive = is("positive"),
+           .repeated = is("repeated"),
+           .default_shown = described.contains("default"),
+           .value_optional = is("value_optional"),
+           .allowed = texts("allowed"),
+           .offered = texts("offered"),
+           .excluded = described.value("excluded", "")}};
+}
+
+Command command_of(const json& described) {
+  Command command{described.at("name"), described.at("help"), {}, {}};
+  const auto arguments = std::make_shared<std::deque<PythonArgument>>();
+  for (const json& each : described.at("arguments")) {
+    arguments->push_back({each.at("name"), each.value("result", ""), value_of(each)});
+    command.arguments.push_back(argument_of(each, arguments->back().value));
+  }
+  command.act = [name = command.name, arguments] { become_command(name, *arguments); };
+  return command;
+}
+
+/// The folders in which there may be modules that this program does not know.
+std::vector<fs::path> folders_of_commands() {
+  std::vector<fs::path> folders;
+  if (const std::optional<fs::path> package = find_package()) folders.push_back(*package / "commands");
+  const char* listed = std::getenv("LICHTENBERG_COMMANDS");
+  std::istringstream list(listed ? listed : "");
+  for (std::string folder; std::getline(list, folder, ':');)
+    if (!folder.empty()) folders.emplace_back(folder);
+  return folders;
+}
+
+}  // namespace
+
+std::vector<Command> python_commands() {
+  std::vector<Command> commands;
+  for (const json& described : json::parse(table)) commands.push_back(command_of(described));
+  return commands;
+}
+
+std::optional<Command> added_python_command(const std::string& name) {
+  const bool plain = std::ranges::all_of(name, [](char c) { return (c >= 'a' && c <= 'z') || c == '-'; });
+  std::string module = name + ".py";
+  std::ranges::replace(module, '-', '_');
+  const auto holds = [&](const fs::path& folder) { return fs::exists(folder / module); };
+  if (!plain || name.starts_with('-') || std::ranges::none_of(folders_of_commands(), holds)) return {};
+  const int output = memfd_create("table", MFD_CLOEXEC);
+  if (output < 0 || !run_package({"--describe", name}, output))
+    throw Failure(fmt::format("{} is no command in Python (Python says above why)", module));
+  std::ifstream text(fmt::format("/proc/self/fd/{}", output));
+  return command_of(json::parse(json::parse(text).get<std::string>()).at(0));
+}
+
+void draw(const std::string& function, std::vector<std::string> words) {
+  words.insert(words.begin(), {"--draw", function});
+  if (!run_package(std::move(words))) throw Failure("the picture was not drawn (the plot script says above why)");
+}
+
+void draw_picture(const std::string& file, double& seconds) {
+  const Stopwatch stopwatch(seconds);
+  try {
+    draw("frames.draw_run", {as_word(file)});
+  } catch (const Failure& failure) {
+    fmt::print(stderr, "lichtenberg: {}\n", printable(failure.what()));
+  }
+}
+
+}  // namespace lichtenberg

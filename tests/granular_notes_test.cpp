@@ -186,6 +186,25 @@ TEST_CASE("a stop.time within the stages: the summary warns that there is nothin
   CHECK_EQ(stages_warning(short_run), "");
 }
 
+TEST_CASE("summary of a gas: energy errors above 1 % and overlaps above 10 % give warnings") {
+  Gas gas(scene());
+  std::optional<HomogeneousGas> no_theory;
+  double seconds = 0;
+  const Note now = take_note(gas, no_theory, seconds);
+  const auto warnings = [&](double share_of_error) {
+    return summarize(gas, now, now.energy.total() - share_of_error * now.energy.kinetic).warnings;
+  };
+  CHECK(warnings(0).empty());
+  CHECK(warnings(0.009).empty());
+  REQUIRE(warnings(-0.02).size() == 1);
+  CHECK(warnings(-0.02)[0].starts_with("energy balance off by 2 %"));
+  gas.largest_overlap = 0.09;
+  CHECK(warnings(0).empty());
+  gas.largest_overlap = 0.11;
+  REQUIRE(warnings(0).size() == 1);
+  CHECK(warnings(0)[0].starts_with("grains overlap by 11 % of a diameter"));
+}
+
 TEST_CASE("a gas that cools and charges: what its summary and notes say holds together") {
   GranularMotion motion(scene());
   go_on(motion, 4);

@@ -12,6 +12,10 @@
 #include <iterator>
 #include <thread>
 
+#include "src/field_methods/field_method.hpp"
+#include "src/scene/effect_kind.hpp"
+#include "src/version.hpp"
+
 namespace lichtenberg {
 namespace {
 
@@ -42,6 +46,31 @@ std::string processor() {
   return "unknown";
 }
 
+void put_program(const hdf5::Handle& group, const Provenance& provenance) {
+  const Version version = lichtenberg_version();
+  hdf5::put_attribute(group, "version", version.number);
+  hdf5::put_attribute(group, "commit", version.commit);
+  hdf5::put_attribute(group, "compiler", version.compiler);
+  hdf5::put_attribute(group, "compiler_flags", version.flags);
+  hdf5::put_attribute(group, "command_line", provenance.command_line);
+  hdf5::put_attribute(group, "petsc_options", provenance.petsc_options);
+  hdf5::put_attribute(group, "started", provenance.started);
+  hdf5::put_attribute(group, "machine", provenance.machine);
+  hdf5::put_attribute(group, "processor", provenance.processor);
+  hdf5::put_attribute(group, "cores", provenance.cores);
+}
+
+/// What the scene left open may have been chosen by the program, or on the command line.
+void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
+  hdf5::put_attribute(group, "method", field.method->name);
+  hdf5::put_attribute(group, "cells", field.cells);
+  hdf5::put_attribute(group, "tolerance", field.moving_tolerance);
+  hdf5::put_attribute(group, "device", name_of(field.device));
+  if (!field.chosen_for) return;
+  hdf5::put_attribute(group, "accuracy", field.chosen_for->asked);
+  hdf5::put_attribute(group, "estimated_error", field.chosen_for->estimate);
+}
+
 }  // namespace
 
 Provenance provenance() {
@@ -54,6 +83,31 @@ Provenance provenance() {
   here.processor = processor();
   here.cores = static_cast<int>(std::thread::hardware_concurrency());
   return here;
+}
+
+std::string session_group(int session) { return fmt::format("provenance/session-{}", session); }
+
+int sessions(const hdf5::Handle& file) {
+  int count = 0;
+  while (hdf5::exists(file, session_group(count))) ++count;
+  return count;
+}
+
+void put_session(const hdf5::Handle& file, int session, const Provenance& provenance, const Scene& scene) {
+  put_program(hdf5::open_group(file, session_group(session)), provenance);
+  if (scene.effects.has(&EffectKind::field))
+    put_field_options(hdf5::open_group(file, session_group(session) + "/field"), scene.field());
+}
+
+std::string warning_of_another_build(const hdf5::Handle& file, const std::string& path) {
+  const hdf5::Handle last = hdf5::open_group(file, session_group(sessions(file) - 1));
+  const std::string number = hdf5::text(last, "version"), commit = hdf5::text(last, "commit");
+  const Version here = lichtenberg_version();
+  if (number == here.number && commit == here.commit) return "";
+  return fmt::format(
+      "{} was last carried on by lichtenberg {} ({}), not {} ({}): what the scene leaves open may have another default "
+      "here, so the run may go on in another way than it would have there",
+      path, number, commit, here.number, here.commit);
 }
 
 }  // namespace lichtenberg

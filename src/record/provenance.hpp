@@ -2,6 +2,9 @@
 
 #include <string>
 
+#include "src/record/hdf5.hpp"
+#include "src/scene/scene.hpp"
+
 namespace lichtenberg {
 
 /// Where and how this program runs; what it is, lichtenberg_version() says.
@@ -17,5 +20,14 @@ struct Provenance {
 
 /// Of the running process; `started` is the moment of this call.
 Provenance provenance();
+
+/// Group of a result for the start of the run (session 0) or one of the times it was resumed.
+std::string session_group(int session);
+/// Number of sessions in a result.
+int sessions(const hdf5::Handle& file);
+/// Writes where this session runs and how it solves the field.
+void put_session(const hdf5::Handle& file, int session, const Provenance& provenance, const Scene& scene);
+/// Tells that another build of the program wrote the last session of the result at `path`; empty if this one did.
+std::string warning_of_another_build(const hdf5::Handle& file, const std::string& path);
 
 }  // namespace lichtenberg

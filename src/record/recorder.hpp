@@ -2,18 +2,15 @@
 
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "solvers/error.hpp"
 #include "solvers/laplace/problem.hpp"
 #include "src/model/motion.hpp"
-#include "src/record/pages.hpp"
-#include "src/record/result_file.hpp"
-#include "src/record/segments.hpp"
+#include "src/record/frame_store.hpp"
 #include "src/record/writer_lock.hpp"
 #include "src/scene/scene.hpp"
 
@@ -54,20 +51,20 @@ class Recorder {
   /// What the user of a resumed run should be told if another build of this program was the last to carry it on: what
   /// the scene leaves open may have another default here. Else empty.
   const std::string& warning() const { return warning_; }
-  /// Names the columns that a resumed run has and its file does not: they are not recorded. Empty if there are none.
-  std::string warning_of_columns() const;
+  /// FrameStore::warning_of_columns
+  std::string warning_of_columns() const { return frames_.warning_of_columns(); }
   /// The checkpoint to go on from; empty for a new run.
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
   /// Of the checkpoint on disk, in the frames' unit of time; empty for a new run.
   std::optional<double> saved_time() const { return saved_time_; }
   /// Of the last frame.
-  double last_time() const { return last_time_; }
+  double last_time() const { return frames_.last_time(); }
   /// Of the run on disk, without units; none unless it is over.
   const std::vector<Quantity>& summary() const { return summary_; }
   /// All frames of the run so far, those that wait for the next save among them.
-  std::int64_t frames() const { return frames_; }
+  std::int64_t frames() const { return frames_.frames(); }
   /// Whether no frames stand in files of their own, as they do until the end of a long run, or longer if that failed.
-  bool in_one_file() const { return segments_.empty(); }
+  bool in_one_file() const { return frames_.in_one_file(); }
 
   /// Keeps a frame for the next save. Throws InputError that names the column which has the wrong length or unit, a
   /// name of another one, or is not one of those of the frames before; Failure if a frame of many bytes, which does not
@@ -85,51 +82,26 @@ class Recorder {
   void save_frames_alone();
 
  private:
-  Recorder(const std::string& path, std::uint64_t tail_bytes);
+  Recorder(const std::string& path, const Scene& scene, std::size_t particles, std::uint64_t tail_bytes);
   template <class Put>
   void put_constants(Put put);
   void take_over(const ResultFile& result);
-  std::int64_t take_over_segments(const ResultFile& result);
-  void take_over_last_lists(const ResultFile& result, bool ends_segment);
-  void take_over_tail(const hdf5::Handle& file, const std::string& prefix, std::int64_t frames);
-  void whole_file_becomes_segment();
-  void keep(Rows rows);
-  void write_segment(std::span<const Rows> frames);
   hdf5::Pages all_but_frames(const Milestone& milestone) const;
-  void write_index(const Milestone& milestone) const;
-  void put_frames_into(const hdf5::Handle& file, bool compressed) const;
-  std::string put_together(const Milestone& milestone);
-  void lengthen_history(const ColumnGroup& added);
+  Failure not_written(const std::exception& error) const;
   std::string what_stands() const;
-  void leave_out_new_columns(Frame& frame);
 
   std::string path_;
   WriterLock lock_;
-  std::uint64_t tail_limit_;
   hdf5::Pages constants_;  ///< a file of all that no save changes: the scene, where the program ran before ...
   int session_ = 0;        ///< 0: the start of the run, then one more for each time it was resumed
   std::string warning_;
-  bool is_resumed_ = false;
-  std::set<std::string> left_out_;  ///< names of columns
-  std::size_t particles_ = 0;
-  std::string length_unit_;
-  std::vector<double> box_edges_;  ///< nine numbers, or none in a box without a periodic axis
   std::optional<Checkpoint> checkpoint_;
   std::optional<double> saved_time_;
-  StoredField stored_field_ = StoredField::single_precision;
+  StoredField stored_field_;
   std::vector<Quantity> summary_;
   std::optional<ColumnGroup> history_;  ///< all of it
-
-  std::int64_t frames_ = 0, saved_frames_ = 0;  ///< the latter up to the checkpoint
-  double last_time_ = 0;
-  std::vector<Series> series_;                ///< none before the first frame
-  std::map<std::string, std::int64_t> ends_;  ///< of lists: rows of all frames
-  std::vector<Column> last_lists_;            ///< of the last frame
-  bool whole_file_ = false;  ///< the frames on disk fill the file at path_, which is to become a segment
-  std::vector<Segment> segments_;
-  bool outdated_segments_ = false;  ///< the index on disk names others, too, of frames that are made anew
-  std::vector<Rows> tail_;          ///< frames after those of the segments
-  std::uint64_t tail_bytes_ = 0;
+  FrameStore frames_;
+  std::int64_t saved_frames_ = 0;  ///< up to the checkpoint
 };
 
 }  // namespace lichtenberg

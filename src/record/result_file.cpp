@@ -156,11 +156,11 @@ std::vector<Number> ResultFile::rows(const std::string& dataset, std::int64_t fi
 }
 
 template <class Number>
-std::vector<Number> ResultFile::list(const std::string& name, const std::vector<std::int64_t>& ends,
-                                     std::int64_t frame) const {
+std::vector<Number> ResultFile::list(const std::string& name, const std::vector<std::int64_t>& ends, std::int64_t frame,
+                                     std::int64_t count) const {
   const Part& part = part_of(frame);
   const auto end_before = [&](std::int64_t k) { return k > 0 ? ends.at(static_cast<std::size_t>(k - 1)) : 0; };
-  const std::int64_t before = end_before(part.first), first = end_before(frame), end = end_before(frame + 1);
+  const std::int64_t before = end_before(part.first), first = end_before(frame), end = end_before(frame + count);
   if (first < before || end < first) throw hdf5::Error(fmt::format("the {} of a frame end before they begin", name));
   return in(part, [&](const hdf5::Handle& file, const std::string& prefix) {
     return hdf5::get_rows<Number>(file, fmt::format("{}network/{}_of_all_frames", prefix, name),
@@ -168,10 +168,14 @@ std::vector<Number> ResultFile::list(const std::string& name, const std::vector<
   });
 }
 
-template std::vector<double> ResultFile::rows(const std::string&, std::int64_t, std::int64_t) const;
-template std::vector<std::int64_t> ResultFile::rows(const std::string&, std::int64_t, std::int64_t) const;
-template std::vector<std::int32_t> ResultFile::list(const std::string&, const std::vector<std::int64_t>&,
-                                                    std::int64_t) const;
+#define FOR_NUMBER(Number)                                                                                          \
+  template std::vector<Number> ResultFile::rows(const std::string&, std::int64_t, std::int64_t) const;              \
+  template std::vector<Number> ResultFile::list(const std::string&, const std::vector<std::int64_t>&, std::int64_t, \
+                                                std::int64_t) const;
+FOR_NUMBER(double)
+FOR_NUMBER(std::int32_t)
+FOR_NUMBER(std::int64_t)
+#undef FOR_NUMBER
 
 void copy_all_but_frames(const hdf5::Handle& from, const hdf5::Handle& to, const std::vector<std::string>& groups) {
   if (const std::optional<int> format = hdf5::integer_attribute(from, "lichtenberg_result"))

@@ -45,9 +45,10 @@ class ResultFile {
   std::vector<Number> rows(const std::string& dataset) const {
     return rows<Number>(dataset, 0, frames_);
   }
-  /// The rows that a frame has of a list ("contacts"); `ends`: where each frame's end.
+  /// The rows that `count` frames in one file have of a list ("contacts"); `ends`: where each frame's end.
   template <class Number>
-  std::vector<Number> list(const std::string& name, const std::vector<std::int64_t>& ends, std::int64_t frame) const;
+  std::vector<Number> list(const std::string& name, const std::vector<std::int64_t>& ends, std::int64_t frame,
+                           std::int64_t count = 1) const;
 
  private:
   struct Part {

@@ -153,6 +153,14 @@ void check_segments_folder(const std::string& path) {
       path));
 }
 
+void make_segments_folder(const std::string& path) {
+  const std::string folder = segments_folder(path);
+  std::error_code error;
+  fs::create_directory(folder, error);
+  if (!is_own_folder(folder))
+    throw Failure(fmt::format("{} cannot be made ({})", folder, error ? error.message() : "there is a link"));
+}
+
 std::int64_t next_segment(const std::string& path) {
   std::int64_t next = 0;
   for (const fs::path& file : files_in(segments_folder(path)))

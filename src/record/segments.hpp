@@ -35,6 +35,8 @@ OpenFile open_segment(const std::string& path, const Segment& segment);
 
 /// Throws InputError if the folder of segments is there and is a link or no folder.
 void check_segments_folder(const std::string& path);
+/// Throws Failure if the folder is not there and cannot be made.
+void make_segments_folder(const std::string& path);
 
 /// The number of a segment that can be written next, beside all files that are there.
 std::int64_t next_segment(const std::string& path);

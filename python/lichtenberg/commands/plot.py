@@ -10,8 +10,9 @@ OF_FRAMES = [
         "--colour",
         "what particles are coloured by; conductors: potential, charge, force, cluster (of those in contact), "
         "current (to the ground), order (of the branch, by Strahler), joined (the tree, when), speed; gases: charge, "
-        "cluster, force, speed; packings: force (default: potential or charge, unless all is 0 or the same)",
-        allowed=["potential", "charge", "force", "cluster", "current", "order", "joined", "speed"],
+        "cluster, force, speed; packings: force; any other column of particles by its name (default: potential or charge, "
+        "unless all is 0 or the same)",
+        offered=["potential", "charge", "force", "cluster", "current", "order", "joined", "speed"],
     ),
     argument(
         "--range",

@@ -26,6 +26,33 @@ class Quantity:
     pale: str = ""  # what particles without a value are
 
 
+NOT_DRAWN = {"position", "image", "successor", "species", "box"}  # columns of particles that are no quantity
+
+
+def quantities_in(particles, known):
+    """Quantities by name: those of `known` whose column the result has, then every other column that it has."""
+    found = {quantity.name: quantity for quantity in known if quantity.column in particles}
+    drawn = NOT_DRAWN | {quantity.column for quantity in known}
+    for name, group in particles.items():
+        if name not in drawn and hasattr(group, "keys") and "value" in group:
+            found[name] = plain_quantity(name, group["value"])
+    return found
+
+
+def plain_quantity(name, values):
+    """A column without a description: integers are categories, all else are amounts; of vectors the magnitude."""
+    unit = values.attrs.get("unit", "1")
+    unit = unit.decode() if isinstance(unit, bytes) else unit
+    label = name.replace("_", " ") + ("" if unit == "1" else f" ({unit})")
+    return Quantity(name, label, "category" if values.dtype.kind in "iu" else "amount", name)
+
+
+def read_column(file, quantity, index):
+    """[..., N] values of a quantity's column in these frames; of vectors the magnitudes."""
+    values = file[f"particles/conductors/{quantity.column}/value"]
+    return np.linalg.norm(values[index], axis=-1) if values.ndim == 3 else values[index]
+
+
 @dataclass
 class Scale:
     """Colours of a quantity, the same for all that is drawn with it."""

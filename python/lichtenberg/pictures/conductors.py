@@ -9,7 +9,7 @@ from matplotlib.patches import Patch
 from .. import ground
 from ..result import field_of, text_of
 from . import drawing, space
-from .colours import Quantity, Range, bar_norm, draw_legend, run_range
+from .colours import Quantity, Range, bar_norm, draw_legend, quantities_in, read_column, run_range
 from .drawing import INK, MM, UNCONNECTED, prefixed
 
 QUANTITIES = [
@@ -37,7 +37,7 @@ class Conductors:
         self.radius = particles["radius"][()] * MM
         self.scene = tomllib.loads(text_of(scene["text"][()]))
         self.terminals = terminal_potentials(file)
-        self.quantities = {q.name: q for q in QUANTITIES if q.column in particles}
+        self.quantities = quantities_in(particles, QUANTITIES)
         self.highest_supply = np.abs(self.terminals).max(initial=0)
         self.reach = self.highest_supply  # V, of all that the run has
         if "potential" in particles:
@@ -52,13 +52,11 @@ class Conductors:
         return "the ground" if not np.any(self.terminals) else "an electrode"
 
     def column(self, file, name, index=slice(None)):
-        return file[f"particles/conductors/{self.quantities[name].column}/value"][index]
+        return read_column(file, self.quantities[name], index)
 
     def values(self, file, name, index):
         """[N]; nan where there is none."""
         column = self.column(file, name, index)
-        if name in ("force", "speed"):
-            return np.linalg.norm(column, axis=1)
         if name == "cluster":
             numbers, inverse, size = np.unique(column, return_inverse=True, return_counts=True)
             return np.where(size[inverse] > 1, (numbers + 1)[inverse], np.nan)
@@ -84,8 +82,6 @@ class Conductors:
             return run_range(quantity, self.column(file, name).ravel(), self.terminals)
         if name == "joined":
             return Range(0, self.times[-1])
-        if name in ("force", "speed"):
-            return run_range(quantity, np.linalg.norm(self.column(file, name), axis=-1).ravel())
         if name in ("current", "order"):  # most are reached when the tree is complete, but one that broke had more
             frames = np.unique(np.linspace(0, len(self.times) - 1, 25).astype(int))
             return run_range(quantity, np.concatenate([self.values(file, name, k) for k in frames]))

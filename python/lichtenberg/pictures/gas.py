@@ -3,7 +3,7 @@ import numpy as np
 from matplotlib.collections import EllipseCollection
 
 from . import drawing, space
-from .colours import Quantity, Range, draw_legend, run_range
+from .colours import Quantity, Range, draw_legend, quantities_in, read_column, run_range
 
 EDGE = "#4d4d4d"
 FEW = 100  # particles that may be lost in a large box
@@ -24,7 +24,7 @@ class Grains:
         self.spatial = "height" in domain
         self.box = np.append(domain["size"][:2], domain["height"][()] if self.spatial else [])
         self.periodic = np.resize(particles["box"].attrs.get("boundary", b"none"), len(self.box)) == b"periodic"
-        self.quantities = {q.name: q for q in self.all_quantities() if q.column in particles}
+        self.quantities = quantities_in(particles, self.all_quantities())
         self.cut = None
         self.down = space.down_of(file)
         self.window = np.zeros(len(self.box)), self.box  # lower corner and size of what is shown
@@ -54,8 +54,7 @@ class Grains:
         return space.Eye(self.window[1], self.down).size if self.spatial else self.box
 
     def column(self, file, name, index):
-        column = file[f"particles/conductors/{self.quantities[name].column}/value"][index]
-        return np.linalg.norm(column, axis=-1) if name in ("force", "speed") else column
+        return read_column(file, self.quantities[name], index)
 
     def values(self, file, name, index):
         column = self.column(file, name, index)

@@ -113,8 +113,7 @@ class Gear final : public GasIntegrator {
 
 }  // namespace
 
-std::unique_ptr<GasIntegrator> make_gear(bool printed) {
-  return std::make_unique<Gear>(printed ? as_printed : corrected);
-}
+std::unique_ptr<GasIntegrator> make_gear() { return std::make_unique<Gear>(corrected); }
+std::unique_ptr<GasIntegrator> make_gear_as_printed() { return std::make_unique<Gear>(as_printed); }
 
 }  // namespace lichtenberg::granular

@@ -234,11 +234,6 @@ GranularMotion::GranularMotion(const Scene& scene, std::unique_ptr<granular::dev
           std::make_unique<Implementation>(scene, make_integrator(scene.mechanics.integrator), std::move(device))) {
   implementation_->note();
 }
-
-GranularMotion::GranularMotion(const Scene& scene, std::unique_ptr<granular::GasIntegrator> integrator)
-    : implementation_(std::make_unique<Implementation>(scene, std::move(integrator), nullptr)) {
-  implementation_->note();
-}
 GranularMotion::~GranularMotion() = default;
 
 double GranularMotion::time() const { return implementation_->time(); }

@@ -11,12 +11,9 @@
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
-namespace granular {
-class GasIntegrator;
-namespace device {
+namespace granular::device {
 class DeviceGas;
 }
-}  // namespace granular
 
 /// A scene of grains in time, in reduced units (Scene::reference), with the integrator that its [mechanics] asks for.
 class GranularMotion : public Motion {
@@ -24,8 +21,6 @@ class GranularMotion : public Motion {
   /// With a device, steps are made there, and the gas comes back for frames and checkpoints.
   explicit GranularMotion(const Scene& scene);
   GranularMotion(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> device);
-  /// With an integrator in place of mechanics.integrator's.
-  GranularMotion(const Scene& scene, std::unique_ptr<granular::GasIntegrator> integrator);
   ~GranularMotion() override;
 
   double time() const override;

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <map>
 
 #include "solvers/error.hpp"
 #include "src/granular/held_forces.hpp"
@@ -13,25 +13,34 @@ namespace lichtenberg::granular {
 
 namespace {
 
-struct Maker {
-  Integrator integrator;
-  std::unique_ptr<GasIntegrator> (*make)();
-};
+using Maker = std::unique_ptr<GasIntegrator> (*)();
 
-constexpr Maker makers[] = {{Integrator::multirate, make_multirate},
-                            {Integrator::verlet, make_verlet},
-                            {Integrator::gear, [] { return make_gear(false); }},
-                            {Integrator::gear_printed, [] { return make_gear(true); }},
-                            {Integrator::cvode, make_cvode}};
+std::map<const IntegratorKind*, Maker>& makers() {
+  static std::map<const IntegratorKind*, Maker> all = {{&integrators::multirate, make_multirate},
+                                                       {&integrators::verlet, make_verlet},
+                                                       {&integrators::gear, make_gear},
+                                                       {&integrators::gear_printed, make_gear_as_printed},
+                                                       {&integrators::cvode, make_cvode}};
+  return all;
+}
 
 }  // namespace
 
+void add_integrator(const IntegratorKind& kind, Maker make) {
+  if (!kind.moves_grains || !(kind.takes_any_step || kind.usual_step > 0))
+    throw InputError(
+        fmt::format("the integrator \"{}\" must say moves_grains = true and a usual_step greater than 0, in "
+                    "t0, the default of mechanics.step",
+                    kind.name));
+  list_integrator(kind);
+  makers()[&kind] = make;
+}
+
 std::unique_ptr<GasIntegrator> make_integrator(Integrator which) {
-  const auto found = std::ranges::find(makers, which, &Maker::integrator);
-  if (found == std::end(makers))
-    throw InputError(fmt::format("mechanics.integrator = \"{}\" does not move grains: {} do", which->name,
-                                 names_of(&IntegratorKind::moves_grains)));
-  return found->make();
+  const auto found = makers().find(&which.kind());
+  if (found != makers().end()) return found->second();
+  throw InputError(fmt::format("mechanics.integrator = \"{}\" does not move grains: {} do", which->name,
+                               names_of(&IntegratorKind::moves_grains)));
 }
 
 double step_that_resolves_contacts(const Gas& gas, double steps_a_contact) {

@@ -24,16 +24,17 @@ class GasIntegrator {
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
 };
 
-/// Smooth forces held over steps, in which contacts are followed by ContactMotion.
 std::unique_ptr<GasIntegrator> make_multirate();
-/// Velocity Verlet with predicted velocities, all forces at once.
 std::unique_ptr<GasIntegrator> make_verlet();
-/// Gear's predictor and corrector of order 6, all forces at once; `printed`: with G 3.41's coefficients as they are
-/// printed.
-std::unique_ptr<GasIntegrator> make_gear(bool printed);
-/// CVODE at mechanics.relative_tolerance, from one event of a contact to the next: the reference, for few grains.
+std::unique_ptr<GasIntegrator> make_gear();
+std::unique_ptr<GasIntegrator> make_gear_as_printed();
 std::unique_ptr<GasIntegrator> make_cvode();
 
+/// Adds an integrator of grains, which must outlive all scenes, before any scene is read. Throws InputError if its name
+/// is taken, or if it does not say that it moves grains and in what usual steps.
+void add_integrator(const IntegratorKind& kind, std::unique_ptr<GasIntegrator> (*make)());
+
+/// The one that a scene asks for. Throws InputError for one of conductors.
 std::unique_ptr<GasIntegrator> make_integrator(Integrator which);
 
 /// The scene's mechanics.step. Throws InputError unless the shortest contact that there could be now takes so many, and

@@ -1,6 +1,6 @@
-#include "src/mechanics/euler.hpp"
-
 #include <cmath>
+
+#include "src/mechanics/stepper.hpp"
 
 namespace lichtenberg::mechanics {
 namespace {
@@ -8,9 +8,21 @@ namespace {
 /// How many equal steps no longer than `step` fill an interval, forgiving the rounding of the times.
 int steps_in(double interval, double step) { return std::max(1, static_cast<int>(std::ceil(interval / step - 1e-6))); }
 
-}  // namespace
+/// The dissertation's scheme (D 6.42, whose second line lacks a plus sign): explicit Euler with a fixed step, the field
+/// and the contacts looked at once every field step, the force constant in between. No error control; the reference
+/// that the other integrators are compared with.
+class Euler : public Stepper {
+ public:
+  explicit Euler(const Workplace& workplace) : at_(workplace), force_(at_.model.bodies.position.size()) {}
+  void begin(double) override {}
+  void advance(double time, double end) override;
 
-Euler::Euler(Workplace workplace) : at_(workplace), force_(at_.model.bodies.position.size()) {}
+ private:
+  void mechanical_steps(double time, double end);
+
+  Workplace at_;
+  std::vector<double> force_;  ///< N
+};
 
 void Euler::advance(double time, double end) {
   const double start = time;
@@ -54,5 +66,9 @@ void Euler::mechanical_steps(double time, double end) {
   }
   if (at_.electrics && at_.electrics->energy()) at_.electrics->energy()->add_drag(drag_work);
 }
+
+}  // namespace
+
+std::unique_ptr<Stepper> make_euler(const Workplace& workplace) { return std::make_unique<Euler>(workplace); }
 
 }  // namespace lichtenberg::mechanics

@@ -510,4 +510,10 @@ void Split::restore(const Checkpoint& checkpoint) {
   at_.electrics->hold(std::move(restored));
 }
 
+/// Without a field there is nothing to split off.
+std::unique_ptr<Stepper> make_split(const Workplace& workplace) {
+  if (!workplace.electrics) return make_monolithic(workplace);
+  return std::make_unique<Split>(workplace);
+}
+
 }  // namespace lichtenberg::mechanics

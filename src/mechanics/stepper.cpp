@@ -4,46 +4,38 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <map>
 
 #include "solvers/error.hpp"
-#include "src/mechanics/euler.hpp"
-#include "src/mechanics/monolithic.hpp"
-#include "src/mechanics/split.hpp"
 
 namespace lichtenberg::mechanics {
 
 namespace {
 
-template <class S>
-std::unique_ptr<Stepper> make(const Workplace& workplace) {
-  return std::make_unique<S>(workplace);
+using Maker = std::unique_ptr<Stepper> (*)(const Workplace&);
+
+std::map<const IntegratorKind*, Maker>& makers() {
+  static std::map<const IntegratorKind*, Maker> all = {{&integrators::cvode, make_split},
+                                                       {&integrators::monolithic, make_monolithic},
+                                                       {&integrators::euler, make_euler}};
+  return all;
 }
-
-/// Without a field there is nothing to split off.
-std::unique_ptr<Stepper> make_split(const Workplace& workplace) {
-  return workplace.electrics ? make<Split>(workplace) : make<Monolithic>(workplace);
-}
-
-struct Maker {
-  const IntegratorKind* kind;
-  std::unique_ptr<Stepper> (*make)(const Workplace&);
-};
-
-constexpr Maker makers[] = {{&integrators::cvode, make_split},
-                            {&integrators::monolithic, make<Monolithic>},
-                            {&integrators::euler, make<Euler>}};
 
 }  // namespace
 
+void add_integrator(const IntegratorKind& kind, Maker make) {
+  if (!kind.moves_conductors)
+    throw InputError(fmt::format("the integrator \"{}\" must say moves_conductors = true", kind.name));
+  list_integrator(kind);
+  makers()[&kind] = make;
+}
+
 std::unique_ptr<Stepper> make_stepper(const Workplace& workplace) {
   const IntegratorKind& kind = workplace.scene.mechanics.kind();
-  if (kind.make_stepper) return kind.make_stepper(workplace);
-  const auto found = std::ranges::find(makers, &kind, &Maker::kind);
-  if (found == std::end(makers))
-    throw InputError(fmt::format("{}: mechanics.integrator = \"{}\" does not move conductors: {} do",
-                                 workplace.scene.path, kind.name, names_of(&IntegratorKind::moves_conductors)));
-  return found->make(workplace);
+  const auto found = makers().find(&kind);
+  if (found != makers().end()) return found->second(workplace);
+  throw InputError(fmt::format("{}: mechanics.integrator = \"{}\" does not move conductors: {} do",
+                               workplace.scene.path, kind.name, names_of(&IntegratorKind::moves_conductors)));
 }
 
 Cvode make_cvode(const Scene& scene, Model& model) {

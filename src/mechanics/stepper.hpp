@@ -37,6 +37,14 @@ class Stepper {
   virtual void restore(const Checkpoint&) {}
 };
 
+std::unique_ptr<Stepper> make_split(const Workplace&);
+std::unique_ptr<Stepper> make_monolithic(const Workplace&);
+std::unique_ptr<Stepper> make_euler(const Workplace&);
+
+/// Adds an integrator of conductors, which must outlive all scenes, before any scene is read. Throws InputError if its
+/// name is taken or it does not say that it moves conductors.
+void add_integrator(const IntegratorKind& kind, std::unique_ptr<Stepper> (*make)(const Workplace&));
+
 /// The one that the scene's [mechanics] asks for. Throws InputError for one that does not move conductors.
 std::unique_ptr<Stepper> make_stepper(const Workplace& workplace);
 

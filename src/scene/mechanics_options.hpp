@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
 #include <string>
 #include <string_view>
 
@@ -10,11 +9,6 @@
 #include "src/scene/contact_steps.hpp"
 
 namespace lichtenberg {
-
-namespace mechanics {
-class Stepper;
-struct Workplace;
-}  // namespace mechanics
 
 struct MechanicsOptions;
 
@@ -34,14 +28,10 @@ struct IntegratorKind {
   double MechanicsOptions::*field_step = nullptr;  ///< s, from one field solve to the next, if that is fixed
 
   // Of grains:
-  double usual_step = 0;        ///< t0
+  double usual_step = 0;        ///< t0, the default of mechanics.step
   bool takes_any_step = false;  ///< if effects say how accurate forces are, which then decides on the step
   std::size_t most_grains = 0;  ///< that it can move; 0: any number
   bool is_on_device = false;    ///< whether there is one for a CUDA device
-
-  /// Makes the integrator of a scene of conductors. Null for the program's own integrators, which
-  /// src/mechanics/stepper.cpp makes. GranularMotion takes an integrator of grains from outside.
-  std::unique_ptr<mechanics::Stepper> (*make_stepper)(const mechanics::Workplace&) = nullptr;
 
   constexpr bool reads(std::string_view key) const { return std::ranges::find(keys, key) != keys.end(); }
 };
@@ -137,18 +127,20 @@ inline constexpr Integrator Integrator::cvode{integrators::cvode}, Integrator::e
     Integrator::multirate{integrators::multirate}, Integrator::verlet{integrators::verlet},
     Integrator::gear{integrators::gear}, Integrator::gear_printed{integrators::gear_printed};
 
+/// The integrators that scenes may name: the program's, then those that were added.
+struct IntegratorList {
+  const Named<Integrator>* begin() const;
+  const Named<Integrator>* end() const;
+  const Named<Integrator>& operator[](std::size_t k) const { return begin()[k]; }
+};
 template <>
-inline constexpr Named<Integrator> values_named<Integrator>[] = {
-    {Integrator::cvode, integrators::cvode.name},         {Integrator::euler, integrators::euler.name},
-    {Integrator::multirate, integrators::multirate.name}, {Integrator::verlet, integrators::verlet.name},
-    {Integrator::gear, integrators::gear.name},           {Integrator::gear_printed, integrators::gear_printed.name}};
+inline constexpr IntegratorList values_named<Integrator>{};
 
-/// The names of the program's integrators that have a property, as in "a", "b" and "c".
-inline std::string names_of(bool IntegratorKind::*property) {
-  std::vector<std::string> names;
-  for (const auto& [integrator, name] : values_named<Integrator>)
-    if (integrator.kind().*property) names.emplace_back(name);
-  return quoted(names);
-}
+/// Lets scenes name an integrator. Throws InputError if another has its name. mechanics::add_integrator and
+/// granular::add_integrator call it, and say how it is made.
+void list_integrator(const IntegratorKind& kind);
+
+/// The names of the integrators that have a property, as in "a", "b" and "c".
+std::string names_of(bool IntegratorKind::*property);
 
 }  // namespace lichtenberg

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "solvers/error.hpp"
 #include "solvers/network/resistor.hpp"
 #include "src/field_methods/field_method.hpp"
 #include "src/scene/schema.hpp"
@@ -309,6 +310,36 @@ Table stop() {
 std::vector<Table> tables_of_the_computation() {
   return {tables::minimize(), tables::field(),  tables::mechanics(),
           tables::network(),  tables::output(), tables::stop()};
+}
+
+namespace {
+
+std::vector<Named<Integrator>>& listed_integrators() {
+  static std::vector<Named<Integrator>> all;
+  if (all.empty())
+    for (const Integrator integrator : {Integrator::cvode, Integrator::euler, Integrator::multirate, Integrator::verlet,
+                                        Integrator::gear, Integrator::gear_printed})
+      all.push_back({integrator, integrator->name});
+  return all;
+}
+
+}  // namespace
+
+const Named<Integrator>* IntegratorList::begin() const { return listed_integrators().data(); }
+const Named<Integrator>* IntegratorList::end() const { return begin() + listed_integrators().size(); }
+
+void list_integrator(const IntegratorKind& kind) {
+  const std::optional<Integrator> known = value_of<Integrator>(kind.name);
+  if (known && &known->kind() != &kind)
+    throw InputError(fmt::format("the integrator \"{}\" exists already: names must differ", kind.name));
+  if (!known) listed_integrators().push_back({kind, kind.name});
+}
+
+std::string names_of(bool IntegratorKind::*property) {
+  std::vector<std::string> names;
+  for (const auto& [integrator, name] : values_named<Integrator>)
+    if (integrator.kind().*property) names.emplace_back(name);
+  return quoted(names);
 }
 
 }  // namespace lichtenberg

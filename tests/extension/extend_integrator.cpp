@@ -1,11 +1,13 @@
 // An integrator of conductors added from outside: Heun's method (explicit trapezoidal rule), with a field solve for
 // each of its two force evaluations.
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "solvers/error.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/mechanics/stepper.hpp"
 #include "tests/line_charges.hpp"
@@ -28,7 +30,7 @@ class Heun : public mechanics::Stepper {
       const double next = start + (end - start) * k / steps;
       step(time, next - time);
       ++at_.counters.steps;
-      if (at_.electrics) at_.electrics->accept(at_.electrics->solve(next)), at_.electrics->reconnect(next);
+      at_.electrics->accept(at_.electrics->solve(next)), at_.electrics->reconnect(next);
       at_.model.accept(next, next - time);
       time = next;
     }
@@ -40,11 +42,9 @@ class Heun : public mechanics::Stepper {
   };
 
   Rate rate(double time) {
-    if (at_.electrics) {
-      mechanics::Trial trial = at_.electrics->solve(time);
-      const std::vector<Vec3> constant(trial.field.force.size());
-      at_.electrics->hold({.time = time, .force = std::move(trial.field.force), .force_rate = constant});
-    }
+    mechanics::Trial trial = at_.electrics->solve(time);
+    const std::vector<Vec3> constant(trial.field.force.size());
+    at_.electrics->hold({.time = time, .force = std::move(trial.field.force), .force_rate = constant});
     const Bodies& b = at_.model.bodies;
     Rate rate{b.momentum, std::vector<double>(b.momentum.size())};
     for (std::size_t k = 0; k < rate.velocity.size(); ++k) rate.velocity[k] /= b.mass[k / b.dimension];
@@ -68,25 +68,26 @@ class Heun : public mechanics::Stepper {
   mechanics::Workplace at_;
 };
 
-std::unique_ptr<mechanics::Stepper> make_heun(const mechanics::Workplace& workplace) {
+constexpr IntegratorKind heun = {
+    .name = "heun", .moves_conductors = true, .keys = {"largest_step"}, .accuracy_key = "largest_step"};
+
+constexpr auto make = [](const mechanics::Workplace& workplace) -> std::unique_ptr<mechanics::Stepper> {
   return std::make_unique<Heun>(workplace);
+};
+
+Scene scene_with(const std::string& mechanics) {
+  std::string text =
+      "domain = { size = [0.1, 0.1], bottom = { potential = 0.0 } }\noutput = { every = 1.0 }\n"
+      "medium = { permittivity = 4.2e-11, viscosity = 0.7 }\nmechanics = { " +
+      mechanics + " }\neffects = { floating_conductors = {}, stokes_drag = {} }\n";
+  for (const char* place : {"[0.045, 0.05]", "[0.055, 0.052]"})
+    text += fmt::format("[[conductor]]\nposition = {}\nradius = {}\ncharge = 2e-10\n", place, radius);
+  return parse_scene(text, "scene.toml");
 }
 
-constexpr IntegratorKind heun = {.name = "heun",
-                                 .moves_conductors = true,
-                                 .keys = {"largest_step"},
-                                 .accuracy_key = "largest_step",
-                                 .accuracy = &MechanicsOptions::largest_step,
-                                 .make_stepper = make_heun};
-
 /// Two charged conductors that repel each other in oil, after 10 ms: some relaxation times.
-ConductorFrame pushed_apart(const MechanicsOptions& mechanics, double charge = 2e-10) {
-  Scene scene = steel_spheres::conductor_scene({{0.045, 0.05}, {0.055, 0.052}});
-  for (Conductor& conductor : scene.conductors) conductor.charge = charge;
-  const double tolerance = scene.mechanics.position_tolerance;
-  scene.mechanics = mechanics;
-  scene.mechanics.position_tolerance = tolerance;
-  Simulation simulation(scene, std::make_unique<LineCharges>());
+ConductorFrame pushed_apart(const std::string& mechanics) {
+  Simulation simulation(scene_with(mechanics), std::make_unique<LineCharges>());
   simulation.advance_to(0.01);
   return simulation.now();
 }
@@ -94,11 +95,12 @@ ConductorFrame pushed_apart(const MechanicsOptions& mechanics, double charge = 2
 }  // namespace
 
 TEST_CASE("Heun's method from outside: errors fall as the square of the step") {
-  const ConductorFrame exact =
-      pushed_apart({.coupling = FieldCoupling::monolithic, .relative_tolerance = 1e-9, .largest_step = 1});
+  mechanics::add_integrator(heun, make);
+  const ConductorFrame exact = pushed_apart("coupling = \"monolithic\", relative_tolerance = 1e-9");
   std::vector<double> error;
   for (const double step : {4e-4, 2e-4, 1e-4})
-    error.push_back(steel_spheres::largest_distance(pushed_apart({.integrator = heun, .largest_step = step}), exact));
+    error.push_back(steel_spheres::largest_distance(
+        pushed_apart(fmt::format("integrator = \"heun\", largest_step = {}", step)), exact));
   // The way is a few radii; of a step of 0.26 relaxation times a few per cent of it are wrong. What is left of third
   // order is some tenths of the second at the longest step.
   CHECK(error[0] < 0.1 * radius);
@@ -106,13 +108,12 @@ TEST_CASE("Heun's method from outside: errors fall as the square of the step") {
   CHECK(error[1] / error[2] == doctest::Approx(4).epsilon(0.1));
 }
 
-TEST_CASE("Heun's method from outside: scenes of grains refuse it, and the summary names its key") {
-  Scene scene = steel_spheres::conductor_scene({{0.05, 0.05}});
-  scene.mechanics.integrator = heun;
-  CHECK(name_of(scene.mechanics.integrator) == "heun");
-  CHECK(!scene.mechanics.kind().moves_grains);
-  scene.mechanics.integrator = Integrator::verlet;
-  CHECK_THROWS_WITH_AS(Simulation(scene, std::make_unique<LineCharges>()),
-                       doctest::Contains("\"verlet\" does not move conductors: \"cvode\" and \"euler\" do"),
+TEST_CASE("Heun from outside: help names it, and what does not fit is refused") {
+  mechanics::add_integrator(heun, make);
+  CHECK(scene_help("mechanics.integrator").find("\"heun\"") != std::string::npos);
+  CHECK_THROWS_AS(scene_with("integrator = \"heun\", euler_step = 1e-5"), InputError);  // a key that it does not read
+  CHECK_THROWS_WITH_AS(scene_with("integrator = \"verlet\""), doctest::Contains("\"euler\" and \"heun\" are allowed"),
                        InputError);
+  const IntegratorKind other = {.name = "euler", .moves_conductors = true};
+  CHECK_THROWS_AS(mechanics::add_integrator(other, make), InputError);
 }

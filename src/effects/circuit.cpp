@@ -5,9 +5,10 @@
 
 #include <fmt/format.h>
 
-#include "src/effects/contact_resistance.hpp"
+#include "solvers/error.hpp"
 #include "src/effects/leakage.hpp"
 #include "src/field_methods/field_method.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {
 
@@ -15,8 +16,11 @@ void check_resistors(const Draft& draft) {
   const Scene& scene = draft.scene;
   const bool series =
       std::ranges::any_of(draft.electrodes, [](const auto& e) { return e.series_resistance.has_value(); });
-  if (!series && !scene.effects.has<ContactResistanceOptions>()) return;
-  const std::string what = series ? "electrode.series_resistance" : "the table [effects.contact_resistance]";
+  check_sharing(scene);
+  const EffectKind* sharing = sharing_effect(scene);
+  if (!series && !sharing) return;
+  const std::string what =
+      series ? "electrode.series_resistance" : fmt::format("the table [effects.{}]", sharing->name);
   const auto refuse_with = [&](const std::string& key, const std::string& value, const std::string& allowed) {
     refuse(scene.path, draft.line(key),
            fmt::format("{} = \"{}\" is not allowed with {}: it must be {}", key, value, what, allowed));
@@ -36,8 +40,27 @@ void check_resistors(const Draft& draft) {
                        integrator.name, what));
 }
 
+void check_sharing(const Scene& scene) {
+  const EffectKind* first = sharing_effect(scene);
+  if (!first) return;
+  if (first->grains)
+    throw InputError(
+        fmt::format("{}: effects.{} has a law of sharing, which grains do not follow: they have "
+                    "Effect::exchange_charges",
+                    scene.path, first->name));
+  if (!number_in(scene, &EffectKind::contact_gap))
+    throw InputError(
+        fmt::format("{}: effects.{} needs the table [effects.contact_discharge], which says who is in "
+                    "contact: add it, or leave the effect out",
+                    scene.path, first->name));
+  for (const Effects::Entry& effect : scene.effects)
+    if (effect.kind->sharing && effect.kind != first)
+      throw InputError(fmt::format("{}: effects.{} and effects.{} both say how contacts share charge: leave one out",
+                                   scene.path, first->name, effect.kind->name));
+}
+
 bool has_resistors(const Scene& scene) {
-  return scene.effects.has<ContactResistanceOptions>() ||
+  return sharing_effect(scene) ||
          std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance > 0; });
 }
 
@@ -59,11 +82,13 @@ std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> 
                            .potential = terminals[t].potential,
                            .conductance = 1 / terminals[t].series_resistance,
                            .series = true});
-  if (!scene.effects.has<ContactResistanceOptions>()) return resistors;
-  const double conductance = 1 / scene.effects.find<ContactResistanceOptions>()->ohms();
+  if (!sharing_effect(scene)) return resistors;
   const int n = static_cast<int>(scene.conductors.size());
   for (const Contact& contact : contacts) {
-    Resistor resistor{.a = contact.conductor, .conductance = conductance};
+    const SharingLaw law = sharing_law(scene, contact);
+    if (law.joins()) continue;
+    Resistor resistor{.a = contact.conductor, .conductance = law.conductance, .of_state = law.of_state != nullptr};
+    if (resistor.of_state) resistor.conductance = 0;
     if (contact.partner < n)
       resistor.b = contact.partner;
     else if (const int node = terminals[contact.partner - n].node; node >= 0)
@@ -73,6 +98,30 @@ std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> 
     resistors.push_back(resistor);
   }
   return resistors;
+}
+
+double contact_current(const Scene& scene, Contact contact, const ContactState& state) {
+  const double conductance = sharing_law(scene, contact).of_state(state);
+  if (conductance >= 0 && std::isfinite(conductance)) return conductance * state.potential_difference;
+  throw InputError(
+      fmt::format("{}: effects.{} gives a contact a conductance of {:g} S at a gap of {:g} m and {:g} V: at "
+                  "least 0 and finite is allowed of a law that depends on the state",
+                  scene.path, sharing_effect(scene)->name, conductance, state.gap, state.potential_difference));
+}
+
+void linearize(const Scene& scene, Contact contact, const ContactState& state, Resistor& resistor) {
+  const auto current_at = [&](double potential_difference) {
+    return contact_current(scene, contact, {state.gap, potential_difference});
+  };
+  // Steps of the difference keep its sign, where a law may have a kink.
+  const double difference = state.potential_difference, step = 1e-4 * difference, current = current_at(difference);
+  if (difference == 0) {
+    resistor.conductance = sharing_law(scene, contact).of_state(state);
+  } else {
+    const double slope = (current_at(difference + step) - current_at(difference - step)) / (2 * step);
+    resistor.conductance = std::max(slope, 0.0);
+  }
+  resistor.source = current - resistor.conductance * difference;
 }
 
 ChargeStep charge_step(double dt, double before, double relaxation_time) {

@@ -9,14 +9,17 @@
 
 namespace lichtenberg::effects {
 
-/// An ohmic conductor between two nodes of ElectricalGroups, or between a node and a supply.
+/// A conductor between two nodes of ElectricalGroups, or between a node and a supply. Its current from a to the other
+/// end is conductance * potential difference + source.
 struct Resistor {
   int a = 0;               ///< node
   int b = -1;              ///< node; -1: the other end is `supply`
   int supply = -1;         ///< of supplies_of
   double potential = 0;    ///< V, of the supply
   double conductance = 0;  ///< S
+  double source = 0;       ///< A; 0 of ohmic ones
   bool series = false;     ///< a series resistor; if not, a contact
+  bool of_state = false;   ///< a contact whose law depends on its state: the current is linearized about one
   friend bool operator==(const Resistor&, const Resistor&) = default;
 };
 
@@ -24,16 +27,27 @@ struct Resistor {
 /// other coupling can do. Throws InputError.
 void check_resistors(const Draft& draft);
 
-/// Whether the scene may have resistors: an electrode behind a resistor, contacts that have a resistance.
+/// Throws InputError for two effects with a law of sharing, or one in a scene where nothing says who is in contact.
+void check_sharing(const Scene& scene);
+
+/// Whether the scene may have resistors: an electrode behind a resistor, contacts that do not join their two.
 bool has_resistors(const Scene& scene);
 
 /// Whether a scene has an electric circuit, whose currents and powers are worth booking: a potential difference between
 /// supplies, a fluid that leaks, resistors.
 bool has_circuit(const Scene& scene);
 
-/// The series resistors, then the contacts if they have a resistance. Infinite resistance is no resistor; no resistance
-/// is ElectricalGroups' part.
+/// The series resistors, then the contacts that do not join their two. One whose law depends on its state conducts
+/// nothing until it is linearized.
 std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> contacts);
+
+/// The current (A) of a contact whose law depends on its state. Throws InputError unless the law's conductance is at
+/// least 0 and finite.
+double contact_current(const Scene& scene, Contact contact, const ContactState& state);
+
+/// Linearizes that current about a state: conductance is its derivative with respect to the potential difference, or 0
+/// where that is negative.
+void linearize(const Scene& scene, Contact contact, const ContactState& state, Resistor& resistor);
 
 /// A step dt of dQ/dt = J - Q/tau + I, implicit in the current I that resistors carry to a node:
 ///

@@ -50,6 +50,9 @@ const EffectKind& ContactResistanceOptions::kind() {
       .explain = [](const Scene& scene) -> std::vector<Remark> {
         return {{"a contact", fmt::format("{:.4g} ohm", scene.effects.find<ContactResistanceOptions>()->ohms())}};
       },
+      .sharing = [](const Scene& scene, Contact) -> SharingLaw {
+        return {.conductance = 1 / scene.effects.find<ContactResistanceOptions>()->ohms()};
+      },
       .energy_advice =
           "conductors are pressed together before they share their charge, unless a contact's resistance times its "
           "capacitance is less than the time to cross its gap: lower the resistance in [effects.contact_resistance] "

@@ -15,8 +15,7 @@ struct ContactResistanceOptions {
   static const EffectKind& kind();
 };
 
-/// A contact of contact_discharge conducts instead of making two one. It acts through the resistors of the circuit
-/// (circuit.hpp) and the groups (groups.hpp), which ask the scene for its options.
+/// A contact of contact_discharge conducts instead of making two one: EffectKind::sharing.
 class ContactResistance : public Effect {
  public:
   const EffectKind& kind() const override { return ContactResistanceOptions::kind(); }

@@ -7,6 +7,7 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/charge_exchange.hpp"
+#include "src/effects/circuit.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/contact_potential.hpp"
 #include "src/effects/contact_resistance.hpp"
@@ -129,6 +130,7 @@ void check_can_run(const Scene& scene) {
 
 Model make_model(const Scene& scene, EffectList made) {
   EffectList effects;
+  check_sharing(scene);
   for (const EffectKind* kind : kinds_in(scene)) {
     check_functions(scene, *kind);
     std::unique_ptr<Effect> effect = take(made, *kind);

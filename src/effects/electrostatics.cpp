@@ -81,7 +81,7 @@ void set_level(Electrostatics& field, const NodeCharges& charges) {
     if (resistor.b >= 0) continue;
     const double potential =
         resistor.a < conductors ? field.potential[resistor.a] : field.terminal_potential[resistor.a - conductors];
-    missing -= resistor.conductance * (potential - resistor.potential);
+    missing -= resistor.conductance * (potential - resistor.potential) + resistor.source;
     conductance += resistor.conductance;
   }
   if (conductance == 0) return;

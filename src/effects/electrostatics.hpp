@@ -14,7 +14,8 @@ namespace lichtenberg::effects {
 struct NodeCharges {
   std::vector<double> charge{};  ///< C, by node of ElectricalGroups; the last may be missing, which have none
   std::vector<Resistor> resistors{};
-  double weight = 0;  ///< s: what a resistor carries is weight * conductance * potential difference
+  /// s: what a resistor carries is weight * conductance * potential difference; what its source carries is in `charge`.
+  double weight = 0;
   double fed = 0;     ///< A, into all conductors together
 };
 

@@ -9,7 +9,7 @@
 #include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"
 #include "solvers/geometry/box.hpp"
-#include "src/effects/contact_resistance.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -42,9 +42,8 @@ class Holders {
   std::vector<int> holders_;
 };
 
-/// Components of the nodes by wires, and by contacts if `conducting`.
-DisjointSets connect(const Scene& scene, std::span<const Contact> contacts, const std::vector<Terminal>& terminals,
-                     bool conducting) {
+/// Components of the nodes by wires and contacts.
+DisjointSets connect(const Scene& scene, std::span<const Contact> contacts, const std::vector<Terminal>& terminals) {
   const int n = static_cast<int>(scene.conductors.size());
   DisjointSets sets(n + static_cast<int>(terminals.size()));
   std::vector<int> first_of_wire(scene.groups.size(), -1);
@@ -54,7 +53,6 @@ DisjointSets connect(const Scene& scene, std::span<const Contact> contacts, cons
     if (first_of_wire[wire] < 0) first_of_wire[wire] = i;
     sets.unite(first_of_wire[wire], i);
   }
-  if (!conducting) return sets;
   for (const Contact& contact : contacts) {
     const int partner = contact.partner < n ? contact.partner : terminals[contact.partner - n].node;
     if (partner >= 0) sets.unite(contact.conductor, partner);
@@ -70,15 +68,14 @@ std::vector<int> supplies_of_wires(const Scene& scene, const std::vector<Termina
   return supply;
 }
 
-/// Calls add(conductor, supply) for each conductor that a wire or, if `conducting`, a contact joins to what holds it.
+/// Calls add(conductor, supply) for each conductor that a wire or a contact joins to what holds it.
 void for_each_held(const Scene& scene, std::span<const Contact> contacts, const std::vector<Terminal>& terminals,
-                   bool conducting, const auto& add) {
+                   const auto& add) {
   const int n = static_cast<int>(scene.conductors.size());
   const std::vector<int> supply_of_wire = supplies_of_wires(scene, terminals);
   for (int i = 0; i < n && !scene.groups.empty(); ++i)
     if (const int wire = scene.conductors[i].group; wire >= 0 && supply_of_wire[wire] >= 0)
       add(i, supply_of_wire[wire]);
-  if (!conducting) return;
   for (const Contact& contact : contacts)
     if (contact.partner >= n && terminals[contact.partner - n].node < 0) add(contact.conductor, contact.partner - n);
 }
@@ -90,7 +87,7 @@ std::vector<int> connections(const Scene& scene, std::span<const Contact> contac
   std::vector<char> grounded(n + terminals.size());
   for (const Terminal& terminal : terminals)
     if (terminal.node >= 0) grounded[sets.find(terminal.node)] = true;
-  for_each_held(scene, contacts, terminals, true, [&](int i, int) { grounded[sets.find(i)] = true; });
+  for_each_held(scene, contacts, terminals, [&](int i, int) { grounded[sets.find(i)] = true; });
   std::vector<int> connected(n);
   for (int i = 0; i < n; ++i) {
     const int component = sets.find(i);
@@ -129,12 +126,33 @@ std::vector<Supply> supplies_of(const Scene& scene) {
   return supplies;
 }
 
+const EffectKind* sharing_effect(const Scene& scene) {
+  const auto found = std::ranges::find_if(scene.effects, [](const auto& effect) { return effect.kind->sharing; });
+  return found == scene.effects.end() ? nullptr : found->kind;
+}
+
+SharingLaw sharing_law(const Scene& scene, Contact contact) {
+  const EffectKind* kind = sharing_effect(scene);
+  if (!kind) return {};
+  const SharingLaw law = kind->sharing(scene, contact);
+  if (law.conductance >= 0) return law;
+  throw InputError(fmt::format("{}: effects.{} gives a contact a conductance of {:g} S: at least 0 is allowed",
+                               scene.path, kind->name, law.conductance));
+}
+
 ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> contacts) {
   const std::vector<Terminal> terminals = terminals_of(scene);
-  const bool conducting = !scene.effects.has<ContactResistanceOptions>();
-  DisjointSets sets = connect(scene, contacts, terminals, conducting);
+  const bool all_join = !sharing_effect(scene);
+  std::vector<Contact> joining, conducting;
+  for (const Contact contact : all_join ? std::span<const Contact>() : contacts) {
+    const SharingLaw law = sharing_law(scene, contact);
+    if (law.joins()) joining.push_back(contact);
+    if (!law.isolates()) conducting.push_back(contact);
+  }
+  const std::span<const Contact> joined = all_join ? contacts : joining;
+  DisjointSets sets = connect(scene, joined, terminals);
   Holders holders(scene, scene.conductors.size() + terminals.size());
-  for_each_held(scene, contacts, terminals, conducting, [&](int i, int supply) { holders.add(sets.find(i), supply); });
+  for_each_held(scene, joined, terminals, [&](int i, int supply) { holders.add(sets.find(i), supply); });
 
   const int nodes = node_count(scene);
   ElectricalGroups groups{.id = std::vector<int>(nodes),
@@ -151,8 +169,8 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
     groups.potential[i] = potential;
     groups.id[i] = first_held_at.try_emplace(potential, i).first->second;
   }
-  groups.connected =
-      connections(scene, contacts, terminals, conducting ? std::move(sets) : connect(scene, contacts, terminals, true));
+  groups.connected = all_join ? connections(scene, contacts, terminals, std::move(sets))
+                              : connections(scene, conducting, terminals, connect(scene, conducting, terminals));
   return groups;
 }
 

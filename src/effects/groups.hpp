@@ -7,6 +7,11 @@
 
 #include "src/effects/surface.hpp"
 #include "src/scene/scene.hpp"
+#include "src/scene/sharing_law.hpp"
+
+namespace lichtenberg {
+struct EffectKind;
+}
 
 namespace lichtenberg::effects {
 
@@ -34,13 +39,6 @@ struct Supply {
 /// The terminals, in their order, then the wires (the scene's [[group]]s) that are held at a potential.
 std::vector<Supply> supplies_of(const Scene& scene);
 
-/// An electrical contact. The partner is a conductor with a larger index, or, from the number of conductors on, a
-/// terminal.
-struct Contact {
-  int conductor = 0, partner = 0;
-  friend auto operator<=>(const Contact&, const Contact&) = default;
-};
-
 /// Which nodes - the conductors, then the terminals behind a resistor - are one electrically. All that are held at one
 /// potential are, whether they touch or not.
 struct ElectricalGroups {
@@ -51,7 +49,7 @@ struct ElectricalGroups {
   /// and how their charge is shared cannot be known: the first takes it all.
   std::vector<int> supply;
   /// By conductor: the smallest index of those that contacts and wires connect it with, -1 if they connect it with a
-  /// terminal or what holds a wire. Not one electrically if contacts have a resistance.
+  /// terminal or what holds a wire. Not one electrically where a contact does not join its two.
   std::vector<int> connected;
   friend bool operator==(const ElectricalGroups&, const ElectricalGroups&) = default;
 };
@@ -60,9 +58,15 @@ struct ElectricalGroups {
 /// potential.
 bool is_one(const ElectricalGroups& groups, int conductor, const Terminal& terminal);
 
-/// Connected components of wires (the scene's [[group]]s) and contacts, unless these have a resistance; a component
-/// takes the potential of a wire with a given potential or of a terminal without a resistor in it. Throws InputError
-/// for a short circuit between two potentials.
+/// The effect whose law contacts follow (EffectKind::sharing). Null: they all join their two.
+const EffectKind* sharing_effect(const Scene& scene);
+
+/// The law of a contact.
+SharingLaw sharing_law(const Scene& scene, Contact contact);
+
+/// Connected components of wires (the scene's [[group]]s) and contacts that join their two; a component takes the
+/// potential of a wire with a given potential or of a terminal without a resistor in it. Throws InputError for a short
+/// circuit between two potentials.
 ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> contacts);
 
 /// Whether `after` parts what is one in `before`: conductors of one group, or a group and the potential that holds it.

@@ -66,10 +66,52 @@ void Electrics::connect() {
 /// step's.
 void Electrics::update_resistors(bool groups_changed) {
   std::vector<effects::Resistor> resistors = effects::resistors_of(scene_, now_.contacts);
-  if (resistors == now_.carried.resistors && !groups_changed) return;
+  const auto same_place = [](const effects::Resistor& one, const effects::Resistor& other) {
+    return one.of_state ? one.a == other.a && one.b == other.b && one.supply == other.supply : one == other;
+  };
+  if (std::ranges::equal(resistors, now_.carried.resistors, same_place) && !groups_changed) return;
   const std::vector<double> none(resistors.size());
   now_.carried = {.resistors = std::move(resistors), .current = none, .remaining = none, .plain = none};
-  if (!now_.field.potential.empty()) guess_currents();
+  if (now_.field.potential.empty()) return;
+  linearize();
+  guess_currents();
+}
+
+bool Electrics::has_laws_of_state() const {
+  return std::ranges::any_of(now_.carried.resistors, &effects::Resistor::of_state);
+}
+
+effects::ContactState Electrics::state_of(const effects::Resistor& resistor,
+                                          std::span<const double> node_potential) const {
+  return {discharge_->gap(model_.bodies, contact_of(resistor)), difference_over(resistor, node_potential)};
+}
+
+/// Contacts whose law depends on their state, about that of the last accepted field.
+void Electrics::linearize() {
+  if (!has_laws_of_state()) return;
+  const std::vector<double> potential = node_potentials(now_.field);
+  for (effects::Resistor& resistor : now_.carried.resistors)
+    if (resistor.of_state) effects::linearize(scene_, contact_of(resistor), state_of(resistor, potential), resistor);
+}
+
+/// The most charge (C) that a contact carries in the trial's step beside what its law says at the end, but for the
+/// solver's error.
+double Electrics::linearization_error(const Trial& trial) const {
+  if (!has_laws_of_state()) return 0;
+  const std::vector<double> potential = node_potentials(trial.field);
+  const double noise = scene_.field().moving_tolerance * largest_potential(potential);
+  double worst = 0;
+  for (const effects::Resistor& resistor : now_.carried.resistors) {
+    if (!resistor.of_state) continue;
+    const effects::Contact contact = contact_of(resistor);
+    const effects::ContactState state = state_of(resistor, potential);
+    effects::Resistor at_end;
+    effects::linearize(scene_, contact, state, at_end);
+    const double off =
+        std::abs(effects::contact_current(scene_, contact, state) - resistor_current(resistor, potential));
+    worst = std::max(worst, off - noise * std::max(resistor.conductance, at_end.conductance));
+  }
+  return trial.step.weight * worst;
 }
 
 /// From the potentials of the last solve: right but for the solver's error, which counts if a conductance is large.
@@ -107,8 +149,10 @@ std::string Electrics::sentence_about(const effects::Resistor& resistor, double 
   const std::string remedy =
       is_held_at_both_ends(resistor)
           ? "both are held at their potentials, so that no contact makes them one: keep them apart"
-          : "lower the resistance in [effects.contact_resistance] or widen effects.contact_discharge.gap, so that they "
-            "share their charge before they touch";
+          : fmt::format(
+                "lower the resistance in [effects.{}] or widen effects.contact_discharge.gap, so that they "
+                "share their charge before they touch",
+                effects::sharing_effect(scene_)->name);
   return fmt::format("{} touch while their potentials are {:.3g} V apart, and the force between such has no limit: {}",
                      who, difference, remedy);
 }
@@ -123,15 +167,21 @@ bool Electrics::touch(effects::Contact contact) const {
 std::string Electrics::pressed_apart_in_potential() const {
   if (!discharge_ || now_.field.potential.empty() || now_.carried.resistors.empty()) return "";
   const std::vector<double> potential = node_potentials(now_.field);
-  double largest = 0;
-  for (const double p : potential) largest = std::max(largest, std::abs(p));
-  for (const effects::Supply& supply : supplies_) largest = std::max(largest, std::abs(supply.potential));
+  const double noise = scene_.field().moving_tolerance * largest_potential(potential);
   for (const effects::Resistor& resistor : now_.carried.resistors) {
     if (resistor.series || !touch(contact_of(resistor))) continue;
-    const double difference = std::abs(resistor_current(resistor, potential)) / resistor.conductance;
-    if (difference > scene_.field().moving_tolerance * largest) return sentence_about(resistor, difference);
+    const double difference = std::abs(difference_over(resistor, potential));
+    if (difference > noise) return sentence_about(resistor, difference);
   }
   return "";
+}
+
+/// V, of nodes and supplies.
+double Electrics::largest_potential(std::span<const double> node_potential) const {
+  double largest = 0;
+  for (const double potential : node_potential) largest = std::max(largest, std::abs(potential));
+  for (const effects::Supply& supply : supplies_) largest = std::max(largest, std::abs(supply.potential));
+  return largest;
 }
 
 /// Bodies that are held would attract each other for ever.
@@ -168,7 +218,8 @@ Trial Electrics::solve(double time, FieldGrid grid) {
           trial.step.decay * now_.ledger.charge(i) + (i < model_.bodies.size() ? trial.fed[i] * trial.step.fed : 0);
   });
   for (std::size_t k = 0; k < charges.resistors.size(); ++k) {
-    const double inherited = trial.step.inherited * now_.carried.remaining[k];
+    const double inherited =
+        trial.step.inherited * now_.carried.remaining[k] + trial.step.weight * charges.resistors[k].source;
     charges.charge[charges.resistors[k].a] -= inherited;
     if (charges.resistors[k].b >= 0) charges.charge[charges.resistors[k].b] += inherited;
   }
@@ -194,25 +245,28 @@ std::vector<double> Electrics::node_potentials(const effects::Electrostatics& fi
   return by_node(field.potential, field.terminal_potential);
 }
 
+/// V, its a less the other end.
+double Electrics::difference_over(const effects::Resistor& resistor, std::span<const double> node_potential) const {
+  return node_potential[resistor.a] - (resistor.b >= 0 ? node_potential[resistor.b] : resistor.potential);
+}
+
 double Electrics::resistor_current(const effects::Resistor& resistor, std::span<const double> node_potential) const {
-  const double other = resistor.b >= 0 ? node_potential[resistor.b] : resistor.potential;
-  return resistor.conductance * (node_potential[resistor.a] - other);
+  return resistor.conductance * difference_over(resistor, node_potential) + resistor.source;
 }
 
 double Electrics::charge_error(const Trial& trial) const {
   const double dt = trial.time - now_.time;
   const CarriedCharges& carried = now_.carried;
   if (carried.resistors.empty() || dt == 0) return 0;
-  double largest_charge = 0, largest_potential = 0;
+  double largest_charge = 0, largest_supply = 0;
   for (const std::vector<double>* charges : {&trial.field.charge, &trial.field.terminal_charge})
     for (const double charge : *charges) largest_charge = std::max(largest_charge, std::abs(charge));
-  for (const effects::Supply& supply : supplies_)
-    largest_potential = std::max(largest_potential, std::abs(supply.potential));
-  double worst = 0;
+  for (const effects::Supply& supply : supplies_) largest_supply = std::max(largest_supply, std::abs(supply.potential));
+  double worst = linearization_error(trial);
   for (std::size_t k = 0; k < carried.resistors.size(); ++k) {
-    const double current = trial.field.carried[k] / trial.step.weight;
+    const double current = trial.field.carried[k] / trial.step.weight + carried.resistors[k].source;
     const double noise =
-        carried.noise * scene_.field().moving_tolerance * carried.resistors[k].conductance * largest_potential;
+        carried.noise * scene_.field().moving_tolerance * carried.resistors[k].conductance * largest_supply;
     worst =
         std::max(worst, effects::charge_error(trial.step.weight * current + trial.step.inherited * carried.remaining[k],
                                               dt, carried.current[k], current, noise));
@@ -221,7 +275,7 @@ double Electrics::charge_error(const Trial& trial) const {
   const double tolerance = std::min(of_positions, charge_tolerance(scene_.field()));
   // Charges that are but the noise of potentials, where nothing drives any, are not worth a step.
   const double no_charge =
-      scene_.field().moving_tolerance * scene_.medium.permittivity * scene_.medium.depth * largest_potential;
+      scene_.field().moving_tolerance * scene_.medium.permittivity * scene_.medium.depth * largest_supply;
   largest_charge = std::max(largest_charge, no_charge);
   return worst == 0 ? 0 : worst / (tolerance * largest_charge);
 }
@@ -241,7 +295,7 @@ void Electrics::carry_resistors(const Trial& trial) {
   const effects::ChargeStep& step = trial.step;
   auto& [resistors, current, remaining, plain, noise, last_step] = now_.carried;
   for (std::size_t k = 0; k < resistors.size(); ++k) {
-    current[k] = now_.field.carried[k] / step.weight;
+    current[k] = now_.field.carried[k] / step.weight + resistors[k].source;
     remaining[k] = step.weight * current[k] + step.inherited * remaining[k];
     plain[k] = step.plain_weight * current[k] + step.plain_inherited * plain[k];
     now_.ledger.carry(resistors[k], remaining[k], plain[k]);
@@ -262,6 +316,7 @@ void Electrics::accept(Trial trial, bool merged) {
   if (now_.energy) now_.energy->note(trial.fed, dt, now_.ledger.leaked_in_step());
   if (now_.energy) book_energy(trial, merged);
   now_.time = trial.time;
+  linearize();
   show_charges();
   note_largest();
   // Else they would press each other with a force that no grid follows, and bounce for ever.
@@ -359,12 +414,25 @@ void Electrics::save(Checkpoint& checkpoint) const {
     checkpoint.reals["link_charges_left"] = now_.carried.remaining;
     checkpoint.reals["link_charges"] = now_.carried.plain;
     checkpoint.reals["last_charge_step"] = {now_.carried.last_step, now_.carried.noise};
+    std::vector<double>& linear = checkpoint.reals["link_linearization"];
+    for (const effects::Resistor& resistor : now_.carried.resistors)
+      if (resistor.of_state) linear.insert(linear.end(), {resistor.conductance, resistor.source});
+    if (linear.empty()) checkpoint.reals.erase("link_linearization");
   }
   if (now_.energy) checkpoint.reals["energy_book"] = now_.energy->save();
   checkpoint.reals["largest_force_and_speed"] = {now_.largest_force, now_.largest_speed};
   std::vector<std::int64_t>& contacts = checkpoint.integers["contacts"];
   for (const effects::Contact& contact : now_.contacts)
     contacts.insert(contacts.end(), {contact.conductor, contact.partner});
+}
+
+void Electrics::restore_linearization(const Checkpoint& checkpoint) {
+  const auto count = std::ranges::count_if(now_.carried.resistors, &effects::Resistor::of_state);
+  if (count == 0) return;
+  const std::vector<double>& linear = reals(checkpoint, "link_linearization", 2 * count);
+  auto next = linear.begin();
+  for (effects::Resistor& resistor : now_.carried.resistors)
+    if (resistor.of_state) resistor.conductance = *next++, resistor.source = *next++;
 }
 
 void Electrics::restore(const Checkpoint& checkpoint, double time) {
@@ -390,6 +458,7 @@ void Electrics::restore(const Checkpoint& checkpoint, double time) {
     const std::vector<double>& last = reals(checkpoint, "last_charge_step", 2);
     carried.last_step = last[0];
     carried.noise = last[1];
+    restore_linearization(checkpoint);
   }
   if (!now_.energy) return;
   now_.energy->restore(reals(checkpoint, "energy_book", now_.energy->saved_size()));

@@ -154,7 +154,14 @@ class Electrics {
   void update_resistors(bool groups_changed);
   std::vector<double> by_node(std::vector<double> by_conductor, const std::vector<double>& by_terminal) const;
   std::vector<double> node_potentials(const effects::Electrostatics& field) const;
+  double difference_over(const effects::Resistor& resistor, std::span<const double> node_potential) const;
   double resistor_current(const effects::Resistor& resistor, std::span<const double> node_potential) const;
+  void restore_linearization(const Checkpoint& checkpoint);
+  bool has_laws_of_state() const;
+  effects::ContactState state_of(const effects::Resistor& resistor, std::span<const double> node_potential) const;
+  void linearize();
+  double linearization_error(const Trial& trial) const;
+  double largest_potential(std::span<const double> node_potential) const;
   double work_since_booking(double time) const;
   effects::Contact contact_of(const effects::Resistor& resistor) const;
   bool is_held_at_both_ends(const effects::Resistor& resistor) const;

@@ -96,6 +96,7 @@ std::vector<Merger> Electrics::mergers(std::span<const effects::Contact> made, d
   std::vector<Merger> all;
   for (const effects::Contact contact : made) {
     if (discharge_->one_already(now_.groups, model_.bodies.size(), contact)) continue;
+    if (!effects::sharing_law(scene_, contact).joins()) continue;
     const double beyond = discharge_->make_gap() - discharge_->gap(model_.bodies, contact),
                  closing = -discharge_->gap_rate(model_.bodies, contact);
     all.push_back({contact, closing > 0 ? std::max(due_since, time - beyond / closing) : due_since});

@@ -12,6 +12,7 @@
 
 #include "src/scene/contact_attraction.hpp"
 #include "src/scene/schema.hpp"
+#include "src/scene/sharing_law.hpp"
 
 namespace lichtenberg {
 
@@ -115,6 +116,10 @@ struct EffectKind {
   std::vector<Remark> (*explain)(const Scene&) = nullptr;
   /// m: conductors with surfaces closer than that are in electrical contact.
   double (*contact_gap)(const Scene&) = nullptr;
+  /// The law by which the two of a contact share charge. One effect of a scene may have it, and needs one with
+  /// contact_gap, which says who is in contact. Null: contacts make their two one conductor, unless another effect says
+  /// otherwise.
+  effects::SharingLaw (*sharing)(const Scene&, effects::Contact) = nullptr;
   /// K of the energy K q_i q_j / r of two charged grains.
   double (*charge_strength)(const Scene&) = nullptr;
   // Of grains: what their steps are chosen by. Steps keep to the strictest of all effects.

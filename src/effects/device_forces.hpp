@@ -4,10 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "solvers/geometry/vec.hpp"
 #include "solvers/periodic/accuracy.hpp"
 #include "src/effects/charge_exchange_law.hpp"
-#include "src/effects/wind.hpp"
 #include "src/model/device_part.hpp"
 #include "src/scene/scene.hpp"
 
@@ -21,10 +19,9 @@ struct DeviceForces {
   double polarizability = 0, dipole_tolerance = 0;  ///< 0: no dipoles
   bool charged = false, exchanges = false;
   ImpactExchange exchange{};
-  std::optional<Wind> wind;
-  std::optional<Vec3> acceleration;     ///< of every grain
-  std::vector<DevicePartForm> parts{};  ///< forces of pairs (device_pair.hpp)
-  double bytes = 0;                     ///< of the device's memory, an estimate
+  std::vector<DeviceForm<DeviceDrive>> drives{};  ///< what surrounds grains (src/model/drive_part.hpp)
+  std::vector<DevicePartForm> parts{};            ///< forces of pairs (device_pair.hpp)
+  double bytes = 0;                               ///< of the device's memory, an estimate
 };
 
 /// Throws InputError: device = "cuda" has no `what`.

@@ -1,6 +1,7 @@
 #include "src/effects/gas_drag.hpp"
 
 #include "src/effects/device_forces.hpp"
+#include "src/model/drive_part.hpp"
 
 namespace lichtenberg::effects {
 
@@ -40,7 +41,7 @@ const EffectKind& GasDragOptions::kind() {
       .device =
           [](const Scene& scene, DeviceForces& forces) {
             const auto& drag = *scene.effects.find<GasDragOptions>();
-            forces.wind = Wind{drag.stokes, drag.speed, drag.hold, scene.seed};
+            forces.drives.push_back(drive_form_with_kernels(Wind{drag.stokes, drag.speed, drag.hold, scene.seed}));
           }};
   return kind;
 }

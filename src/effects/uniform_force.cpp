@@ -1,6 +1,7 @@
 #include "src/effects/uniform_force.hpp"
 
 #include "src/effects/device_forces.hpp"
+#include "src/model/drive_part.hpp"
 
 namespace lichtenberg::effects {
 
@@ -29,7 +30,8 @@ const EffectKind& UniformForceOptions::kind() {
           [](const Scene& scene) { return std::make_unique<UniformForce>(*scene.effects.find<UniformForceOptions>()); },
       .device =
           [](const Scene& scene, DeviceForces& forces) {
-            forces.acceleration = scene.effects.find<UniformForceOptions>()->acceleration.value;
+            const Vec3 acceleration = scene.effects.find<UniformForceOptions>()->acceleration.value;
+            forces.drives.push_back(drive_form_with_kernels(UniformPush{acceleration}));
           }};
   return kind;
 }
@@ -40,7 +42,7 @@ std::optional<double> UniformForce::drive(double, double dt, Bodies& bodies) {
   for (int i = 0; i < bodies.size(); ++i)
     for (int k = 0; k < d; ++k) {
       double& momentum = bodies.momentum[i * d + k];
-      const double push = dt * bodies.mass[i] * acceleration_[k];
+      const double push = push_.impulse(dt, bodies.mass[i], k);
       work += push * (momentum + 0.5 * push) / bodies.mass[i];
       momentum += push;
     }

@@ -11,17 +11,27 @@ struct UniformForceOptions {
   static const EffectKind& kind();
 };
 
+/// What UniformForce does to a grain, on the CPU and on a device.
+struct UniformPush {
+  Vec3 acceleration;
+
+  LICHTENBERG_HOST_DEVICE double impulse(double dt, double mass, int k) const { return dt * mass * acceleration[k]; }
+  LICHTENBERG_HOST_DEVICE void operator()(double, double dt, int, double mass, double* momentum, int d) const {
+    for (int k = 0; k < d; ++k) momentum[k] += impulse(dt, mass, k);
+  }
+};
+
 /// Weight, say: every grain is accelerated alike. What it does to the grains is booked as driven: in a periodic box it
 /// has no potential.
 class UniformForce : public Effect {
  public:
-  explicit UniformForce(const UniformForceOptions& options) : acceleration_(options.acceleration.value) {}
+  explicit UniformForce(const UniformForceOptions& options) : push_{options.acceleration.value} {}
 
   const EffectKind& kind() const override { return UniformForceOptions::kind(); }
   std::optional<double> drive(double time, double dt, Bodies& bodies) override;
 
  private:
-  Vec3 acceleration_;
+  UniformPush push_;
 };
 
 }  // namespace lichtenberg::effects

@@ -19,8 +19,9 @@ struct DeviceGrains {
   int count = 0;
   Box<3> box;
   const Vec3* position = nullptr;  ///< d0
-  const double *radius = nullptr, *charge = nullptr;
-  TableView partners;  ///< of each grain, up to the largest reach of all parts
+  const double *radius = nullptr, *charge = nullptr, *over_mass = nullptr;
+  const int* number = nullptr;  ///< by which the scene knows it
+  TableView partners;           ///< of each grain, up to the largest reach of all parts
 };
 
 /// Units of sums over pairs (m0 v0^2/d0, m0 v0^2): powers of two.
@@ -28,7 +29,7 @@ struct PairQuanta {
   double force = 1, energy = 1;
 };
 
-/// Forces that an effect adds on a device. Its kernels run on the executor that it was made for.
+/// Forces of pairs that an effect adds on a device. Its kernels run on the executor that it was made for.
 class DevicePart {
  public:
   virtual ~DevicePart() = default;
@@ -39,15 +40,27 @@ class DevicePart {
                           std::int64_t* energy) const = 0;
 };
 
-/// How a part is made, for the executor of a gas.
-struct DevicePartForm {
-  double reach = 0;      ///< d0, between centres
-  bool on_cuda = false;  ///< whether CUDA kernels exist for it where the program has any
-  std::function<std::unique_ptr<DevicePart>(const parallel::HostExecutor&)> make_on_host{};
-  std::function<std::unique_ptr<DevicePart>(const parallel::CudaExecutor&)> make_on_cuda{};
+/// The device form of Effect::drive.
+class DeviceDrive {
+ public:
+  virtual ~DeviceDrive() = default;
+  /// Changes the momenta ([N]) from `time` on within dt, and adds the energy that this gives them to *driven (quanta).
+  virtual void drive(const DeviceGrains& grains, double time, double dt, Vec3* momentum, double quantum,
+                     std::int64_t* driven) const = 0;
+};
 
-  std::unique_ptr<DevicePart> make(const parallel::HostExecutor& run) const { return make_on_host(run); }
-  std::unique_ptr<DevicePart> make(const parallel::CudaExecutor& run) const { return make_on_cuda(run); }
+/// How a part is made, for the executor of a gas.
+template <class Part>
+struct DeviceForm {
+  bool on_cuda = false;  ///< whether CUDA kernels exist for it where the program has any
+  std::function<std::unique_ptr<Part>(const parallel::HostExecutor&)> make_on_host{};
+  std::function<std::unique_ptr<Part>(const parallel::CudaExecutor&)> make_on_cuda{};
+
+  std::unique_ptr<Part> make(const parallel::HostExecutor& run) const { return make_on_host(run); }
+  std::unique_ptr<Part> make(const parallel::CudaExecutor& run) const { return make_on_cuda(run); }
+};
+struct DevicePartForm : DeviceForm<DevicePart> {
+  double reach = 0;  ///< d0, between centres
 };
 
 }  // namespace lichtenberg

@@ -30,7 +30,8 @@ class GasOn final : public DeviceGas {
       : run_(std::move(run)), gas_(*run_, checked(*run_, options)), lists_(gas_) {
     if (options.tables) sums_.emplace(*run_, *options.tables);
     if (options.polarizability > 0) dipoles_.emplace(*run_, *sums_, options.polarizability, options.dipole_tolerance);
-    for (const DevicePartForm& form : options.parts) parts_.push_back(form.make(*run_));
+    for (const auto& form : options.parts) parts_.push_back(form.make(*run_));
+    for (const auto& form : options.drives) drives_.push_back(form.make(*run_));
     pair_quanta_ = quanta_of_parts();
   }
 
@@ -122,7 +123,7 @@ class GasOn final : public DeviceGas {
     check_found();
   }
 
-  bool is_driven() const { return !gas_.elastic && (gas_.options.wind || gas_.options.acceleration); }
+  bool is_driven() const { return !gas_.elastic && !drives_.empty(); }
   /// What surrounds the grains acts before and after, which the host waits for.
   template <class Law>
   void step_driven(const Law& law, double time) {
@@ -139,24 +140,18 @@ class GasOn final : public DeviceGas {
 
   /// What surrounds the grains acts on them; then the host knows how fast they are.
   void drive(double time, double dt) {
-    const Drive act{gas_.options.wind.value_or(effects::Wind{}), gas_.options.acceleration.value_or(Vec3{}),
-                    gas_.options.wind.has_value()};
-    Vec3* momentum = gas_.momentum.data();
-    const double *over_mass = gas_.over_mass.data(), quantum = gas_.quanta.energy;
-    const int *number = gas_.number.data(), n = gas_.n;
-    std::int64_t* driven = gas_.driven.data();
+    for (const auto& drive : drives_)
+      drive->drive(grains(), time, dt, gas_.momentum.data(), gas_.quanta.energy, gas_.driven.data());
+    const Vec3* momentum = gas_.momentum.data();
+    const double* over_mass = gas_.over_mass.data();
+    const int n = gas_.n;
     Found* found = found_.device();
     run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { found->speed2 = 0; });
     run_->sum_segments(
-        (n + a_warp - 1) / a_warp,
-        [=] LICHTENBERG_HOST_DEVICE(int w) { return n - w * a_warp < a_warp ? n - w * a_warp : a_warp; },
-        [=] LICHTENBERG_HOST_DEVICE(int w, int t) {
-          const int s = w * a_warp + t;
-          const double over = over_mass[s];
-          const Vec3 before = momentum[s], p = act(time, dt, number[s], 1 / over, before);
-          momentum[s] = p;
-          parallel::add_atomically(driven, whole(0.5 * over * (norm2(p) - norm2(before)) / quantum));
-          return Most{norm2(over * p)};
+        (n + a_part - 1) / a_part, [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
+        [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
+          const int s = p * a_part + t;
+          return Most{norm2(over_mass[s] * momentum[s])};
         },
         [=] LICHTENBERG_HOST_DEVICE(int, Most most) { parallel::enlarge_atomically(&found->speed2, most.value); });
     found_.fetch();
@@ -250,10 +245,8 @@ class GasOn final : public DeviceGas {
     if (parts_.empty()) return;
     gas_.pair_force.zero();
     gas_.pair_energy.zero();
-    const DeviceGrains grains{gas_.n,           gas_.box, gas_.place.data(), gas_.radius.data(), gas_.charge.data(),
-                              lists_.in_reach()};
     for (const auto& part : parts_)
-      part->add_forces(grains, pair_quanta_, gas_.pair_force.data(), gas_.pair_energy.data());
+      part->add_forces(grains(), pair_quanta_, gas_.pair_force.data(), gas_.pair_energy.data());
   }
   /// Forces at this instant, until the next ones are known.
   void hold() {
@@ -344,13 +337,23 @@ class GasOn final : public DeviceGas {
   }
 
  private:
-  static constexpr int a_part = GasState<Executor>::a_part, a_warp = 32;
+  static constexpr int a_part = GasState<Executor>::a_part;
 
   static const GasOptions& checked(const Executor& run, const GasOptions& options) {
     check_room(options, static_cast<double>(run.room()));
     return options;
   }
 
+  DeviceGrains grains() const {
+    return {gas_.n,
+            gas_.box,
+            gas_.place.data(),
+            gas_.radius.data(),
+            gas_.charge.data(),
+            gas_.over_mass.data(),
+            gas_.number.data(),
+            lists_.in_reach()};
+  }
   bool has_held_forces() const { return sums_ || !parts_.empty(); }
 
   ForceView forces() const {
@@ -430,6 +433,7 @@ class GasOn final : public DeviceGas {
   typename GasLists<Executor>::Sums sums_;
   typename GasLists<Executor>::Dipoles dipoles_;
   std::vector<std::unique_ptr<DevicePart>> parts_;
+  std::vector<std::unique_ptr<DeviceDrive>> drives_;
   PairQuanta pair_quanta_;
   mutable SnapshotMemories<Executor> memories_{*run_};
   parallel::Mirrored<Found, Executor> found_{*run_};

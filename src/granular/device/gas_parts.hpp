@@ -33,19 +33,6 @@ struct GasOptions : effects::DeviceForces {
   std::optional<periodic::device::MeshTables> tables;  ///< of `mesh`
 };
 
-/// What surrounds grains, and acts on each by itself.
-struct Drive {
-  effects::Wind wind;
-  Vec3 acceleration;
-  bool blows = false;
-
-  LICHTENBERG_HOST_DEVICE Vec3 operator()(double time, double dt, int number, double mass, Vec3 momentum) const {
-    double p[3] = {momentum.x, momentum.y, momentum.z};
-    if (blows) wind(time, dt, number, mass, p, 3);
-    return Vec3{p[0], p[1], p[2]} + (dt * mass) * acceleration;
-  }
-};
-
 /// Of a scene that check_scene does not refuse.
 GasOptions gas_options(const Scene& scene);
 /// Throws Failure, with the number of grains that would fit, if a device with so many free bytes has too few for a gas.

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "solvers/error.hpp"
 #include "src/effects/device_forces.hpp"
+#include "src/effects/effects.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
 #include "src/granular/held_forces.hpp"
@@ -19,12 +21,16 @@ using effects::refuse_on_device;
 /// Throws InputError for an effect without a device form, and for what a device does not compute of the others.
 DeviceForces device_forces(const Scene& scene, Target target) {
   DeviceForces forces;
-  for (const Effects::Entry& entry : scene.effects) {
+  const auto with_kernels = [](const auto& forms) {
+    return std::ranges::all_of(forms, [](const auto& form) { return form.on_cuda; });
+  };
+  Effects ordered = scene.effects;  // as the CPU calls them
+  ordered.sort(effects::all_kinds());
+  for (const Effects::Entry& entry : ordered) {
     if (!entry.kind->device) refuse_on_device(scene, "effects." + entry.kind->name);
-    const std::size_t before = forces.parts.size();
     entry.kind->device(scene, forces);
-    for (std::size_t k = before; target == Target::cuda && k < forces.parts.size(); ++k)
-      if (!forces.parts[k].on_cuda) refuse_on_device(scene, "kernels of effects." + entry.kind->name);
+    if (target == Target::cuda && !(with_kernels(forces.parts) && with_kernels(forces.drives)))
+      refuse_on_device(scene, "kernels of effects." + entry.kind->name);
   }
   return forces;
 }

@@ -1,0 +1,81 @@
+#pragma once
+
+// Effect::drive on a device, by a law that acts on each grain by itself.
+
+#include <memory>
+
+#ifdef __CUDACC__
+#include "solvers/parallel/cuda_executor.hpp"
+#endif
+#include "solvers/parallel/host_executor.hpp"
+#include "src/model/device_part.hpp"
+
+namespace lichtenberg {
+
+/// A law is a small struct for the host and for a device, with
+///
+///     void operator()(double time, double dt, int number, double mass, double* momentum, int dimension) const
+///
+/// which changes the momentum ([dimension]) of one grain from `time` on within dt.
+template <class Law, class Executor>
+class DrivePart final : public DeviceDrive {
+ public:
+  DrivePart(const Executor& run, const Law& law) : run_(&run), law_(law) {}
+
+  void drive(const DeviceGrains& grains, double time, double dt, Vec3* momentum, double quantum,
+             std::int64_t* driven) const override {
+    constexpr int a_part = 32;
+    const Law law = law_;
+    const double* over_mass = grains.over_mass;
+    const int *number = grains.number, n = grains.count;
+    run_->sum_segments((n + a_part - 1) / a_part,
+                       [=] LICHTENBERG_HOST_DEVICE(int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; },
+                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
+                         const int s = p * a_part + t;
+                         const Vec3 before = momentum[s];
+                         double after[3] = {before.x, before.y, before.z};
+                         law(time, dt, number[s], 1 / over_mass[s], after, 3);
+                         momentum[s] = {after[0], after[1], after[2]};
+                         return whole(0.5 * over_mass[s] * (norm2(momentum[s]) - norm2(before)) / quantum);
+                       },
+                       [=] LICHTENBERG_HOST_DEVICE(int, std::int64_t sum) { parallel::add_atomically(driven, sum); });
+  }
+
+ private:
+  const Executor* run_;
+  Law law_;
+};
+
+/// A drive with CUDA kernels. A file compiled by nvcc instantiates it (src/granular/device/cuda_gas.cu).
+template <class Law>
+std::unique_ptr<DeviceDrive> make_cuda_drive(const parallel::CudaExecutor& run, const Law& law)
+#ifdef __CUDACC__
+{
+  return std::make_unique<DrivePart<Law, parallel::CudaExecutor>>(run, law);
+}
+#else
+    ;
+#endif
+
+/// The device form of a law, for the host executor.
+template <class Law>
+DeviceForm<DeviceDrive> drive_form(const Law& law) {
+  DeviceForm<DeviceDrive> form;
+  form.make_on_host = [=](const parallel::HostExecutor& run) {
+    return std::make_unique<DrivePart<Law, parallel::HostExecutor>>(run, law);
+  };
+  return form;
+}
+
+/// The same with the CUDA kernels of make_cuda_drive.
+template <class Law>
+DeviceForm<DeviceDrive> drive_form_with_kernels(const Law& law) {
+  DeviceForm<DeviceDrive> form = drive_form(law);
+  form.on_cuda = true;
+#ifdef LICHTENBERG_WITH_CUDA
+  form.make_on_cuda = [=](const parallel::CudaExecutor& run) { return make_cuda_drive<Law>(run, law); };
+#endif
+  return form;
+}
+
+}  // namespace lichtenberg

@@ -8,7 +8,9 @@ from pathlib import Path
 
 from .formats import formats
 from .formats.csv import write_table
-from .result import Failure, InputError, check_output, chosen_frames, default_output, load, write_whole
+from .errors import Failure, InputError
+from .files import check_output, default_output, write_whole
+from .result import chosen_frames, load
 
 
 def export(source, to, out=None, frames=None, overwrite=False):

@@ -29,3 +29,27 @@ def end_with(parent):
 
 if os.environ.get("LICHTENBERG_WAITS"):  # draw.cpp
     end_with(int(os.environ["LICHTENBERG_WAITS"]))
+
+
+class Interruption:
+    """From now on SIGINT, SIGTERM and SIGHUP are noted as `signal`; the same once more ends the process. A SIGHUP that whoever
+    started it (nohup) has it ignore stays ignored."""
+
+    def __init__(self):
+        self.signal = None
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
+                signal.signal(number, self.note)
+
+    def note(self, number, _):
+        from lichtenberg import messages
+
+        self.signal = number
+        signal.signal(number, signal.SIG_DFL)
+        when = "at the next checkpoint" if number == signal.SIGINT else "after this step"
+        messages.tell(f"\nstopping {when}; the same once more stops at once")
+
+    def obey(self):
+        """Ends by the signal that was noted, so that whoever started this process sees that."""
+        signal.signal(self.signal, signal.SIG_DFL)
+        os.kill(os.getpid(), self.signal)

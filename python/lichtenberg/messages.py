@@ -1,6 +1,9 @@
 """What is printed: a stream that takes nothing (a full disk, a closed pipe, a closed descriptor) is no reason to end."""
 import os
+import signal
 import sys
+
+from .errors import Failure
 
 
 def open_closed_descriptors():
@@ -18,6 +21,17 @@ def say(words, end="\n"):
     error = written(sys.stdout, escaped(words), end)
     if error and not isinstance(error, BrokenPipeError):
         tell(f"lichtenberg: the output could not be written ({error.strerror}), but the files that it tells of stand")
+
+
+def put(words):
+    """Prints on standard output what was asked for in place of anything else. Throws Failure if that cannot be; a pipe that its
+    reader has closed ends this process as it does others."""
+    error = written(sys.stdout, words, "")
+    if isinstance(error, BrokenPipeError):
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGPIPE)
+    if error:
+        raise Failure(f"the output could not be written ({error.strerror})")
 
 
 def escaped(words):
@@ -48,3 +62,13 @@ def written(stream, words, end):
         os.close(nothing)
         return error
     return None
+
+
+def duration(seconds):
+    """How long something takes, for people: "4.2 s", "3 min 20 s", "2 h 5 min"."""
+    if seconds < 60:
+        return f"{seconds:.2g} s"
+    whole = round(seconds)
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"

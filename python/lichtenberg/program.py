@@ -1,7 +1,5 @@
 """The program from Python: what it computes comes back as numpy arrays. It is run as a process of its own, with --json."""
 import json
-import os
-import shutil
 import subprocess
 import tempfile
 from pathlib import Path
@@ -9,22 +7,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from .result import Failure, InputError, load
-
-BESIDE = [
-    "../../../../bin/lichtenberg",  # from share/lichtenberg/python/lichtenberg, as installed
-    "../../build/lichtenberg",  # from the source
-]
-
-
-def find_program():
-    """LICHTENBERG of the environment, else the program that this package came with, else the one on the PATH."""
-    here = Path(__file__).resolve().parent
-    candidates = [os.environ.get("LICHTENBERG"), *((here / place).resolve() for place in BESIDE), shutil.which("lichtenberg")]
-    for candidate in candidates:
-        if candidate and os.access(candidate, os.X_OK):
-            return str(candidate)
-    raise Failure("the program lichtenberg was not found: put it on the PATH, or its path into LICHTENBERG")
+from .errors import Failure, InputError
+from .installation import find_program
+from .result import load
 
 
 def call(*arguments):

@@ -14,7 +14,9 @@ import numpy as np
 
 from .ground import electrodes_of, nearest_ground
 from .ranges import colour_range
-from .result import TO_GROUND, UNCONNECTED, InputError, check_output, chosen_frames, write_whole
+from .errors import InputError
+from .files import check_output, write_whole
+from .result import TO_GROUND, UNCONNECTED, chosen_frames
 
 STEPS = 65535
 MANTISSA = 12  # binary digits kept of 23, and the hidden one: 1e-4 of the value

@@ -215,7 +215,8 @@ void add_unlisted(std::vector<Command>& commands, const std::vector<std::string>
   const std::size_t place = !arguments.empty() && arguments.front() == "help" ? 1 : 0;
   if (arguments.size() <= place || std::ranges::find(commands, arguments[place], &Command::name) != commands.end())
     return;
-  if (arguments[place] == "frame-fields") return commands.push_back(frame_fields_command());
+  for (const Command& inner : {frame_fields_command(), ensemble_members_command()})
+    if (inner.name == arguments[place]) return commands.push_back(inner);
   if (std::optional<Command> added = added_python_command(arguments[place])) commands.push_back(std::move(*added));
 }
 
@@ -298,8 +299,8 @@ int status_of(const std::function<int()>& work) {
 std::vector<Command> all_commands() {
   std::vector<Command> commands = python_commands();
   commands.insert(commands.begin(), {run_command(), solve_command(), explain_command()});
-  commands.insert(commands.end(), {analyse_command(), network_command(), theory_command(theory_kinds()),
-                                   work_precision_command(), ensemble_command()});
+  commands.insert(commands.end(),
+                  {analyse_command(), network_command(), theory_command(theory_kinds()), work_precision_command()});
   return commands;
 }
 

@@ -48,8 +48,10 @@ Command explain_command();
 Command analyse_command();
 Command network_command();
 Command work_precision_command();
-Command ensemble_command();
 
-Command frame_fields_command();  ///< for the Python package alone, not listed
+// For the Python package alone, not listed.
+
+Command frame_fields_command();
+Command ensemble_members_command();
 
 }  // namespace lichtenberg

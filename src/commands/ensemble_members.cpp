@@ -3,16 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
 #include <set>
-#include <span>
 
 #include "solvers/error.hpp"
 #include "src/commands/cost.hpp"
 #include "src/commands/ensemble.hpp"
 #include "src/commands/streams.hpp"
 #include "src/effects/read_scene.hpp"
-#include "src/record/atomic_file.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 
@@ -49,7 +46,8 @@ void check_count(const std::vector<Variation>& variations) {
   constexpr double most = 100'000;
   double count = 1;
   for (const Variation& variation : variations) count *= static_cast<double>(variation.values.size());
-  if (count > most) throw InputError(fmt::format("the ensemble has {:g} members: at most {:g} are allowed", count, most));
+  if (count > most)
+    throw InputError(fmt::format("the ensemble has {:g} members: at most {:g} are allowed", count, most));
 }
 
 std::vector<std::vector<Setting>> product(const std::vector<Variation>& variations) {
@@ -106,27 +104,6 @@ void check_names(const std::vector<Member>& members) {
 
 }  // namespace
 
-std::string scene_file(const std::string& folder, const Member& member) {
-  return (std::filesystem::path(folder) / (member.name + ".toml")).string();
-}
-
-std::string result_file(const std::string& folder, const Member& member) {
-  return (std::filesystem::path(folder) / (member.name + ".h5")).string();
-}
-
-bool write_scene(const std::string& folder, Member& member) {
-  const std::string path = scene_file(folder, member);
-  std::string first_line;
-  std::getline(std::ifstream(path) >> std::ws, first_line);
-  if (!std::filesystem::exists(path) || first_line.ends_with(member_mark)) {
-    write_atomically(path, std::as_bytes(std::span(member.text)));
-    return true;
-  }
-  member.state = MemberState::failed;
-  member.sentence = fmt::format("{} stands in the way: it is no scene of an ensemble", path);
-  return false;
-}
-
 std::vector<Member> make_members(const std::string& scene_path, const std::vector<Setting>& set,
                                  const std::vector<Variation>& variations, const std::string& folder) {
   check_count(variations);
@@ -141,9 +118,9 @@ std::vector<Member> make_members(const std::string& scene_path, const std::vecto
     member.text =
         header(scene_path, settings) + with_settings(scene.text, scene_path, settings_of_a_member(scene, settings));
     try {
-      member.cost = cost_of(parse_scene(member.text, scene_file(folder, member)));
+      member.cost =
+          cost_of(parse_scene(member.text, (std::filesystem::path(folder) / (member.name + ".toml")).string()));
     } catch (const InputError& error) {
-      member.state = MemberState::failed;
       member.sentence = error.what();
     }
     members.push_back(std::move(member));

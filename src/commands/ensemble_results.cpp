@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "solvers/error.hpp"
@@ -47,6 +47,7 @@ double wall_seconds(const hdf5::Handle& file) {
 }
 
 using Quantities = std::map<std::string, double>;
+using Json = nlohmann::ordered_json;
 
 void add_fractions(Quantities& quantities, const std::string& suffix, const analysis::DegreeDistribution& degrees) {
   quantities["endpoint_fraction" + suffix] = degrees.fraction(1);
@@ -118,9 +119,8 @@ void refuse_past(const std::string& path, const ResultFile& file, const Scene& n
         fmt::format("{} is already past this [stop]: move it away, or name another folder with --out", path));
 }
 
-/// Sets the member's state, or throws InputError or hdf5::Error. A run that has just ended was given the [stop] of now,
-/// even if its file still has that of its start.
-void inspect_file(const std::string& path, Member& member) {
+/// Throws InputError or hdf5::Error.
+Json inspect_file(const std::string& path, const Member& member, bool just_ended) {
   const ResultFile file(path, "gone on with");
   const std::string text = hdf5::get_text(file.file(), "scene/text");
   const std::string change = first_change(text, member.text);
@@ -129,33 +129,28 @@ void inspect_file(const std::string& path, Member& member) {
         fmt::format("key `{}` is not what it was when {} was started: move that file away, or name "
                     "another folder with --out",
                     change, path));
-  const bool just_ended = member.state == MemberState::finished;
-  const bool over = hdf5::exists(file.file(), "summary");
   const Scene now = parse_scene(member.text, path);
-  if (!over || !(just_ended || same_end(parse_scene(text, path), now))) return refuse_past(path, file, now, just_ended);
-  member.quantities = quantities_of(file);
-  member.warnings = file.warnings();
-  add_topology(member.quantities, Result(path));
-  member.state = MemberState::finished;
+  const bool over = hdf5::exists(file.file(), "summary") && (just_ended || same_end(parse_scene(text, path), now));
+  if (!over) {
+    refuse_past(path, file, now, just_ended);
+    return {{"state", "waiting"}};
+  }
+  Quantities quantities = quantities_of(file);
+  add_topology(quantities, Result(path));
+  return {{"state", "finished"}, {"quantities", quantities}, {"warnings", file.warnings()}};
 }
 
 }  // namespace
 
-void inspect(const std::string& folder, Member& member) {
-  const std::string path = result_file(folder, member);
-  if (!std::filesystem::exists(path)) return;
+Json inspect(const std::string& path, const Member& member, bool just_ended) {
+  const auto failed = [](const std::string& sentence) { return Json{{"state", "failed"}, {"sentence", sentence}}; };
   try {
-    try_reading(path, [&] {
-      Member copy = member;
-      inspect_file(path, copy);
-    });
-    inspect_file(path, member);
+    try_reading(path, [&] { inspect_file(path, member, just_ended); });
+    return inspect_file(path, member, just_ended);
   } catch (const InputError& error) {
-    member.state = MemberState::failed;
-    member.sentence = error.what();
+    return failed(error.what());
   } catch (const hdf5::Error& error) {
-    member.state = MemberState::failed;
-    member.sentence = fmt::format("{} is damaged ({})", path, error.what());
+    return failed(fmt::format("{} is damaged ({})", path, error.what()));
   }
 }
 

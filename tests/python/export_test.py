@@ -16,7 +16,8 @@ import numpy as np
 import runs
 from lichtenberg import Failure, load
 from lichtenberg.export import replace_folder
-from lichtenberg.result import chosen_frames, write_whole
+from lichtenberg.files import write_whole
+from lichtenberg.result import chosen_frames
 
 
 def needs(module):

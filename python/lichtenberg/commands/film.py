@@ -19,7 +19,7 @@ LEAST, MOST = 0.1, 1000  # frames a second that players know
 
 
 def act(request):
-    from ..result import check_output
+    from ..files import check_output
 
     if request.out is None:
         request.out = os.path.splitext(request.file)[0] + (f"-{request.colour}" if request.colour else "") + ".mp4"

@@ -14,7 +14,8 @@ ARGUMENTS = [
 
 
 def act(request):
-    from ..result import default_output, load
+    from ..files import default_output
+    from ..result import load
     from ..view import write_page
 
     with load(request.result) as result:

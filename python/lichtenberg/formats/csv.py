@@ -6,7 +6,8 @@ import re
 
 import numpy as np
 
-from ..result import GROUPS, write_whole
+from ..files import write_whole
+from ..result import GROUPS
 
 ENDING, IS_FOLDER = "-csv", True
 

@@ -4,7 +4,7 @@ import re
 import numpy as np
 
 from .. import vtk_xml
-from ..result import write_whole
+from ..files import write_whole
 from . import columns_of
 
 ENDING, IS_FOLDER = "-vtk", True

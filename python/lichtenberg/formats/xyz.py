@@ -1,7 +1,7 @@
 """Extended XYZ, for OVITO and ASE: one file with all frames."""
 import numpy as np
 
-from ..result import write_whole
+from ..files import write_whole
 from . import columns_of
 
 ENDING, IS_FOLDER = ".xyz", False

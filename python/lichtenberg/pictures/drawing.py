@@ -16,7 +16,9 @@ from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D, offset_copy
 
 from .. import ground, messages
-from ..result import TO_GROUND, UNCONNECTED, InputError, check_output, check_result, created, identity
+from ..errors import InputError
+from ..files import check_output, created
+from ..result import TO_GROUND, UNCONNECTED, check_result, identity
 
 STEEL, INK, ISOLATED, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
 WARNING = "#b00020"

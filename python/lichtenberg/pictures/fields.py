@@ -5,7 +5,7 @@ import subprocess
 import numpy as np
 
 from ..errors import Failure
-from ..program import find_program
+from ..installation import find_program
 
 
 class Fields:

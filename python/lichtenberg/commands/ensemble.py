@@ -1,0 +1,387 @@
+"""`lichtenberg ensemble`: runs a scene in many variants, each in a process of its own, and takes means of what they found.
+
+The program makes the members' scenes, says what their result files hold, and estimates means (src/commands/ensemble.hpp).
+"""
+import fcntl
+import json
+import os
+import re
+import signal
+import stat
+import subprocess
+import time
+from collections import deque
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from .. import messages
+from ..ensemble_report import print_summary, summarize, to_json
+from ..errors import Failure, InputError
+from ..files import check_output, write_whole
+from ..installation import find_program
+from ..interrupted import Interruption, end_with
+from . import argument
+
+HELP = "Runs, or goes on with, a scene in many variants on all cores: means with confidence intervals"
+ARGUMENTS = [
+    argument("SCENE", "scene file (.toml)", required=True),
+    argument("--conductors", "numbers of conductors, as in 64,100,144: short for --vary population.count=..."),
+    argument("--seeds", "how many seeds, from the scene's upward, for each variant", "int", positive=True),
+    argument(
+        "--vary",
+        "KEY=VALUE,VALUE,...: values that a key of the scene takes, as in effects.contact_discharge.gap=0.4e-3,0.8e-3 or "
+        "electrode[0].radius=1e-3,2e-3; again for another key: all combinations are run",
+        "texts",
+        repeated=True,
+    ),
+    argument(
+        "--set",
+        "KEY=VALUE: a key of the scene set otherwise than in its file, as in mechanics.position_tolerance=1e-6 or "
+        "electrode[0].potential=2e3; again for another key",
+        "texts",
+        repeated=True,
+    ),
+    argument(
+        "--out",
+        "folder of the result files, one a member, of their scenes and of ensemble.json (ensemble-2.json beside that of "
+        "another sweep); what is finished there is not run again (default: the scene's name with -ensemble)",
+    ),
+    argument(
+        "--device",
+        "where the field is solved or grains are moved, cpu or cuda (default: field.device of the scene, cpu for grains)",
+        allowed=["cpu", "cuda"],
+    ),
+    argument("--jobs", "members that run at the same time (default: one a core)", "int", positive=True),
+    argument(
+        "--share",
+        "K/N: run the Kth of N shares of the members only, as in 3/8, so that N machines on one file system work side by "
+        "side; the same command without it makes the table",
+    ),
+    argument(
+        "--json",
+        "print JSON in place of the table, or write it to a FILE beside the table: what ensemble.json in the folder holds "
+        "as well",
+        value_optional=True,
+    ),
+    argument("--quiet", "show no progress", "flag"),
+]
+
+
+@dataclass
+class Member:
+    """One scene of the ensemble."""
+
+    name: str  # of its files, without the suffix: "count-64_seed-1"
+    settings: list  # (key, value as TOML has it, value), in the order of the variations
+    text: str  # the scene
+    cost: float  # time that it is expected to take, in a unit of the ensemble's own
+    sentence: str  # why it failed
+    number: int  # among all members
+    state: str = "waiting"  # to be run or resumed; running, finished, stopped at a checkpoint, failed
+    quantities: dict = field(default_factory=dict)  # of a finished one
+    warnings: list = field(default_factory=list)
+
+
+class Program:
+    """The program, which answers questions about this ensemble, in lines of JSON."""
+
+    def __init__(self, request):
+        words = [find_program(), "ensemble-members", f"--out={request.out}", f"--seeds={request.seeds or 1}"]
+        words += [f"--conductors={request.conductors}"] if request.conductors else []
+        words += [f"--vary={each}" for each in request.vary] + [f"--set={each}" for each in request.set]
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "encoding": "utf-8"}
+        # In a session of its own, an interruption from the keyboard does not reach it.
+        self.process = subprocess.Popen([*words, "--", request.scene], start_new_session=True, **pipes)
+        about = self.read()
+        self.version, self.commit, self.mark = about["version"], about["commit"], about["mark"]
+        self.members = [Member(number=number, **self.read()) for number in range(about["members"])]
+        for member in self.members:
+            member.state = "failed" if member.sentence else "waiting"
+
+    def read(self):
+        """Ends as the program does if it has no more to say: its sentence is on standard error."""
+        line = self.process.stdout.readline()
+        if not line:
+            status = self.process.wait()
+            raise SystemExit(status if status > 0 else 1)
+        return json.loads(line)
+
+    def ask(self, **question):
+        try:
+            self.process.stdin.write(json.dumps(question) + "\n")
+            self.process.stdin.flush()
+        except BrokenPipeError:
+            pass  # read() finds out why
+        return self.read()
+
+
+class Folder:
+    """The folder of the ensemble's files, which one ensemble holds at a time, or its shares, each once. The processes of the
+    members inherit the locks: a folder in which one still runs is taken."""
+
+    def __init__(self, path, share):
+        try:
+            os.makedirs(path, exist_ok=True)
+        except OSError as error:
+            reason = "a file of this name exists" if isinstance(error, FileExistsError) else error.strerror
+            raise InputError(f"--out {path}: this folder cannot be made ({reason})") from None
+        self.path = path
+        self.locks = [self.lock(".lock", fcntl.LOCK_SH if share else fcntl.LOCK_EX)]
+        if share:
+            self.locks.append(self.lock(f".lock-{share[0]}-of-{share[1]}", fcntl.LOCK_EX))
+
+    def lock(self, name, kind):
+        flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK
+        try:
+            file = os.open(os.path.join(self.path, name), flags, 0o666)
+        except OSError as error:
+            raise InputError(f"{self.path} cannot be written ({error.strerror})") from None
+        try:
+            fcntl.flock(file, kind | fcntl.LOCK_NB)
+        except OSError:
+            words = "wait for it, or name another folder with --out"
+            raise InputError(f"another ensemble is at work in {self.path}: {words}") from None
+        return file
+
+    def file(self, member, suffix):
+        return os.path.join(self.path, member.name + suffix)
+
+    def write_scene(self, member, mark):
+        """For whoever wants to look at it or run it alone. A file that no ensemble wrote stays: then the member has failed."""
+        path = self.file(member, ".toml")
+        if os.path.exists(path) and not first_line(path).endswith(mark):
+            member.state, member.sentence = "failed", f"{path} stands in the way: it is no scene of an ensemble"
+        else:
+            write_whole(path, member.text)
+
+
+def first_line(path):
+    """That is not empty."""
+    try:
+        with open(path, encoding="utf-8", errors="replace") as file:
+            return next((line.strip() for line in file if line.strip()), "")
+    except OSError:
+        return ""
+
+
+def inspect(program, folder, member):
+    """Looks at what the member's result file holds: finished, to be run or resumed, or failed because it is of another scene
+    or damaged. A finished one gets its quantities."""
+    if os.path.exists(folder.file(member, ".h5")):
+        answer = program.ask(inspect=member.number, just_ended=member.state == "finished")
+        for name, value in answer.items():
+            setattr(member, name, value)
+
+
+class Process:
+    """`lichtenberg run` in a process of its own, in a process group of its own: an interruption from the keyboard reaches us
+    only, and we pass it on once. If we die, the system interrupts it."""
+
+    def __init__(self, folder, member, device):
+        self.member, self.messages = member, os.memfd_create("messages")
+        result = folder.file(member, ".h5")
+        words = ["lichtenberg", "run", folder.file(member, ".toml"), "--out", result, "--quiet"]
+        words += ["--device", device] if device else []
+        words += ["--resume"] if os.path.exists(result) else []
+        streams = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": self.messages}
+        start = partial(apart, os.getpid())
+        try:
+            self.process = subprocess.Popen(
+                words, executable=find_program(), pass_fds=folder.locks, preexec_fn=start, **streams
+            )
+        except OSError as error:
+            raise Failure(f"no process can be started ({error.strerror})") from None
+        member.state = "running"
+
+    def interrupt(self):
+        self.process.terminate()
+
+    def over(self):
+        """Whether it is; then the member's state says how it went."""
+        status = self.process.poll()
+        if status is None:
+            return False
+        self.member.state = {0: "finished", -15: "stopped"}.get(status, "failed")
+        if self.member.state == "failed":
+            ended = f"by the signal {signal.strsignal(-status)}" if status < 0 else f"with status {status}"
+            self.member.sentence = self.last_sentence() or f"ended {ended}"
+        os.close(self.messages)
+        return True
+
+    def last_sentence(self):
+        """What the program said last."""
+        text = os.pread(self.messages, os.fstat(self.messages).st_size, 0).decode(errors="replace")
+        return text.rpartition("lichtenberg: ")[2].split("\n")[0] if "lichtenberg: " in text else ""
+
+
+def apart(parent):
+    os.setpgid(0, 0)
+    end_with(parent)
+
+
+class Progress:
+    """12 of 48 done, 2 running, 1 failed, about 3 min 20 s left"""
+
+    def __init__(self, members, quiet):
+        self.members, self.quiet, self.terminal = members, quiet, os.isatty(2)
+        self.cost_at_start = self.cost_left()
+        self.began = self.shown = time.monotonic()
+        self.unfinished_line = False
+
+    def show(self):
+        now = time.monotonic()
+        if self.quiet or now - self.shown < (0.2 if self.terminal else 30):
+            return
+        self.shown, self.unfinished_line = now, self.terminal
+        messages.tell(f"\r{self.line()}\033[K" if self.terminal else self.line(), end="" if self.terminal else "\n")
+
+    def end_line(self):
+        """Before anything else is printed: it would run into the line."""
+        if self.unfinished_line:
+            messages.tell("")
+        self.unfinished_line = False
+
+    def cost_left(self):
+        """A running member counts as half done."""
+        share = {"waiting": 1, "running": 0.5}
+        return sum(member.cost * share.get(member.state, 0) for member in self.members)
+
+    def line(self):
+        states = [member.state for member in self.members]
+        text = f"{states.count('finished')} of {len(states)} done, {states.count('running')} running"
+        if "failed" in states:
+            text += f", {states.count('failed')} failed"
+        left = self.cost_left()
+        done = self.cost_at_start - left
+        if done > 0.02 * self.cost_at_start:
+            text += f", about {messages.duration((time.monotonic() - self.began) * left / done)} left"
+        return text
+
+
+def report_failure(member):
+    messages.tell(f"lichtenberg: {messages.printable(member.name)} failed: {messages.printable(member.sentence)}")
+
+
+def run_members(program, folder, members, request, interruption):
+    """Runs the waiting members, `jobs` at a time; the most expensive first. Returns early, with all processes ended at their
+    checkpoints, after an interruption."""
+    waiting = deque(sorted((m for m in members if m.state == "waiting"), key=lambda member: -member.cost))
+    running, told, progress = [], False, Progress(members, request.quiet)
+    jobs = request.jobs or os.cpu_count() or 1
+    while waiting or running:
+        if interruption.signal:
+            for process in [] if told else running:
+                process.interrupt()
+            told = True
+            while waiting:
+                waiting.popleft().state = "stopped"
+        while waiting and len(running) < jobs:
+            member = waiting.popleft()
+            folder.write_scene(member, program.mark)
+            if member.state == "failed":
+                report_failure(member)
+            else:
+                running.append(Process(folder, member, request.device))
+        time.sleep(0.005)
+        running = [process for process in running if not collect(program, folder, process, progress)]
+        progress.show()
+    progress.end_line()
+
+
+def collect(program, folder, process, progress):
+    """Whether it is over."""
+    if not process.over():
+        return False
+    if process.member.state == "finished":
+        inspect(program, folder, process.member)
+    if process.member.state == "failed":
+        progress.end_line()
+        report_failure(process.member)
+    return True
+
+
+def share_of(written):
+    """"3/8" as (3, 8): the third of eight shares of the members, which every eighth of them belongs to. None for None."""
+    if written is None:
+        return None
+    found = re.fullmatch("([0-9]+)/([0-9]+)", written)
+    if not found or not 1 <= int(found[1]) <= int(found[2]):
+        raise InputError(f"--share {written}: a number from 1 on and how many shares there are, as in --share 3/8")
+    return None if int(found[2]) == 1 else (int(found[1]), int(found[2]))
+
+
+def holds_others(table, members):
+    """Whether a table holds members that are none of these: that of another sweep, which must not be lost."""
+    try:
+        if not stat.S_ISREG(os.stat(table).st_mode):
+            return True
+        listed = [member["name"] for member in json.loads(Path(table).read_text())["members"]]
+        return not set(listed) <= {member.name for member in members}
+    except (OSError, ValueError, KeyError, TypeError):
+        return True
+
+
+def table_of(folder, members):
+    """ensemble.json, or ensemble-2.json and so on beside the tables of other sweeps."""
+    number, table = 1, os.path.join(folder, "ensemble.json")
+    while os.path.exists(table) and holds_others(table, members):
+        number += 1
+        table = os.path.join(folder, f"ensemble-{number}.json")
+    return table
+
+
+def report(program, request, members, share):
+    summary = summarize(program, members)
+    text = json.dumps(to_json(program, request.scene, members, summary), indent=1, ensure_ascii=False) + "\n"
+    what = request.out if share else table_of(request.out, members)
+    if not share:
+        write_whole(what, text)
+    label = "WARNING"
+    for member in members:
+        for warning in member.warnings:
+            messages.tell(f"{label:<15}{messages.printable(f'{member.name}: {warning}')}")
+            label = ""
+    if request.json == "true":
+        return messages.put(text)
+    if request.json:
+        write_whole(request.json, text)
+    holds = "holds" if share else "and the result files beside it hold"
+    words = f"{what} {holds} {[m.state for m in members].count('finished')} of {len(members)} runs of {request.scene}"
+    if share:
+        words += f", share {share[0]} of {share[1]}: once all shares are done, the same command without --share makes their table"
+    messages.say(f"{words}\n{print_summary(summary)}", end="")
+
+
+def act(request):
+    request.out = request.out or Path(request.scene).stem + "-ensemble"
+    program = Program(request)
+    members = program.members
+    if all(member.state == "failed" for member in members):
+        first = members[0]
+        raise InputError(f"no member of this ensemble is possible; of the first, {first.name}: {first.sentence}")
+    if request.json not in (None, "true"):  # of this sweep, the same command may write it again
+        if os.path.realpath(request.json) == os.path.realpath(request.scene):
+            raise InputError(f"{request.json} is what is read, and is left as it is: name another file to write")
+        check_output(request.json, not holds_others(request.json, members), otherwise="name another file")
+    share = share_of(request.share)
+    if share:
+        members = members[share[0] - 1 :: share[1]]
+    folder = Folder(request.out, share)
+    for member in members:
+        if member.state == "failed":
+            folder.write_scene(member, program.mark)  # its sentence names a line of it
+            report_failure(member)
+        else:
+            inspect(program, folder, member)
+            if member.state == "failed":
+                report_failure(member)
+    interruption = Interruption()
+    run_members(program, folder, members, request, interruption)
+    report(program, request, members, share)
+    if interruption.signal:
+        messages.tell("lichtenberg: stopped; the same command goes on from there")
+        interruption.obey()
+    failed = [member.state for member in members].count("failed")
+    if failed:
+        raise Failure(f"{failed} of {len(members)} members failed, for the reasons above")

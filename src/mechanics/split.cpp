@@ -43,6 +43,8 @@ Split::Split(Workplace workplace)
     : at_(workplace),
       cvode_(make_cvode(at_.scene, at_.model)),
       flight_(at_.model),
+      correction_(at_.model),
+      mergers_(at_.scene, at_.model, flight_),
       drag_(at_.model.drag.linear()),
       largest_step_(at_.scene.mechanics.largest_step),
       shortest_step_(1e-9 * largest_step_),
@@ -122,7 +124,11 @@ double Split::try_prediction(double time, double end) {
   at_.electrics->accept(std::move(trial));
   at_.electrics->field().correct(at_.electrics->now().field);
   at_.electrics->hold(target, Rates::kept);
-  if (wrong_by <= allowed_correction) make_up_correction(target - time, predicted);
+  if (wrong_by > allowed_correction) return target;
+  // Bodies that can touch by it are left where they are.
+  const double most = allowed_correction * at_.scene.mechanics.position_tolerance;
+  correction_.apply(target - time, predicted, held().force,
+                    flight_.pushed(std::vector<double>(predicted.size(), most)));
   return target;
 }
 
@@ -142,8 +148,9 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   before_.position = at_.model.bodies.position;
   before_.momentum = at_.model.bodies.momentum;
   const std::optional<EnergyBook> energy = at_.electrics->now().energy;
-  const double reached = move(time, target);
-  if (reached < target && pass_event(reached, grid)) return reached;
+  const Moved moved = move(time, target);
+  const double reached = moved.reached;
+  if (reached < target && pass_event(moved, grid)) return reached;
   Trial trial = at_.electrics->solve(reached, grid);
   find_held_forces(reached, assumed_);
   const double wrong_by = std::max(error(held().time, trial, assumed_), at_.electrics->charge_error(trial));
@@ -156,54 +163,62 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   }
   const double since = reached - held().time;
   accept(std::move(trial), wrong_by);
-  if (wrong_by <= 1) make_up_step(since, assumed_);
+  if (wrong_by <= 1 && moved.pushed && since > shortest_step_)
+    correction_.apply(since, assumed_, held().force, *moved.pushed);
   // What is wrong even after the shortest step has not moved there but jumped.
   if (wrong_by > 1) step_ = 0;
-  const Regrouping regrouping = at_.electrics->reconnect(reached, due_since_, grid);
+  const Regrouping regrouping = at_.electrics->reconnect(reached, moved.due_since, grid);
   if (!regrouping.merged && wrong_by <= 1) return reached;
   old_force_ = held().force;
   restart(reached, wrong_by > 1 ? assumed_ : old_force_);
-  if (!regrouping.merged) return reached;
-  learn_patience(old_force_);
-  make_up_wait(reached, regrouping.mergers, old_force_);
+  if (regrouping.merged) make_up_merger(moved, regrouping.mergers);
   return reached;
+}
+
+/// Mergers at the end of a move have changed the force from old_force_ to what is held.
+void Split::make_up_merger(const Moved& moved, std::span<const Merger> mergers) {
+  const Jump jump{old_force_, held().force};
+  mergers_.learn(jump);
+  if (moved.pushed) mergers_.make_up(moved.reached, mergers, jump, *moved.pushed);
 }
 
 /// Moves the bodies under the extrapolated force to `target` or to the first contact made or lost on the way; or, if it
 /// is made, as long beyond as it may wait for others.
-double Split::move(double time, double target) {
+Split::Moved Split::move(double time, double target) {
+  Moved moved;
   while (time < target) {
     at_.between_steps();
     find_longest_travel(at_.model, drag_, held(), time, target - time, travel_);
     reach_ = travel_;
     at_.electrics->widen(reach_);
-    pushed_ = moved_by_cvode(travel_, reach_);
-    const Lookahead ahead = at_.electrics->look_ahead(reach_, pushed_);
+    moved.pushed = moved_by_cvode(travel_, reach_);
+    const Lookahead ahead = at_.electrics->look_ahead(reach_, moved.pushed);
     Electrics::Due due = at_.electrics->due(ahead);
     // What has been made up for may have carried a contact across its threshold, which is no event any more. Without
     // that it would have been found within a step.
     const bool crossed = due.made || due.lost;
-    due_since_ = crossed ? time - std::min(patience_, step_) : time;
+    moved.due_since = crossed ? time - std::min(mergers_.patience(), step_) : time;
     if (!crossed) {
-      due_since_ = time = advance(time, target, at_.electrics->events(ahead));
+      moved.due_since = time = advance(time, target, at_.electrics->events(ahead), moved.pushed);
       due = at_.electrics->due(ahead);
     }
-    if (due.lost) return time;
-    if (due.made) return wait(time, target, ahead);
+    moved.reached = due.made && !due.lost ? wait(time, target, ahead, moved) : time;
+    if (due.lost || due.made) return moved;
     // Otherwise a collision has thrown a body farther than was looked for: look again.
   }
-  return due_since_ = time;
+  moved.reached = moved.due_since = time;
+  return moved;
 }
 
 /// A merger that is due at `time` waits for others that come soon, to share its solve with them: until what it changes
 /// would have moved something by half a tolerance, and not into the second half of a step, where it would need one more
 /// solve. A parting that is a tolerance late ends the wait: members would part with other charges, and nothing would
 /// make up for that. In a scene with a circuit energy is booked event by event, and nothing waits.
-double Split::wait(double time, double target, const Lookahead& ahead) {
+double Split::wait(double time, double target, const Lookahead& ahead, const Moved& moved) {
   if (at_.electrics->has_resistors() || at_.electrics->energy()) return time;
   const double half = held().time + 0.499 * step_;
-  const double limit = std::min({target, due_since_ + patience_, time < half ? half : target});
-  return limit > time ? advance(time, limit, at_.electrics->events(ahead, true)) : time;
+  const double limit = std::min({target, moved.due_since + mergers_.patience(), time < half ? half : target});
+  return limit > time ? advance(time, limit, at_.electrics->events(ahead, true), moved.pushed) : time;
 }
 
 /// Only bodies that may touch something need CVODE; in a scene with a circuit, whose drag it books, all do, and with
@@ -221,11 +236,11 @@ std::optional<std::vector<int>> Split::moved_by_cvode(std::span<const double> tr
   return pushed;
 }
 
-double Split::advance(double time, double target, const Events& events) {
+double Split::advance(double time, double target, const Events& events, const std::optional<std::vector<int>>& pushed) {
   const Stopwatch watch(at_.counters.mechanics_seconds);
-  if (!pushed_) return cvode_.advance(time, target, events);
-  if (pushed_->empty()) return flight_.advance(time, target, held(), events);
-  return flight_.advance(time, target, held(), events, *pushed_, cvode_);
+  if (!pushed) return cvode_.advance(time, target, events);
+  if (pushed->empty()) return flight_.advance(time, target, held(), events);
+  return flight_.advance(time, target, held(), events, *pushed, cvode_);
 }
 
 /// Contacts made or lost before the step's end. A merger needs a solve with the new groups. Groups that part need none,
@@ -233,20 +248,20 @@ double Split::advance(double time, double target, const Events& events) {
 /// the event, and the charges there, must be known. Half a step has an eighth of a step's error, a quarter while the
 /// force's rate is unknown: so far the extrapolation will do, but not for what resistors carry: their conductance
 /// magnifies its error. Returns false if the old groups' field is needed, to judge the step by it.
-bool Split::pass_event(double time, FieldGrid grid) {
+bool Split::pass_event(const Moved& moved, FieldGrid grid) {
+  const double time = moved.reached;
   if (at_.electrics->has_resistors() || time - held().time >= 0.5 * step_) return false;
   std::vector<double> charge(at_.model.bodies.size());
   for_ranges(*at_.model.team, at_.model.bodies.size(), [&](int first, int end) {
     for (int i = first; i < end; ++i) charge[i] = held().charge_at(i, time);
   });
   at_.electrics->share(time, charge);
-  const Regrouping regrouping = at_.electrics->reconnect(time, due_since_, grid);
+  const Regrouping regrouping = at_.electrics->reconnect(time, moved.due_since, grid);
   if (!regrouping.merged) return true;
   ++at_.counters.steps;
   find_held_forces(time, old_force_);
   restart(time, old_force_);
-  learn_patience(old_force_);
-  make_up_wait(time, regrouping.mergers, old_force_);
+  make_up_merger(moved, regrouping.mergers);
   return true;
 }
 
@@ -293,143 +308,6 @@ void Split::accept(Trial trial, double error) {
   step_ = std::clamp(cut_short ? std::max(step_, proposed) : proposed, shortest_step_, largest_step_);
   at_.electrics->accept(std::move(trial));
   at_.electrics->hold(time, dt > shortest_step_ ? Rates::since_then : Rates::kept);
-}
-
-/// What a body would have moved under a force (N) and its rate (N/s) that were left out for dt. Of a force that acts
-/// too early, dt < 0, the impulse is taken back: once drag has had its time, the body is where it would be.
-void Split::make_up(LastFall& last, int body, double dt, Vec3 force, Vec3 rate) {
-  Bodies& bodies = at_.model.bodies;
-  const std::size_t d = bodies.dimension;
-  Vec3 way{}, gain = dt / bodies.mass[body] * force;
-  if (dt > 0) {
-    const FreeFall& fall = last.of(dt, bodies.mass[body], drag_[body]);
-    way = fall.of_force * force + fall.of_rate * rate;
-    gain = fall.speed_of_force * force + fall.speed_of_rate * rate;
-  }
-  for (std::size_t k = 0; k < d; ++k) {
-    bodies.position[body * d + k] += way[k];
-    bodies.momentum[body * d + k] += bodies.mass[body] * gain[k];
-  }
-}
-
-/// All bodies but those in `fixed` (in ascending order) were moved for dt by forces that were wrong by nothing at first
-/// and in the end by what is known now.
-void Split::make_up_defect(double dt, const std::vector<Vec3>& assumed, std::span<const int> fixed) {
-  for_ranges(*at_.model.team, at_.model.bodies.size(), [&](int first, int end) {
-    LastFall last;
-    auto next = std::ranges::lower_bound(fixed, first);
-    for (int i = first; i < end; ++i)
-      if (next != fixed.end() && *next == i)
-        ++next;
-      else
-        make_up(last, i, dt, {}, (held().force[i] - assumed[i]) / dt);
-  });
-}
-
-void Split::make_up_step(double dt, const std::vector<Vec3>& assumed) {
-  if (pushed_ && dt > shortest_step_) make_up_defect(dt, assumed, *pushed_);
-}
-
-/// The same of all predictions since a field solve, for bodies that cannot touch by it.
-void Split::make_up_correction(double dt, const std::vector<Vec3>& predicted) {
-  const double most = allowed_correction * at_.scene.mechanics.position_tolerance;
-  make_up_defect(dt, predicted, flight_.pushed(std::vector<double>(predicted.size(), most)));
-}
-
-/// What mergers changed has acted on the bodies since they were due, and those that waited have been moved without.
-void Split::make_up_wait(double time, std::span<const Merger> mergers, const std::vector<Vec3>& force_before) {
-  if (mergers.empty() || !pushed_) return;
-  const Bodies& bodies = at_.model.bodies;
-  const double tolerance = at_.scene.mechanics.position_tolerance;
-  const std::vector<Lateness> lateness = this->lateness(time, mergers);
-  double longest = 0;
-  for (const Lateness& merger : lateness) longest = std::max(longest, std::abs(merger.by));
-  const auto most_way = [&](int first, int end) {
-    double farthest = 0;
-    LastFall last;
-    for (int i = first; i < end; ++i) {
-      const Vec3 jump = held().force[i] - force_before[i];
-      const double size = norm(jump), mass = bodies.mass[i];
-      const double lasting = drag_[i] > 0 ? mass / drag_[i] : largest_step_;  // how long an impulse moves a body on
-      if (size * longest * lasting < 1e-2 * tolerance * mass || std::ranges::binary_search(*pushed_, i)) continue;
-      const double late = late_by(i, lateness), way = late > 0 ? size * last.of(late, mass, drag_[i]).of_force : 0;
-      if (way <= tolerance) make_up(last, i, late, jump, {});
-      farthest = std::max(farthest, way);
-    }
-    return farthest;
-  };
-  if (largest_of_ranges(*at_.model.team, bodies.size(), 0, most_way) > tolerance) make_up_far(lateness, force_before);
-}
-
-/// A jump that is larger than those before it moves a body, meanwhile, by more than a tolerance, which is as far as
-/// was looked for what it may touch: who may touch another by it is left where it is.
-void Split::make_up_far(std::span<const Lateness> lateness, const std::vector<Vec3>& force_before) {
-  const Bodies& bodies = at_.model.bodies;
-  const double tolerance = at_.scene.mechanics.position_tolerance;
-  LastFall last;
-  std::vector<double> way(bodies.size());
-  for (int i = 0; i < bodies.size(); ++i) {
-    const double late = late_by(i, lateness);
-    if (late > 0) way[i] = norm(held().force[i] - force_before[i]) * last.of(late, bodies.mass[i], drag_[i]).of_force;
-    if (way[i] <= tolerance) way[i] = 0;
-  }
-  const std::vector<int> may_touch = flight_.pushed(way);
-  for (int i = 0; i < bodies.size(); ++i)
-    if (way[i] > 0 && !std::ranges::binary_search(*pushed_, i) && !std::ranges::binary_search(may_touch, i))
-      make_up(last, i, late_by(i, lateness), held().force[i] - force_before[i], {});
-}
-
-/// The next mergers may wait as long as their jumps, if they are like these, move nothing by more than half a
-/// tolerance: from above by the lesser of the limits of drag and of inertia.
-void Split::learn_patience(const std::vector<Vec3>& force_before) {
-  const Bodies& bodies = at_.model.bodies;
-  const double tolerance = at_.scene.mechanics.position_tolerance;
-  const auto least_wait = [&](int first, int end) {
-    double longest = largest_step_;
-    for (int i = first; i < end; ++i) {
-      const double size = norm(held().force[i] - force_before[i]);
-      if (size * std::min(longest * longest / (2 * bodies.mass[i]), longest / drag_[i]) > 0.5 * tolerance)
-        longest = std::max(std::sqrt(bodies.mass[i] * tolerance / size), 0.5 * drag_[i] * tolerance / size);
-    }
-    return longest;
-  };
-  const double longest = least_of_ranges(*at_.model.team, bodies.size(), largest_step_, least_wait);
-  constexpr double growth = 1.25;  // it follows the largest jumps
-  patience_ = patience_ == 0 ? longest : std::min(longest, growth * patience_);
-}
-
-/// Where mergers are and how late they are, before anything is made up for. Of those that come along before their time
-/// some are so slow that they would never have come.
-std::vector<Split::Lateness> Split::lateness(double time, std::span<const Merger> mergers) const {
-  const Bodies& bodies = at_.model.bodies;
-  std::vector<Lateness> all;
-  for (const auto& [contact, due] : mergers) {
-    const Vec3 one = position_in_space(bodies, contact.conductor);
-    all.push_back({std::max(time - due, -patience_), one,
-                   contact.partner < bodies.size() ? position_in_space(bodies, contact.partner) : one});
-  }
-  return all;
-}
-
-/// How long a body has moved without the jump of its force (s). Of several mergers that share a solve only the sum of
-/// the jumps is known: those count most that are near, by the square of a dipole's field in the plane.
-double Split::late_by(int body, std::span<const Lateness> mergers) const {
-  const Bodies& bodies = at_.model.bodies;
-  const NearestImage<3> nearest(bodies.box);
-  const Vec3 here = position_in_space(bodies, body);
-  const auto distance2 = [&](Vec3 there) {
-    Vec3 apart = here - there;
-    for (int k = 0; k < 3; ++k) apart[k] = nearest(apart[k], k);
-    return norm2(apart);
-  };
-  double weights = 0, sum = 0;
-  for (const auto& [by, one, other] : mergers) {
-    const double near2 = std::min(distance2(one), distance2(other)) + bodies.radius[body] * bodies.radius[body];
-    const double weight = 1 / (near2 * near2);
-    weights += weight;
-    sum += weight * by;
-  }
-  return sum / weights;
 }
 
 /// The bodies are back at `time`; the step that failed went on to `reached`.
@@ -489,7 +367,7 @@ double Split::step_after(const std::vector<Vec3>& force_before, int first, int e
 
 void Split::save(Checkpoint& checkpoint) const {
   checkpoint.reals["coupling_step"] = {step_, prediction_};
-  checkpoint.reals["merger_patience"] = {patience_};
+  checkpoint.reals["merger_patience"] = {mergers_.patience()};
   checkpoint.reals["charge_rate"] = held().charge_rate;
   std::vector<double>& rate = checkpoint.reals["force_rate"];
   for (const Vec3 r : held().force_rate)
@@ -500,7 +378,7 @@ void Split::save(Checkpoint& checkpoint) const {
 void Split::restore(const Checkpoint& checkpoint) {
   step_ = reals(checkpoint, "coupling_step", 2)[0];
   prediction_ = reals(checkpoint, "coupling_step", 2)[1];
-  if (checkpoint.reals.contains("merger_patience")) patience_ = reals(checkpoint, "merger_patience", 1)[0];
+  if (checkpoint.reals.contains("merger_patience")) mergers_.set_patience(reals(checkpoint, "merger_patience", 1)[0]);
   effects::HeldField restored = held();
   restored.charge_rate = reals(checkpoint, "charge_rate", restored.charge_rate.size());
   const std::vector<double>& rate = reals(checkpoint, "force_rate", at_.model.bodies.position.size());

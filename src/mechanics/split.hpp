@@ -5,7 +5,9 @@
 #include <utility>
 #include <vector>
 
+#include "src/mechanics/defect_correction.hpp"
 #include "src/mechanics/free_flight.hpp"
+#include "src/mechanics/merger_scheduler.hpp"
 #include "src/mechanics/stepper.hpp"
 
 namespace lichtenberg::mechanics {
@@ -36,26 +38,17 @@ class Split : public Stepper {
   double try_prediction(double time, double end);
   double try_step(double time, double end, FieldGrid grid);
   double step_end(double time, double step, double end) const;
-  double move(double time, double target);
-  double wait(double time, double target, const Lookahead& ahead);
-  std::optional<std::vector<int>> moved_by_cvode(std::span<const double> travel, std::span<const double> reach) const;
-  double advance(double time, double target, const Events& events);
-  bool pass_event(double time, FieldGrid grid);
-  void make_up(LastFall& last, int body, double dt, Vec3 force, Vec3 rate);
-  void make_up_defect(double dt, const std::vector<Vec3>& assumed, std::span<const int> fixed);
-  void make_up_step(double dt, const std::vector<Vec3>& assumed);
-  void make_up_correction(double dt, const std::vector<Vec3>& predicted);
-  /// Where the two of a merger are (of one with a terminal twice the conductor), and how late it is: less than 0 of one
-  /// that is early.
-  struct Lateness {
-    double by = 0;  ///< s
-    Vec3 one, other;
+  /// A move of the bodies from solve to solve, or to an event.
+  struct Moved {
+    double reached = 0, due_since = 0;       ///< s; the second: since when contacts may have been due at its end
+    std::optional<std::vector<int>> pushed;  ///< that CVODE moved; empty: all
   };
-  std::vector<Lateness> lateness(double time, std::span<const Merger> mergers) const;
-  double late_by(int body, std::span<const Lateness> mergers) const;
-  void make_up_wait(double time, std::span<const Merger> mergers, const std::vector<Vec3>& force_before);
-  void make_up_far(std::span<const Lateness> lateness, const std::vector<Vec3>& force_before);
-  void learn_patience(const std::vector<Vec3>& force_before);
+  Moved move(double time, double target);
+  double wait(double time, double target, const Lookahead& ahead, const Moved& moved);
+  std::optional<std::vector<int>> moved_by_cvode(std::span<const double> travel, std::span<const double> reach) const;
+  double advance(double time, double target, const Events& events, const std::optional<std::vector<int>>& pushed);
+  bool pass_event(const Moved& moved, FieldGrid grid);
+  void make_up_merger(const Moved& moved, std::span<const Merger> mergers);
   const effects::HeldField& held() const { return at_.electrics->now().held; }
   void find_held_forces(double time, std::vector<Vec3>& force) const;
   double error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const;
@@ -71,14 +64,13 @@ class Split : public Stepper {
   Workplace at_;
   Cvode cvode_;
   FreeFlight flight_;
+  DefectCorrection correction_;
+  MergerScheduler mergers_;
   std::span<const double> drag_;  ///< kg/s, linear part: a lower bound
   double largest_step_, shortest_step_;
   double shortest_gap_;    ///< m
   double step_ = 0;        ///< s, allowed by the error control, from solve to solve; 0: to be estimated
   double prediction_ = 0;  ///< s, how long predictions are good for; 0: to be estimated
-  double patience_ = 0;    ///< s, how long a merger may wait for others
-  double due_since_ = 0;   ///< s, since when contacts may have been due in the last move
-  std::optional<std::vector<int>> pushed_;  ///< that CVODE moved in the last move; empty: all
   // Kept for their memory alone:
   Places before_;                       ///< the step that is tried
   std::vector<double> travel_, reach_;  ///< m

@@ -52,9 +52,10 @@ void Monolithic::advance(double time, double end) {
 double Monolithic::step(double time, double end) {
   // What forces will be is not known beforehand, so it is not either how far bodies will move.
   std::vector<double> reach = at_.model.bodies.radius;
-  at_.electrics->widen(reach);
-  const Lookahead ahead = at_.electrics->look_ahead(reach);
-  const Events events = at_.electrics->events(ahead);
+  const ContactEvents& contacts = at_.electrics->contact_events();
+  contacts.widen(reach);
+  const Lookahead ahead = contacts.look_ahead(at_.electrics->now(), reach);
+  const Events events = contacts.events(ahead);
   const double field_before = at_.counters.field_seconds;
   double elapsed = 0;
   {

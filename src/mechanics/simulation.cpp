@@ -165,7 +165,7 @@ void Simulation::Implementation::advance(double end) {
   try {
     stepper->advance(time, end);
   } catch (const Failure& failure) {
-    const std::string cause = electrics ? electrics->pressed_apart_in_potential() : "";
+    const std::string cause = electrics ? electrics->resistors().pressed_apart_in_potential() : "";
     if (cause.empty()) throw;
     throw Failure(cause);
   }

@@ -48,7 +48,7 @@ Split::Split(Workplace workplace)
       drag_(at_.model.drag.linear()),
       largest_step_(at_.scene.mechanics.largest_step),
       shortest_step_(1e-9 * largest_step_),
-      shortest_gap_(at_.electrics->contact_gap()) {
+      shortest_gap_(at_.electrics->contact_events().contact_gap()) {
   book_drag(at_, cvode_);
   cvode_.between_steps = at_.between_steps;
 }
@@ -153,7 +153,7 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   if (reached < target && pass_event(moved, grid)) return reached;
   Trial trial = at_.electrics->solve(reached, grid);
   find_held_forces(reached, assumed_);
-  const double wrong_by = std::max(error(held().time, trial, assumed_), at_.electrics->charge_error(trial));
+  const double wrong_by = std::max(error(held().time, trial, assumed_), at_.electrics->resistors().charge_error(trial));
   if (wrong_by > 1 && target - time > 2 * shortest_step_) {
     std::swap(at_.model.bodies.position, before_.position);
     std::swap(at_.model.bodies.momentum, before_.momentum);
@@ -185,22 +185,23 @@ void Split::make_up_merger(const Moved& moved, std::span<const Merger> mergers) 
 /// Moves the bodies under the extrapolated force to `target` or to the first contact made or lost on the way; or, if it
 /// is made, as long beyond as it may wait for others.
 Split::Moved Split::move(double time, double target) {
+  const ContactEvents& contacts = at_.electrics->contact_events();
   Moved moved;
   while (time < target) {
     at_.between_steps();
     find_longest_travel(at_.model, drag_, held(), time, target - time, travel_);
     reach_ = travel_;
-    at_.electrics->widen(reach_);
+    contacts.widen(reach_);
     moved.pushed = moved_by_cvode(travel_, reach_);
-    const Lookahead ahead = at_.electrics->look_ahead(reach_, moved.pushed);
-    Electrics::Due due = at_.electrics->due(ahead);
+    const Lookahead ahead = contacts.look_ahead(at_.electrics->now(), reach_, moved.pushed);
+    ContactEvents::Due due = contacts.due(ahead);
     // What has been made up for may have carried a contact across its threshold, which is no event any more. Without
     // that it would have been found within a step.
     const bool crossed = due.made || due.lost;
     moved.due_since = crossed ? time - std::min(mergers_.patience(), step_) : time;
     if (!crossed) {
-      moved.due_since = time = advance(time, target, at_.electrics->events(ahead), moved.pushed);
-      due = at_.electrics->due(ahead);
+      moved.due_since = time = advance(time, target, contacts.events(ahead), moved.pushed);
+      due = contacts.due(ahead);
     }
     moved.reached = due.made && !due.lost ? wait(time, target, ahead, moved) : time;
     if (due.lost || due.made) return moved;
@@ -215,16 +216,16 @@ Split::Moved Split::move(double time, double target) {
 /// solve. A parting that is a tolerance late ends the wait: members would part with other charges, and nothing would
 /// make up for that. In a scene with a circuit energy is booked event by event, and nothing waits.
 double Split::wait(double time, double target, const Lookahead& ahead, const Moved& moved) {
-  if (at_.electrics->has_resistors() || at_.electrics->energy()) return time;
+  if (at_.electrics->resistors().any() || at_.electrics->energy()) return time;
   const double half = held().time + 0.499 * step_;
   const double limit = std::min({target, moved.due_since + mergers_.patience(), time < half ? half : target});
-  return limit > time ? advance(time, limit, at_.electrics->events(ahead, true), moved.pushed) : time;
+  return limit > time ? advance(time, limit, at_.electrics->contact_events().events(ahead, true), moved.pushed) : time;
 }
 
 /// Only bodies that may touch something need CVODE; in a scene with a circuit, whose drag it books, all do, and with
 /// nonlinear drag, for which free flight has no closed form. Those that
-/// a collision throws farther than foreseen end the integration where Electrics::events says: as far as that all count
-/// that they might meet. Without contact_discharge there are no events, and all count. No value: all; none in it:
+/// a collision throws farther than foreseen end the integration where ContactEvents::events says: as far as that all
+/// count that they might meet. Without contact_discharge there are no events, and all count. No value: all; none in it:
 /// nobody.
 std::optional<std::vector<int>> Split::moved_by_cvode(std::span<const double> travel,
                                                       std::span<const double> reach) const {
@@ -250,7 +251,7 @@ double Split::advance(double time, double target, const Events& events, const st
 /// magnifies its error. Returns false if the old groups' field is needed, to judge the step by it.
 bool Split::pass_event(const Moved& moved, FieldGrid grid) {
   const double time = moved.reached;
-  if (at_.electrics->has_resistors() || time - held().time >= 0.5 * step_) return false;
+  if (at_.electrics->resistors().any() || time - held().time >= 0.5 * step_) return false;
   std::vector<double> charge(at_.model.bodies.size());
   for_ranges(*at_.model.team, at_.model.bodies.size(), [&](int first, int end) {
     for (int i = first; i < end; ++i) charge[i] = held().charge_at(i, time);

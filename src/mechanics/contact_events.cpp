@@ -1,0 +1,114 @@
+#include "src/mechanics/contact_events.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "src/mechanics/step_control.hpp"
+
+namespace lichtenberg::mechanics {
+
+double ContactEvents::contact_gap() const {
+  return discharge_ && discharge_->make_gap() > 0 ? discharge_->make_gap() : INFINITY;
+}
+
+void ContactEvents::widen(std::span<double> ways) const {
+  for (double& way : ways) way = 1.01 * way + tolerance_;
+}
+
+Lookahead ContactEvents::look_ahead(const Charging& now, std::span<const double> reach,
+                                    const std::optional<std::vector<int>>& thrown) const {
+  if (!discharge_) return {};
+  const Stopwatch watch(counters_.contact_seconds);
+  Lookahead ahead{.watched = discharge_->watch(model_.bodies, now.contacts, now.groups, reach),
+                  .least_reach = std::ranges::min(reach)};
+  const int d = model_.bodies.dimension;
+  const auto foresee = [&](int body) {
+    ahead.foreseen.push_back({.body = body, .reach = reach[body]});
+    std::copy_n(&model_.bodies.position[body * d], d, ahead.foreseen.back().start.begin());
+  };
+  // What is neither thrown nor watched is where it was.
+  if (thrown)
+    for (const int body : *thrown) foresee(body);
+  else
+    for (int body = 0; body < model_.bodies.size(); ++body) foresee(body);
+  for (const Watch& w : ahead.watched)
+    for (const int body : {w.contact.conductor, w.contact.partner})
+      if (body < model_.bodies.size()) foresee(body);
+  return ahead;
+}
+
+/// Of `watched`, as long as that is there.
+Events ContactEvents::foreseen_events(std::span<const Watch> watched, bool mergers_wait) const {
+  Events events;
+  for (const Watch& w : watched) events.direction.push_back(w.made ? +1 : -1);
+  events.foreseen_values = [this, watched, mergers_wait](std::span<double> value) {
+    for (std::size_t k = 0; k < watched.size(); ++k)
+      value[k] = mergers_wait && !watched[k].made ? discharge_->excess_of_waiting(model_.bodies, watched[k])
+                                                  : discharge_->excess(model_.bodies, watched[k]);
+  };
+  for (const Watch& w : watched)
+    for (const int body : {w.contact.conductor, w.contact.partner})
+      if (body < model_.bodies.size()) events.watched.push_back(body);
+  return events;
+}
+
+Events ContactEvents::events(const Lookahead& ahead, bool mergers_wait) const {
+  if (!discharge_) return {};
+  Events events = foreseen_events(ahead.watched, mergers_wait);
+  events.direction.push_back(+1);
+  events.values = [this, &ahead, foreseen = events.foreseen_values](std::span<double> value) {
+    foreseen(value);
+    value.back() = farthest_beyond(ahead.foreseen, -ahead.least_reach);
+  };
+  events.longest_step = [this, &ahead](std::span<const double> force) { return longest_step(ahead.watched, force); };
+  events.only = [this, &ahead, mergers_wait](std::span<const int> numbers) {
+    auto some = std::make_shared<std::vector<Watch>>();
+    for (const int k : numbers) some->push_back(ahead.watched[k]);
+    Events only = foreseen_events(*some, mergers_wait);
+    only.values = [some, values = std::exchange(only.foreseen_values, {})](std::span<double> value) { values(value); };
+    return only;
+  };
+  return events;
+}
+
+ContactEvents::Due ContactEvents::due(const Lookahead& ahead) const {
+  Due due;
+  for (const Watch& w : ahead.watched) {
+    const double excess = discharge_->excess(model_.bodies, w);
+    (w.made ? due.lost : due.made) |= w.made ? excess >= 0 : excess <= 0;
+  }
+  return due;
+}
+
+/// The most (m) by which one of these bodies has moved beyond its reach, `farthest` at least. Roots are drawn for those
+/// alone that may be it.
+double ContactEvents::farthest_beyond(std::span<const Lookahead::Foreseen> foreseen, double farthest) const {
+  const int d = model_.bodies.dimension;
+  for (const auto& [body, start, reach] : foreseen) {
+    const double* position = &model_.bodies.position[body * d];
+    double moved2 = 0;
+    for (int k = 0; k < d; ++k) moved2 += (position[k] - start[k]) * (position[k] - start[k]);
+    const double least = farthest + reach;
+    if (least < 0 || moved2 > least * least) farthest = std::max(farthest, std::sqrt(moved2) - reach);
+  }
+  return farthest;
+}
+
+/// The time (s) in which no watched contact can come and go unseen.
+double ContactEvents::longest_step(const std::vector<Watch>& watched, std::span<const double> force) const {
+  const Bodies& bodies = model_.bodies;
+  const auto acceleration = [&](int i) { return vector_at(force, bodies.dimension, i) / bodies.mass[i]; };
+  double longest = INFINITY;
+  for (const Watch& w : watched) {
+    const int i = w.contact.conductor, j = w.contact.partner;
+    const bool both_move = j < bodies.size();
+    const Vec3 v = velocity_in_space(bodies, i) - (both_move ? velocity_in_space(bodies, j) : Vec3{});
+    const Vec3 a = acceleration(i) - (both_move ? acceleration(j) : Vec3{});
+    longest = std::min(longest, time_to_move(discharge_->blind_way(bodies, w), norm(v), norm(a)));
+  }
+  return longest;
+}
+
+}  // namespace lichtenberg::mechanics

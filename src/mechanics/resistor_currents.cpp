@@ -1,0 +1,245 @@
+#include "src/mechanics/resistor_currents.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::mechanics {
+
+namespace {
+
+/// The error of a charge that a step may leave, over the largest charge; infinite if no accuracy is asked for. Steps
+/// are of second order: where each leaves t of a decay, t goes like the cube of its length, and all together leave C
+/// t^(2/3), with C of .09 to .2 (tests/circuit_test.cpp, an electrode behind a resistor). With 5 a^(3/2) that is .6 a
+/// at most.
+double charge_tolerance(const FieldOptions& field) {
+  return field.chosen_for ? 5 * std::pow(field.chosen_for->asked, 1.5) : INFINITY;
+}
+
+}  // namespace
+
+/// The resistors of the contacts as they are. After a jump no current is known, and none leads smoothly to the next
+/// step's.
+void ResistorCurrents::update(bool groups_changed) {
+  std::vector<effects::Resistor> resistors = effects::resistors_of(scene_, now_.contacts);
+  const auto same_place = [](const effects::Resistor& one, const effects::Resistor& other) {
+    return one.of_state ? one.a == other.a && one.b == other.b && one.supply == other.supply : one == other;
+  };
+  if (std::ranges::equal(resistors, now_.carried.resistors, same_place) && !groups_changed) return;
+  const std::vector<double> none(resistors.size());
+  now_.carried = {.resistors = std::move(resistors), .current = none, .remaining = none, .plain = none};
+  if (now_.field.potential.empty()) return;
+  linearize();
+  guess();
+}
+
+bool ResistorCurrents::has_laws_of_state() const {
+  return std::ranges::any_of(now_.carried.resistors, &effects::Resistor::of_state);
+}
+
+effects::ContactState ResistorCurrents::state_of(const effects::Resistor& resistor,
+                                                 std::span<const double> node_potential) const {
+  return {discharge_->gap(model_.bodies, contact_of(resistor)), difference_over(resistor, node_potential)};
+}
+
+/// Contacts whose law depends on their state, about that of the last accepted field.
+void ResistorCurrents::linearize() {
+  if (!has_laws_of_state()) return;
+  const std::vector<double> potential = node_potentials(now_.field);
+  for (effects::Resistor& resistor : now_.carried.resistors)
+    if (resistor.of_state) effects::linearize(scene_, contact_of(resistor), state_of(resistor, potential), resistor);
+}
+
+/// The most charge (C) that a contact carries in the trial's step beside what its law says at the end, but for the
+/// solver's error.
+double ResistorCurrents::linearization_error(const Trial& trial) const {
+  if (!has_laws_of_state()) return 0;
+  const std::vector<double> potential = node_potentials(trial.field);
+  const double noise = scene_.field().moving_tolerance * largest_potential(potential);
+  double worst = 0;
+  for (const effects::Resistor& resistor : now_.carried.resistors) {
+    if (!resistor.of_state) continue;
+    const effects::Contact contact = contact_of(resistor);
+    const effects::ContactState state = state_of(resistor, potential);
+    effects::Resistor at_end;
+    effects::linearize(scene_, contact, state, at_end);
+    const double off =
+        std::abs(effects::contact_current(scene_, contact, state) - current_through(resistor, potential));
+    worst = std::max(worst, off - noise * std::max(resistor.conductance, at_end.conductance));
+  }
+  return trial.step.weight * worst;
+}
+
+/// From the potentials of the last solve: right but for the solver's error, which counts if a conductance is large.
+void ResistorCurrents::guess() {
+  if (now_.carried.resistors.empty()) return;
+  const std::vector<double> potential = node_potentials(now_.field);
+  auto& [resistors, current, remaining, plain, noise, last_step] = now_.carried;
+  for (std::size_t k = 0; k < resistors.size(); ++k) current[k] = current_through(resistors[k], potential);
+}
+
+effects::Contact ResistorCurrents::contact_of(const effects::Resistor& resistor) const {
+  const int n = model_.bodies.size();
+  if (resistor.b < 0) return {resistor.a, n + resistor.supply};
+  if (resistor.b < n) return {resistor.a, resistor.b};
+  const auto terminal = std::ranges::find(terminals_, resistor.b, &effects::Terminal::node);
+  return {resistor.a, n + static_cast<int>(terminal - terminals_.begin())};
+}
+
+bool ResistorCurrents::is_held_at_both_ends(const effects::Resistor& resistor) const {
+  const std::vector<std::optional<double>>& held = now_.groups.potential;
+  return held[resistor.a] && (resistor.b < 0 || held[resistor.b]);
+}
+
+std::string ResistorCurrents::sentence_about(const effects::Resistor& resistor, double difference) const {
+  const auto [conductor, partner] = contact_of(resistor);
+  const int n = model_.bodies.size();
+  const std::string who = partner < n ? fmt::format("conductors {} and {}", conductor, partner)
+                                      : fmt::format("conductor {} and {}", conductor, terminals_[partner - n].name);
+  const std::string remedy =
+      is_held_at_both_ends(resistor)
+          ? "both are held at their potentials, so that no contact makes them one: keep them apart"
+          : fmt::format(
+                "lower the resistance in [effects.{}] or widen effects.contact_discharge.gap, so that they "
+                "share their charge before they touch",
+                effects::sharing_effect(scene_)->name);
+  return fmt::format("{} touch while their potentials are {:.3g} V apart, and the force between such has no limit: {}",
+                     who, difference, remedy);
+}
+
+/// As far as positions are known, and if one of both can move.
+bool ResistorCurrents::touch(effects::Contact contact) const {
+  const auto is_free = [&](int i) { return i < model_.bodies.size() && !scene_.conductors[i].held; };
+  return (is_free(contact.conductor) || is_free(contact.partner)) &&
+         discharge_->gap(model_.bodies, contact) <= scene_.mechanics.position_tolerance;
+}
+
+std::string ResistorCurrents::pressed_apart_in_potential() const {
+  if (!discharge_ || now_.field.potential.empty() || now_.carried.resistors.empty()) return "";
+  const std::vector<double> potential = node_potentials(now_.field);
+  const double noise = scene_.field().moving_tolerance * largest_potential(potential);
+  for (const effects::Resistor& resistor : now_.carried.resistors) {
+    if (resistor.series || !touch(contact_of(resistor))) continue;
+    const double difference = std::abs(difference_over(resistor, potential));
+    if (difference > noise) return sentence_about(resistor, difference);
+  }
+  return "";
+}
+
+/// V, of nodes and supplies.
+double ResistorCurrents::largest_potential(std::span<const double> node_potential) const {
+  double largest = 0;
+  for (const double potential : node_potential) largest = std::max(largest, std::abs(potential));
+  for (const effects::Supply& supply : supplies_) largest = std::max(largest, std::abs(supply.potential));
+  return largest;
+}
+
+/// Bodies that are held would attract each other for ever.
+void ResistorCurrents::check_held_contacts() const {
+  for (const effects::Resistor& resistor : now_.carried.resistors) {
+    if (resistor.series || !is_held_at_both_ends(resistor)) continue;
+    const double other = resistor.b < 0 ? resistor.potential : *now_.groups.potential[resistor.b];
+    const double difference = std::abs(*now_.groups.potential[resistor.a] - other);
+    if (difference > 0 && discharge_->gap(model_.bodies, contact_of(resistor)) <= 0)
+      throw Failure(sentence_about(resistor, difference));
+  }
+}
+
+/// The conductors' values, then those of the terminals behind a resistor.
+std::vector<double> ResistorCurrents::by_node(std::vector<double> by_conductor,
+                                              const std::vector<double>& by_terminal) const {
+  for (std::size_t t = 0; t < terminals_.size(); ++t)
+    if (terminals_[t].node >= 0) by_conductor.push_back(by_terminal[t]);
+  return by_conductor;
+}
+
+std::vector<double> ResistorCurrents::node_potentials(const effects::Electrostatics& field) const {
+  return by_node(field.potential, field.terminal_potential);
+}
+
+/// V, its a less the other end.
+double ResistorCurrents::difference_over(const effects::Resistor& resistor,
+                                         std::span<const double> node_potential) const {
+  return node_potential[resistor.a] - (resistor.b >= 0 ? node_potential[resistor.b] : resistor.potential);
+}
+
+double ResistorCurrents::current_through(const effects::Resistor& resistor,
+                                         std::span<const double> node_potential) const {
+  return resistor.conductance * difference_over(resistor, node_potential) + resistor.source;
+}
+
+double ResistorCurrents::charge_error(const Trial& trial) const {
+  const double dt = trial.time - now_.time;
+  const CarriedCharges& carried = now_.carried;
+  if (carried.resistors.empty() || dt == 0) return 0;
+  double largest_charge = 0, largest_supply = 0;
+  for (const std::vector<double>* charges : {&trial.field.charge, &trial.field.terminal_charge})
+    for (const double charge : *charges) largest_charge = std::max(largest_charge, std::abs(charge));
+  for (const effects::Supply& supply : supplies_) largest_supply = std::max(largest_supply, std::abs(supply.potential));
+  double worst = linearization_error(trial);
+  for (std::size_t k = 0; k < carried.resistors.size(); ++k) {
+    const double current = trial.field.carried[k] / trial.step.weight + carried.resistors[k].source;
+    const double noise =
+        carried.noise * scene_.field().moving_tolerance * carried.resistors[k].conductance * largest_supply;
+    worst =
+        std::max(worst, effects::charge_error(trial.step.weight * current + trial.step.inherited * carried.remaining[k],
+                                              dt, carried.current[k], current, noise));
+  }
+  const double of_positions = scene_.mechanics.position_tolerance / *std::ranges::min_element(model_.bodies.radius);
+  const double tolerance = std::min(of_positions, charge_tolerance(scene_.field()));
+  // Charges that are but the noise of potentials, where nothing drives any, are not worth a step.
+  const double no_charge =
+      scene_.field().moving_tolerance * scene_.medium.permittivity * scene_.medium.depth * largest_supply;
+  largest_charge = std::max(largest_charge, no_charge);
+  return worst == 0 ? 0 : worst / (tolerance * largest_charge);
+}
+
+/// Books what the resistors have carried in a step.
+void ResistorCurrents::carry(const Trial& trial) {
+  const effects::ChargeStep& step = trial.step;
+  auto& [resistors, current, remaining, plain, noise, last_step] = now_.carried;
+  for (std::size_t k = 0; k < resistors.size(); ++k) {
+    current[k] = now_.field.carried[k] / step.weight + resistors[k].source;
+    remaining[k] = step.weight * current[k] + step.inherited * remaining[k];
+    plain[k] = step.plain_weight * current[k] + step.plain_inherited * plain[k];
+    now_.ledger.carry(resistors[k], remaining[k], plain[k]);
+  }
+  last_step = trial.time - now_.time;
+  noise = 0;
+}
+
+void ResistorCurrents::add_charges(const effects::ChargeStep& step, std::vector<double>& charge) const {
+  const CarriedCharges& carried = now_.carried;
+  for (std::size_t k = 0; k < carried.resistors.size(); ++k) {
+    const effects::Resistor& resistor = carried.resistors[k];
+    const double known = step.inherited * carried.remaining[k] + step.weight * resistor.source;
+    charge[resistor.a] -= known;
+    if (resistor.b >= 0) charge[resistor.b] += known;
+  }
+}
+
+void ResistorCurrents::save(Checkpoint& checkpoint) const {
+  if (!any()) return;
+  checkpoint.reals["link_currents"] = now_.carried.current;
+  checkpoint.reals["link_charges_left"] = now_.carried.remaining;
+  checkpoint.reals["link_charges"] = now_.carried.plain;
+  checkpoint.reals["last_charge_step"] = {now_.carried.last_step, now_.carried.noise};
+}
+
+void ResistorCurrents::restore(const Checkpoint& checkpoint) {
+  update(true);
+  if (!any()) return;
+  CarriedCharges& carried = now_.carried;
+  carried.current = reals(checkpoint, "link_currents", carried.resistors.size());
+  carried.remaining = reals(checkpoint, "link_charges_left", carried.resistors.size());
+  carried.plain = reals(checkpoint, "link_charges", carried.resistors.size());
+  const std::vector<double>& last = reals(checkpoint, "last_charge_step", 2);
+  carried.last_step = last[0];
+  carried.noise = last[1];
+}
+
+}  // namespace lichtenberg::mechanics

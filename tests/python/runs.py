@@ -12,7 +12,7 @@ HOME = Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("LICHTENBERG", str(HOME / "build/lichtenberg"))
 sys.path.insert(0, str(HOME / "python"))
 
-from lichtenberg.result import FOOTER, MAGIC  # noqa: E402
+from lichtenberg.seal import FOOTER, MAGIC  # noqa: E402
 
 _folder = tempfile.TemporaryDirectory(prefix="lichtenberg-test-")
 atexit.register(_folder.cleanup)

@@ -33,13 +33,8 @@ std::vector<int> numbers_of(std::initializer_list<int> primes) {
   return numbers;
 }
 
-/// Those that FFTW's estimated plans are quick for: others nearby, multiples of 15 most of all, take up to three times
-/// as long.
-std::vector<int> quick_for_fftw() {
-  auto numbers = numbers_of({2, 3, 5, 7});
-  std::erase_if(numbers, [](int n) { return n % 15 == 0; });
-  return numbers;
-}
+/// Numbers of points that RowTransform is quick for.
+std::vector<int> quick_numbers() { return numbers_of({2, 3, 5}); }
 
 constexpr int highest_double_order = 7, highest_device_order = 7;
 
@@ -61,7 +56,7 @@ Way in_double_precision(Vec3 lengths, int lowest_order) {
   const auto near = [](double density, double cutoff) {
     return pair * 0.5 * density * 4 * M_PI / 3 * std::pow(cutoff, 3);
   };
-  return {quick_for_fftw(),
+  return {quick_numbers(),
           {Window::spline},
           lowest_order,
           highest_double_order,
@@ -83,7 +78,7 @@ Way in_single_precision(Vec3 lengths, const std::vector<Window>& windows) {
   };
   // Large meshes do not fit into the second-level cache.
   const auto point = [](int points) { return points <= 100 ? 0.145 : 0.25; };
-  return {numbers_of({2, 3, 5}), windows, 4, 8, SingleNear::longest_cutoff(lengths), 1.05, near, 28, 1.1, point};
+  return {quick_numbers(), windows, 4, 8, SingleNear::longest_cutoff(lengths), 1.05, near, 28, 1.1, point};
 }
 
 /// On an H200, where all threads wait for memory (validation/device/README.md): partners stand in lists with a skin,
@@ -348,7 +343,7 @@ std::vector<Window> windows_of(const MeshRequest& request) {
 /// precision.
 MeshChoice by_hand_with(Window window, const MeshRequest& request) {
   const auto [cutoff, alpha, points, order] = request.by_hand;
-  auto numbers = quick_for_fftw();
+  auto numbers = quick_numbers();
   numbers.insert(std::ranges::lower_bound(numbers, *points), *points);
   const auto mesh = mesh_of(*points, numbers, request.lengths, *order, window);
   if (!mesh) throw InputError(fmt::format("{} points along the longest side are more than 1024", *points));

@@ -68,7 +68,7 @@ ChargeMesh::ChargeMesh(const Mesh& mesh, const Cloud& cloud)
       self_(cloud.potential(0)),
       self_field_(cloud.dipole_field),
       background_(-cloud.background / mesh.volume()),
-      grid_(mesh.points, halo(mesh.order)),
+      grid_(mesh.points, halo(mesh.order), influence_.factor, 1),
       over_spacing_{1 / mesh.spacing().x, 1 / mesh.spacing().y, 1 / mesh.spacing().z, -1} {}
 
 double ChargeMesh::reach() const {
@@ -84,7 +84,7 @@ struct ChargeMesh::Rows {
   std::array<double, 3> behind;  ///< the point before it, in spacings
   alignas(64) typename S::Row weight[3];
 
-  Rows(const Convolution& grid, const double* over_spacing, const double* place) {
+  Rows(const Convolution<double>& grid, const double* over_spacing, const double* place) {
     std::array<int, 3> point;
     for (int k = 0; k < 3; ++k) {
       const double spacings = place[k] * over_spacing[k];
@@ -143,7 +143,7 @@ void ChargeMesh::spread(const Tiles& tiles, Kind kind, parallel::Team& team) {
   });
 }
 
-void ChargeMesh::solve(parallel::Team& team) { grid_.apply(influence_.factor, team); }
+void ChargeMesh::solve(parallel::Team& team) { grid_.apply(team); }
 
 template <int order, Kind kind>
 void ChargeMesh::add_to(const FeltSums& sums, const Tiles& tiles, int s) const {

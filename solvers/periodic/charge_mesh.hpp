@@ -70,7 +70,7 @@ class ChargeMesh {
   double self_field_;  ///< that a unit dipole sees there, against it
   double background_;  ///< potential that a unit of total charge adds everywhere
   double total_ = 0;   ///< charge, of what was spread last
-  Convolution grid_;
+  Convolution<double> grid_;
   std::array<double, 4> over_spacing_;  ///< along x, y, z; and -1
 };
 

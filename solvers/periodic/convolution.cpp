@@ -1,84 +1,240 @@
 #include "solvers/periodic/convolution.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace lichtenberg::periodic {
 
 namespace {
 
-// In numbers of 8 bytes: planes and sheets begin where vectors of 64 may, so that one plan serves them all.
-constexpr std::ptrdiff_t whole_vectors(std::ptrdiff_t numbers) { return (numbers + 7) / 8 * 8; }
+template <class Real>
+constexpr int wide = RowTransform<Real>::side_by_side;
 
-// Plans by estimate: by measurement they, and with them the bits, would change from run to run.
-constexpr unsigned plan_flags = FFTW_ESTIMATE;
+template <class Real>
+constexpr std::ptrdiff_t whole_blocks(std::ptrdiff_t count) {
+  return (count + wide<Real> - 1) / wide<Real> * wide<Real>;
+}
+
+/// A stride of an odd number of blocks: strides of powers of two would share few sets of the cache.
+template <class Real>
+constexpr std::ptrdiff_t odd_blocks(std::ptrdiff_t count) {
+  return (whole_blocks<Real>(count) / wide<Real> | 1) * wide<Real>;
+}
+
+/// Loads the first `count` rows of a block, whose starts lie `apart`, as columns with zeros behind them.
+template <class Real>
+void load_columns(const Real* from, std::ptrdiff_t apart, int count,
+                  typename RowTransform<Real>::Numbers (&columns)[wide<Real>]) {
+  using Numbers = typename RowTransform<Real>::Numbers;
+  for (int k = 0; k < wide<Real>; ++k) columns[k] = k < count ? lanes<wide<Real>>(from + k * apart) : Numbers{};
+  transpose(columns);
+}
+
+/// Work arrays of one thread.
+template <class Real>
+class Room {
+ public:
+  using Numbers = typename RowTransform<Real>::Numbers;
+  explicit Room(int length) : size_(length + wide<Real>), rows_(4 * size_) {}
+  Numbers* re() { return &rows_[0].numbers; }
+  Numbers* im() { return &rows_[size_].numbers; }
+  Numbers* spare() { return &rows_[2 * size_].numbers; }
+
+ private:
+  struct alignas(64) Row {
+    Numbers numbers;
+  };
+  std::size_t size_;
+  std::vector<Row> rows_;
+};
 
 }  // namespace
 
-Convolution::Convolution(std::array<int, 3> points, int halo)
+template <class Real>
+typename Convolution<Real>::Array Convolution<Real>::array(std::ptrdiff_t count) {
+  auto* numbers = static_cast<Real*>(::operator new[](count * sizeof(Real), std::align_val_t{64}));
+  std::fill_n(numbers, count, Real{});
+  return Array(numbers);
+}
+
+template <class Real>
+Convolution<Real>::Convolution(std::array<int, 3> points, int halo, std::span<const double> factor, double scale)
     : points_(points),
       halo_(halo),
-      row_(whole_vectors(points[2] + halo)),
-      column_(whole_vectors(2 * (points[2] / 2 + 1)) / 2) {
+      row_(odd_blocks<Real>(points[2] + halo)),
+      across_(odd_blocks<Real>(points[1])),
+      sheet_(odd_blocks<Real>(points[0] * across_)),
+      pack_(points[2] % 2 == 0 ? 2 : 1),
+      along_x_(points[0]),
+      along_y_(points[1]),
+      along_z_(points[2] / pack_) {
   const auto [nx, ny, nz] = points_;
-  mesh_ = make_fftw_numbers(plane() * nx);
-  modes_ = make_fftw_numbers(2 * column_ * nx * ny);
-  const std::array plane_points{ny, nz}, rows{ny, static_cast<int>(row_)}, columns{ny, static_cast<int>(row_ / 2)};
-  auto* transformed = reinterpret_cast<fftw_complex*>(data());
-  forward_.reset(fftw_plan_many_dft_r2c(2, plane_points.data(), 1, data(), rows.data(), 1, 0, transformed,
-                                        columns.data(), 1, 0, plan_flags));
-  backward_.reset(fftw_plan_many_dft_c2r(2, plane_points.data(), 1, transformed, columns.data(), 1, 0, data(),
-                                         rows.data(), 1, 0, plan_flags));
-  const auto sheet = [&](int direction) {
-    return FftwPlan(fftw_plan_many_dft(1, &points_[0], nz / 2 + 1, modes(0, 0), nullptr, static_cast<int>(column_), 1,
-                                       modes(0, 0), nullptr, static_cast<int>(column_), 1, direction, plan_flags));
+  const int deep = nz / 2 + 1;
+  const auto blocks = static_cast<int>(whole_blocks<Real>(nx) / wide<Real>);
+  mesh_ = array(plane() * nx);
+  modes_ = array(2 * deep * sheet_);
+  factor_ = array(static_cast<std::ptrdiff_t>(deep) * blocks * ny * wide<Real>);
+  constexpr int together = 8;  // a line of the cache of `factor`
+  for (int first = 0; first < deep; first += together)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x)
+        for (int z = first; z < std::min(deep, first + together); ++z)
+          factor_[((static_cast<std::ptrdiff_t>(z) * blocks + x / wide<Real>)*ny + y) * wide<Real> + x % wide<Real>] =
+              static_cast<Real>(scale * factor[(static_cast<std::size_t>(y) * nx + x) * deep + z]);
+  for (int z = 0; z < deep; ++z) {
+    cosine_.push_back(static_cast<Real>(std::cos(2 * M_PI * z / nz)));
+    sine_.push_back(static_cast<Real>(std::sin(2 * M_PI * z / nz)));
+  }
+}
+
+template <class Real>
+void Convolution<Real>::clear(parallel::Team& team) {
+  team.for_each(points_[0], [&](int x) { std::fill_n(data() + x * plane(), plane(), Real{}); });
+}
+
+/// Stores the modes of a block of rows along z. Where two numbers were packed into a complex one, its transform holds
+/// the sum of the transforms of even and odd places, which are taken apart by their symmetry.
+template <class Real>
+void Convolution<Real>::store_modes(int x, int y, const Numbers* re, const Numbers* im) {
+  constexpr Real half = 0.5;
+  const int last = points_[2] / 2;
+  for (int z = 0; z <= last; ++z) {
+    Numbers &to_re = lanes<wide<Real>>(modes(z, x, 0) + y), &to_im = lanes<wide<Real>>(modes(z, x, 1) + y);
+    if (pack_ == 1) {
+      to_re = re[z], to_im = im[z];
+      continue;
+    }
+    const int here = z % last, there = (last - z) % last;
+    const Numbers even_re = re[here] + re[there], even_im = im[here] - im[there];
+    const Numbers odd_re = re[here] - re[there], odd_im = im[here] + im[there];
+    const Real c = cosine_[z], s = sine_[z];
+    to_re = half * (even_re + c * odd_im - s * odd_re);
+    to_im = half * (even_im - c * odd_re - s * odd_im);
+  }
+}
+
+/// The inverse of store_modes, times `pack_`.
+template <class Real>
+void Convolution<Real>::load_modes(int x, int y, Numbers* re, Numbers* im) {
+  const int nz = points_[2], half = nz / 2;
+  const auto mode = [&](int k, int part) -> const Numbers& { return lanes<wide<Real>>(modes(k, x, part) + y); };
+  if (pack_ == 1) {
+    for (int z = 0; z <= half; ++z) re[z] = mode(z, 0), im[z] = mode(z, 1);
+    for (int z = half + 1; z < nz; ++z) re[z] = mode(nz - z, 0), im[z] = -mode(nz - z, 1);
+    return;
+  }
+  for (int z = 0; z < half; ++z) {
+    const Numbers even_re = mode(z, 0) + mode(half - z, 0), even_im = mode(z, 1) - mode(half - z, 1);
+    const Numbers odd_re = mode(z, 0) - mode(half - z, 0), odd_im = mode(z, 1) + mode(half - z, 1);
+    const Real c = cosine_[z], s = sine_[z];
+    re[z] = even_re - c * odd_im - s * odd_re;
+    im[z] = even_im + c * odd_re - s * odd_im;
+  }
+}
+
+/// Adds the halo and transforms the rows along z of one x. An even number of places is packed in pairs: even places are
+/// real parts and odd ones imaginary parts.
+template <class Real>
+[[gnu::noinline]] void Convolution<Real>::to_modes(int x) {
+  const auto [nx, ny, nz] = points_;
+  Room<Real> room(nz);
+  Numbers *re = room.re(), *im = room.im();
+  for (int y = 0; y < ny; y += wide<Real>) {
+    Real* rows = data() + x * plane() + y * row_;
+    const int count = std::min(wide<Real>, ny - y);
+    for (int k = 0; k < count; ++k)
+      for (int z = 0; z < halo_; ++z) rows[k * row_ + z] += rows[k * row_ + nz + z];
+    for (int z = 0; z < nz; z += wide<Real>) {
+      Numbers columns[wide<Real>];
+      load_columns(rows + z, row_, count, columns);
+      if (pack_ == 2)
+        for (int k = 0; k < wide<Real>; k += 2) re[(z + k) / 2] = columns[k], im[(z + k) / 2] = columns[k + 1];
+      else
+        for (int k = 0; k < wide<Real>; ++k) re[z + k] = columns[k], im[z + k] = Numbers{};
+    }
+    along_z_.apply(re, im, room.spare());
+    store_modes(x, y, re, im);
+  }
+}
+
+template <class Real>
+[[gnu::noinline]] void Convolution<Real>::from_modes(int x) {
+  const auto [nx, ny, nz] = points_;
+  Room<Real> room(nz);
+  Numbers *re = room.re(), *im = room.im();
+  for (int y = 0; y < ny; y += wide<Real>) {
+    load_modes(x, y, re, im);
+    along_z_.apply(im, re, room.spare());
+    Real* rows = data() + x * plane() + y * row_;
+    const int count = std::min(wide<Real>, ny - y);
+    for (int z = 0; z < nz; z += wide<Real>) {
+      Numbers columns[wide<Real>];
+      if (pack_ == 2)
+        for (int k = 0; k < wide<Real>; k += 2) columns[k] = re[(z + k) / 2], columns[k + 1] = im[(z + k) / 2];
+      else
+        for (int k = 0; k < wide<Real>; ++k) columns[k] = re[z + k];
+      transpose(columns);
+      for (int k = 0; k < count; ++k)
+        std::copy_n(reinterpret_cast<const Real*>(&columns[k]), std::min(wide<Real>, nz - z), rows + k * row_ + z);
+    }
+    for (int k = 0; k < count; ++k)
+      for (int z = 0; z < halo_; ++z) rows[k * row_ + nz + z] = rows[k * row_ + z];
+  }
+}
+
+/// Transforms a block of the modes z along y, multiplies them, and transforms them back.
+template <class Real>
+void Convolution<Real>::filter_along_y(int z, int block, Numbers* re, Numbers* im, Numbers* spare) {
+  const auto [nx, ny, nz] = points_;
+  const auto blocks = static_cast<int>(whole_blocks<Real>(nx) / wide<Real>);
+  const int x = block * wide<Real>, count = std::min(wide<Real>, nx - x);
+  Numbers columns[wide<Real>];
+  for (int part = 0; part < 2; ++part)
+    for (int y = 0; y < ny; y += wide<Real>) {
+      load_columns(modes(z, x, part) + y, across_, count, columns);
+      std::copy_n(columns, wide<Real>, (part == 0 ? re : im) + y);
+    }
+  along_y_.apply(re, im, spare);
+  const Real* factor = &factor_[(static_cast<std::ptrdiff_t>(z) * blocks + block) * ny * wide<Real>];
+  for (int y = 0; y < ny; ++y) {
+    re[y] *= lanes<wide<Real>>(factor + y * wide<Real>);
+    im[y] *= lanes<wide<Real>>(factor + y * wide<Real>);
+  }
+  along_y_.apply(im, re, spare);
+  for (int part = 0; part < 2; ++part)
+    for (int y = 0; y < ny; y += wide<Real>) {
+      std::copy_n((part == 0 ? re : im) + y, wide<Real>, columns);
+      transpose(columns);
+      for (int k = 0; k < count; ++k) lanes<wide<Real>>(modes(z, x + k, part) + y) = columns[k];
+    }
+}
+
+template <class Real>
+[[gnu::noinline]] void Convolution<Real>::filter(int z) {
+  const auto [nx, ny, nz] = points_;
+  Room<Real> room(std::max(nx, ny));
+  Numbers *re = room.re(), *im = room.im(), *spare = room.spare();
+  const auto transform_along_x = [&](bool back) {
+    for (int y = 0; y < points_[1]; y += wide<Real>) {
+      const auto mode = [&](int x, int part) -> Numbers& { return lanes<wide<Real>>(modes(z, x, part) + y); };
+      for (int x = 0; x < points_[0]; ++x) re[x] = mode(x, 0), im[x] = mode(x, 1);
+      back ? along_x_.apply(im, re, spare) : along_x_.apply(re, im, spare);
+      for (int x = 0; x < points_[0]; ++x) mode(x, 0) = re[x], mode(x, 1) = im[x];
+    }
   };
-  sheet_forward_ = sheet(FFTW_FORWARD);
-  sheet_backward_ = sheet(FFTW_BACKWARD);
+  transform_along_x(false);
+  for (int block = 0; block * wide<Real> < nx; ++block) filter_along_y(z, block, re, im, spare);
+  transform_along_x(true);
 }
 
-void Convolution::clear(parallel::Team& team) {
-  team.for_each(points_[0], [&](int x) { std::fill_n(data() + x * plane(), plane(), 0.0); });
+template <class Real>
+void Convolution<Real>::apply(parallel::Team& team) {
+  team.for_each(points_[0], [&](int x) { to_modes(x); });
+  team.for_each(points_[2] / 2 + 1, [&](int z) { filter(z); });
+  team.for_each(points_[0], [&](int x) { from_modes(x); });
 }
 
-void Convolution::fold(int x) {
-  for (int y = 0; y < points_[1]; ++y) {
-    double* row = data() + x * plane() + y * row_;
-    for (int z = 0; z < halo_; ++z) row[z] += row[points_[2] + z];
-  }
-}
-
-void Convolution::unfold(int x) {
-  for (int y = 0; y < points_[1]; ++y) {
-    double* row = data() + x * plane() + y * row_;
-    for (int z = 0; z < halo_; ++z) row[points_[2] + z] = row[z];
-  }
-}
-
-void Convolution::filter(int y, std::span<const double> factor) {
-  const int deep = points_[2] / 2 + 1;
-  fftw_execute_dft(sheet_forward_.get(), modes(0, y), modes(0, y));
-  for (int x = 0; x < points_[0]; ++x) {
-    fftw_complex* mode = modes(x, y);
-    const double* by = factor.data() + (static_cast<std::ptrdiff_t>(y) * points_[0] + x) * deep;
-    for (int z = 0; z < deep; ++z) mode[z][0] *= by[z], mode[z][1] *= by[z];
-  }
-  fftw_execute_dft(sheet_backward_.get(), modes(0, y), modes(0, y));
-}
-
-void Convolution::apply(std::span<const double> factor, parallel::Team& team) {
-  const std::ptrdiff_t deep = 2 * (points_[2] / 2 + 1);  // numbers in a transformed row
-  const auto row = [&](int x, int y) { return data() + x * plane() + y * row_; };
-  team.for_each(points_[0], [&](int x) {
-    fold(x);
-    fftw_execute_dft_r2c(forward_.get(), row(x, 0), reinterpret_cast<fftw_complex*>(row(x, 0)));
-    for (int y = 0; y < points_[1]; ++y) std::copy_n(row(x, y), deep, *modes(x, y));
-  });
-  team.for_each(points_[1], [&](int y) { filter(y, factor); });
-  team.for_each(points_[0], [&](int x) {
-    for (int y = 0; y < points_[1]; ++y) std::copy_n(*modes(x, y), deep, row(x, y));
-    fftw_execute_dft_c2r(backward_.get(), reinterpret_cast<fftw_complex*>(row(x, 0)), row(x, 0));
-    unfold(x);
-  });
-}
+template class Convolution<float>;
+template class Convolution<double>;
 
 }  // namespace lichtenberg::periodic

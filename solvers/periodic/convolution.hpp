@@ -1,49 +1,61 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
+#include <memory>
+#include <new>
 #include <span>
+#include <vector>
 
-#include "solvers/fftw.hpp"
 #include "solvers/parallel/team.hpp"
+#include "solvers/periodic/fft.hpp"
 
 namespace lichtenberg::periodic {
 
 /// Numbers on a periodic mesh, and their convolution with a function that is given by its Fourier transform. A row
-/// along z goes on behind its end, by `halo` points, so that who spreads or takes need not wrap there.
+/// along z goes on behind its end, by `halo` points, so that spreading and gathering need not wrap there.
+template <class Real>
 class Convolution {
  public:
-  /// The halo is 2 or more.
-  Convolution(std::array<int, 3> points, int halo);
+  /// Multiplies mode (x, y, z) by `scale` times factor[(y * points[0] + x) * (points[2] / 2 + 1) + z].
+  Convolution(std::array<int, 3> points, int halo, std::span<const double> factor, double scale);
 
   std::array<int, 3> points() const { return points_; }
   /// Point (x, y, z) is at x * plane() + y * row() + z, with z below points()[2] + halo.
-  double* data() { return mesh_.get(); }
-  const double* data() const { return mesh_.get(); }
+  Real* data() { return mesh_.get(); }
+  const Real* data() const { return mesh_.get(); }
   std::ptrdiff_t row() const { return row_; }
   std::ptrdiff_t plane() const { return row_ * points_[1]; }
 
-  /// Sets everything to 0.
+  /// Sets all numbers to 0.
   void clear(parallel::Team& team);
-  /// Adds what is in the halo to the points that it stands for, multiplies mode (x, y, z) by
-  /// factor[(y * points[0] + x) * (points[2] / 2 + 1) + z], and fills the halo. Transforms are not normalized.
-  void apply(std::span<const double> factor, parallel::Team& team);
+  /// Adds the halo to the points that it stands for, convolves, and fills the halo. Transforms are not normalized.
+  /// The result has the same bits for any number of threads.
+  void apply(parallel::Team& team);
 
  private:
-  fftw_complex* modes(int x, int y) {
-    return reinterpret_cast<fftw_complex*>(modes_.get()) + (static_cast<std::ptrdiff_t>(y) * points_[0] + x) * column_;
-  }
-  void fold(int x);
-  void unfold(int x);
-  void filter(int y, std::span<const double> factor);
+  using Numbers = typename RowTransform<Real>::Numbers;
+  struct Free {
+    void operator()(Real* p) const { ::operator delete[](p, std::align_val_t{64}); }
+  };
+  using Array = std::unique_ptr<Real[], Free>;
+  static Array array(std::ptrdiff_t count);
+
+  void to_modes(int x);
+  void filter(int z);
+  void from_modes(int x);
+  void store_modes(int x, int y, const Numbers* re, const Numbers* im);
+  void load_modes(int x, int y, Numbers* re, Numbers* im);
+  void filter_along_y(int z, int block, Numbers* re, Numbers* im, Numbers* spare);
+  /// Real or imaginary parts of the modes z, of row x.
+  Real* modes(int z, int x, int part) { return modes_.get() + (2 * z + part) * sheet_ + x * across_; }
 
   std::array<int, 3> points_;
   int halo_;
-  std::ptrdiff_t row_, column_;  ///< numbers in a row of the mesh, modes in one of the transform
-  FftwNumbers mesh_;             ///< [x][y][row_]
-  FftwNumbers modes_;  ///< complex, [y][x][column_]: the sheet of one y is together, for the transform along x
-  FftwPlan forward_, backward_;              ///< of one plane, from the mesh to the modes and back
-  FftwPlan sheet_forward_, sheet_backward_;  ///< of one sheet, in place
+  std::ptrdiff_t row_, across_, sheet_;  ///< numbers in a row of the mesh along z, of the modes along y, of one z
+  int pack_;                     ///< numbers along z that make a complex one: 2 if their number is even, or 1
+  RowTransform<Real> along_x_, along_y_, along_z_;
+  std::vector<Real> cosine_, sine_;  ///< of 2 pi z / points along z
+  Array mesh_, modes_, factor_;      ///< [x][y][z]; [mode z][part][x][y]; [mode z][block of x][y][x of the block]
 };
 
 }  // namespace lichtenberg::periodic

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+
 namespace lichtenberg::periodic {
 
-/// Numbers that are computed with together, n at a time; anywhere in memory where one of them may be. Which
-/// instructions that takes is the compiler's affair: it knows what the processor has that it compiles for.
+/// A SIMD vector of n numbers. It may lie anywhere in memory where one of its numbers may. The compiler chooses the
+/// instructions for the processor that it compiles for.
 template <int n, class Real = double>
 struct LanesOf {
   typedef Real type __attribute__((vector_size(sizeof(Real) * n), aligned(alignof(Real)), may_alias));
@@ -18,6 +22,41 @@ inline Lanes<n, Real>& lanes(Real* p) {
 template <int n, class Real>
 inline const Lanes<n, Real>& lanes(const Real* p) {
   return *reinterpret_cast<const Lanes<n, Real>*>(p);
+}
+
+template <class Vector>
+using NumberOf = std::remove_cvref_t<decltype(Vector{}[0])>;
+template <class Vector>
+constexpr int count_of = sizeof(Vector) / sizeof(NumberOf<Vector>);
+
+/// The first half of a vector's numbers.
+template <class Vector>
+[[gnu::always_inline]] inline auto low_half(const Vector& of) {
+  return [&]<int... k>(std::integer_sequence<int, k...>) {
+    return Lanes<sizeof...(k), NumberOf<Vector>>(__builtin_shufflevector(of, of, k...));
+  }(std::make_integer_sequence<int, count_of<Vector> / 2>());
+}
+/// The second half.
+template <class Vector>
+[[gnu::always_inline]] inline auto high_half(const Vector& of) {
+  return [&]<int... k>(std::integer_sequence<int, k...>) {
+    return Lanes<sizeof...(k), NumberOf<Vector>>(__builtin_shufflevector(of, of, (k + int(sizeof...(k)))...));
+  }(std::make_integer_sequence<int, count_of<Vector> / 2>());
+}
+/// One vector behind the other.
+template <class Vector>
+[[gnu::always_inline]] inline auto joined(const Vector& low, const Vector& high) {
+  return [&]<int... k>(std::integer_sequence<int, k...>) {
+    return Lanes<sizeof...(k), NumberOf<Vector>>(__builtin_shufflevector(low, high, k...));
+  }(std::make_integer_sequence<int, 2 * count_of<Vector>>());
+}
+/// Numbers of two vectors in alternation, a0 b0 a1 b1 ..., from their lower halves or their upper ones.
+template <bool upper, class Vector>
+[[gnu::always_inline]] inline Vector interleaved(const Vector& a, const Vector& b) {
+  constexpr int n = count_of<Vector>;
+  return [&]<int... k>(std::integer_sequence<int, k...>) {
+    return Vector(__builtin_shufflevector(a, b, (k / 2 + (upper ? n / 2 : 0) + (k % 2 == 0 ? 0 : n))...));
+  }(std::make_integer_sequence<int, n>());
 }
 
 /// The sums of four times four numbers, adjacent ones first.

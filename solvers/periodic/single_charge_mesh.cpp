@@ -77,7 +77,7 @@ struct Rows {
   std::array<std::ptrdiff_t, order> plane, row;
   std::array<float, 3> from_middle;  ///< between two points, in spacings
 
-  Rows(const SingleConvolution& grid, const Columns& columns, int s) {
+  Rows(const Convolution<float>& grid, const Columns& columns, int s) {
     std::array<int, 3> point;
     for (int k = 0; k < 3; ++k) {
       const std::uint64_t spacings = static_cast<std::uint64_t>(columns.place(k)[s]) * grid.points()[k];
@@ -101,7 +101,7 @@ struct AlongZ {
 
 /// `x` and `y`: weights, and slopes.
 template <int order>
-[[gnu::always_inline]] inline AlongZ<order> summed_across(const SingleConvolution& grid, const Rows<order>& rows,
+[[gnu::always_inline]] inline AlongZ<order> summed_across(const Convolution<float>& grid, const Rows<order>& rows,
                                                           const Both<order>& x, const Both<order>& y) {
   Both<order> along_y[order];
 #pragma GCC unroll 8

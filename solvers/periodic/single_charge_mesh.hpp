@@ -6,7 +6,7 @@
 
 #include "solvers/periodic/columns.hpp"
 #include "solvers/periodic/influence.hpp"
-#include "solvers/periodic/single_convolution.hpp"
+#include "solvers/periodic/convolution.hpp"
 
 namespace lichtenberg::periodic {
 
@@ -37,7 +37,7 @@ class SingleChargeMesh {
 
   Mesh mesh_;
   std::vector<float> window_;  ///< of s^d: weights of the points around a place, and their slopes; [d][2 x lanes]
-  SingleConvolution grid_;
+  Convolution<float> grid_;
   // In units of the cut-off, as in ChargeMesh.
   std::array<float, 4> over_spacing_;
   std::array<std::array<float, 4>, 2> wave_;

@@ -174,13 +174,14 @@ TEST_CASE("dipoles of a tenth of the charges, as induced ones are, leave forces 
 }
 
 TEST_CASE("the near part of dipoles is that of the cloud's derivatives, to what the cloud itself loses") {
-  const double alpha = 0.75, cutoff = 4.5;
+  constexpr double alpha = 0.75, cutoff = 4.5;
   const Vec3 lengths{12, 12, 12}, direction{2.0 / 3, -1.0 / 3, 2.0 / 3};
   const Cloud cloud = gauss_cloud(alpha, cutoff);
-  NearPart near(lengths, cloud);
-  Tiles tiles(lengths, cutoff);
+  const Near<double> near(lengths, cloud);
+  Columns<double> columns(lengths, near.layout(0));
+  constexpr double by_potential = 1 / cutoff, by_field = 1 / (cutoff * cutoff);  // as the largest charge is 1
   // Rounding in the last terms of the series is not taken for something to be kept.
-  CHECK(NearPart(lengths, prolate_cloud(15.4, 5.3)).degree(Kind::dipoles) <= 18);
+  CHECK(Near<double>(lengths, prolate_cloud(15.4, 5.3)).degree(Kind::dipoles) <= 18);
   // Of a force between charges; and k of the cloud for each dipole more.
   const double bound = 0.1 * std::sqrt(cloud.lost / (4 * M_PI / 3 * std::pow(cutoff, 3))), k = std::sqrt(2) * alpha;
   for (double distance = 0.5; distance < cutoff; distance += 0.01) {
@@ -189,19 +190,20 @@ TEST_CASE("the near part of dipoles is that of the cloud's derivatives, to what 
     for (const Kind kind : {Kind::charges, Kind::dipoles, Kind::multipoles}) {
       if (kind == Kind::dipoles) crowd = without_charges(crowd);
       if (kind == Kind::multipoles) crowd.charge = {1, 1};
-      tiles.sort(crowd);
+      columns.sort(crowd, alone);
       std::vector<double> field(8), force(kind == Kind::multipoles ? 8 : 0);
-      near.compute(tiles, std::vector<Pair>{{0, 1}}, kind, {field, force}, alone);
+      near.compute(columns, kind, true, {field, force}, alone);
       Multipole on = multipole(crowd, 0), from = multipole(crowd, 1);
       if (kind == Kind::charges) from.dipole = on.dipole = {};
       const Felt exact = felt(screened(distance * distance, alpha), distance * direction, on, from);
-      const double* found = &field[4 * tiles.sorted(0)];
+      const double* found = &field[4 * columns.sorted()[0]];
       const double most = bound * (kind == Kind::charges ? 1 : kind == Kind::dipoles ? k : 1 + k);
-      CHECK(norm(Vec3{found[0], found[1], found[2]} - exact.field) < most);
+      CHECK(norm(by_field * Vec3{found[0], found[1], found[2]} - exact.field) < most);
       if (kind != Kind::multipoles) continue;
-      const double* felt_force = &force[4 * tiles.sorted(0)];
-      CHECK(norm(Vec3{felt_force[0], felt_force[1], felt_force[2]} - exact.force) < bound * (1 + k) * (1 + k));
-      CHECK(std::abs(found[3] - exact.potential) < bound * (1 + 1 / k));
+      const double* felt_force = &force[4 * columns.sorted()[0]];
+      CHECK(norm(by_field * Vec3{felt_force[0], felt_force[1], felt_force[2]} - exact.force) <
+            bound * (1 + k) * (1 + k));
+      CHECK(std::abs(by_potential * found[3] - exact.potential) < bound * (1 + 1 / k));
     }
   }
 }

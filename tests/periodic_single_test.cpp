@@ -6,7 +6,6 @@
 #include "solvers/error.hpp"
 #include "solvers/periodic/accuracy.hpp"
 #include "solvers/periodic/mesh.hpp"
-#include "solvers/periodic/single_mesh.hpp"
 #include "tests/message.hpp"
 #include "tests/periodic_sources.hpp"
 
@@ -29,7 +28,7 @@ double rms(const std::vector<double>& values) {
 /// `lost` is the square of a force between unit charges, all over space; theirs is 4 pi.
 void check_against_double(const Crowd& crowd, const Mesh& mesh, const Cloud& cloud) {
   ParticleMesh reference(mesh, cloud);
-  SingleMesh single(mesh, cloud, crowd.size());
+  SingleMesh single(mesh, cloud);
   const Response expected = evaluated_on(reference, crowd), found = evaluated(single, crowd);
   const double most = rounding + 0.3 * std::sqrt(cloud.lost / (4 * M_PI));
   const auto check = [&](std::vector<double> values, const std::vector<double>& reference_values) {
@@ -105,7 +104,7 @@ TEST_CASE("with any window the error is the one that is estimated, and prolate o
   const Response exact = by_ewald(crowd, 1e-11);
   const auto estimate = [&](Window window, int order, int points, const Cloud& cloud) {
     const Mesh mesh{crowd.lengths, {points, points, points}, order, window};
-    SingleMesh sum(mesh, cloud, crowd.size());
+    SingleMesh sum(mesh, cloud);
     const double expected = std::hypot(relative_error(mesh, cloud, 1), error_of_single_precision);
     const double error = relative_difference(evaluated(sum, crowd).force, exact.force);
     CAPTURE(order);
@@ -150,7 +149,7 @@ TEST_CASE("splines of order 8 leave less error than those of order 7") {
   const Crowd crowd = gas();
   const Response exact = by_ewald(crowd, 1e-10);
   const auto error = [&](int order) {
-    SingleMesh sum({crowd.lengths, {16, 16, 16}, order}, prolate_cloud(14, 4.2), crowd.size());
+    SingleMesh sum({crowd.lengths, {16, 16, 16}, order}, prolate_cloud(14, 4.2));
     return relative_difference(evaluated(sum, crowd).force, exact.force);
   };
   CHECK(error(8) < 0.8 * error(7));
@@ -160,7 +159,7 @@ TEST_CASE("any number of threads gives the same bits in single precision, and so
   const Crowd crowd = random_crowd(3000, {27.4, 27.4, 27.4}, 0.9, false, 7);
   const Mesh mesh{crowd.lengths, {48, 48, 48}, 6};
   const Cloud cloud = prolate_cloud(10, 3.7);
-  SingleMesh sum(mesh, cloud, crowd.size());
+  SingleMesh sum(mesh, cloud);
   const Response one = evaluated(sum, crowd);
   for (const int threads : {2, 4}) {
     parallel::Team team(threads);
@@ -175,7 +174,7 @@ TEST_CASE("any number of threads gives the same bits in single precision, and so
   for (double& x : scaled.position) x *= 4;
   for (double& q : scaled.charge) q *= 0.5;
   scaled.lengths = 4.0 * crowd.lengths;
-  SingleMesh scaled_sum({scaled.lengths, mesh.points, mesh.order}, prolate_cloud(10, 4 * 3.7), crowd.size());
+  SingleMesh scaled_sum({scaled.lengths, mesh.points, mesh.order}, prolate_cloud(10, 4 * 3.7));
   Response found = evaluated(scaled_sum, scaled);
   for (double& f : found.force) f *= 64;
   CHECK(found.force == one.force);
@@ -184,7 +183,7 @@ TEST_CASE("any number of threads gives the same bits in single precision, and so
 TEST_CASE("forces alone are the same bits as with potentials") {
   const Crowd crowd = random_crowd(3000, {27.4, 27.4, 27.4}, 0.9, false, 7);
   for (const double cutoff : {2.5, 3.7, 5.0}) {
-    SingleMesh sum({crowd.lengths, {48, 48, 48}, 6}, prolate_cloud(10, cutoff), crowd.size());
+    SingleMesh sum({crowd.lengths, {48, 48, 48}, 6}, prolate_cloud(10, cutoff));
     std::vector<double> force;
     sum.forces(crowd, {}, parallel::Team::single(), force);
     CHECK(force == evaluated(sum, crowd).force);
@@ -193,7 +192,7 @@ TEST_CASE("forces alone are the same bits as with potentials") {
 
 TEST_CASE("forces in single precision add up to 0, and do not depend on which image of a charge is given") {
   Crowd crowd = gas();
-  SingleMesh sum(fine, prolate_cloud(11, 4), crowd.size());
+  SingleMesh sum(fine, prolate_cloud(11, 4));
   const Response found = evaluated(sum, crowd);
   for (int k = 0; k < 3; ++k) {
     double net = 0, all = 0;
@@ -211,7 +210,7 @@ TEST_CASE("single precision is chosen where it is good enough, and reaches the a
   for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) {
     const MeshChoice choice = choose_quick_mesh({accuracy, crowd.size(), crowd.lengths});
     CHECK(choice.single == (accuracy >= 1e-6));
-    const auto sum = make_mesh_sum(choice, crowd.size());
+    const auto sum = make_mesh_sum(choice);
     const double error = relative_difference(evaluated_on(*sum, crowd).force, exact.force);
     CHECK(error < 1.2 * accuracy);  // the estimate is good to 17 %
     CHECK(error > accuracy / 3);
@@ -223,7 +222,7 @@ TEST_CASE("forces asked are forces achieved, within a factor of three below, at 
     for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5}) {
       const MeshRequest request{accuracy, crowd.size(), crowd.lengths};
       const MeshChoice choice = choose_measured_mesh(request, crowd);
-      const auto sum = make_mesh_sum(choice, crowd.size());
+      const auto sum = make_mesh_sum(choice);
       const double error = relative_difference(evaluated_on(*sum, crowd).force, by_ewald(crowd, 1e-10).force);
       // The finer mesh that it is measured against is itself off by a thirtieth of what is asked for.
       CHECK(error < 1.05 * accuracy);
@@ -237,7 +236,7 @@ TEST_CASE("parameters by hand are kept, and the rest follows from the accuracy")
     return choose_quick_mesh({.accuracy = 1e-3, .charges = 300, .lengths = crowd.lengths, .by_hand = by_hand});
   };
   const auto check_accuracy = [&](const MeshChoice& choice) {
-    CHECK(relative_difference(evaluated_on(*make_mesh_sum(choice, 300), crowd).force, by_ewald(crowd, 1e-10).force) <
+    CHECK(relative_difference(evaluated_on(*make_mesh_sum(choice), crowd).force, by_ewald(crowd, 1e-10).force) <
           1.2e-3);
   };
   const MeshChoice with_cutoff = chosen({.cutoff = 3.3}), with_mesh = chosen({.points = 21}),
@@ -250,7 +249,7 @@ TEST_CASE("parameters by hand are kept, and the rest follows from the accuracy")
   const MeshChoice by_hand = chosen({.cutoff = 3.1, .points = 18, .order = 6});
   CHECK(by_hand.cutoff == 3.1);
   CHECK(by_hand.mesh.points[1] == 18);
-  CHECK(by_hand.error == doctest::Approx(relative_difference(evaluated_on(*make_mesh_sum(by_hand, 300), crowd).force,
+  CHECK(by_hand.error == doctest::Approx(relative_difference(evaluated_on(*make_mesh_sum(by_hand), crowd).force,
                                                              by_ewald(crowd, 1e-10).force))
                              .epsilon(0.3));  // estimates are good to 17 %, and 300 charges are few
   CHECK(message_of([&] { chosen({.cutoff = 1.2, .points = 16}); }) ==
@@ -260,15 +259,15 @@ TEST_CASE("parameters by hand are kept, and the rest follows from the accuracy")
 
 TEST_CASE("what single precision cannot do is refused") {
   const Crowd crowd = gas();
-  CHECK(message_of([&] { SingleMesh(fine, prolate_cloud(11, 5), 300); }) ==
+  CHECK(message_of([&] { SingleMesh(fine, prolate_cloud(11, 5)); }) ==
         "a cut-off of 5 is more than a third of the box of 12.8 x 12.8 x 12.8");
   CHECK(message_of([&] {
-          SingleMesh({crowd.lengths, {24, 24, 23}, 7}, prolate_cloud(11, 4), 300);
+          SingleMesh({crowd.lengths, {24, 24, 23}, 7}, prolate_cloud(11, 4));
         }) == "a mesh in single precision has an even number of points along z: 23 are not");
   CHECK(message_of([&] {
           ParticleMesh({crowd.lengths, {24, 24, 24}, 6, Window::prolate}, prolate_cloud(11, 4));
         }) == "a mesh in double precision has splines for windows");
-  SingleMesh sum(fine, prolate_cloud(11, 4), 300);
+  SingleMesh sum(fine, prolate_cloud(11, 4));
   Crowd polarized = crowd;
   polarized.dipole.resize(crowd.position.size());
   CHECK(message_of([&] { evaluated(sum, polarized); }) == "there are no dipoles on a mesh in single precision");

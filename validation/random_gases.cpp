@@ -184,7 +184,7 @@ void compare_sums(const ChargedGas& gas, std::uint64_t seed, SumErrors& errors) 
   for (const bool only_double : {true, false}) {
     request.only_double = only_double;
     const periodic::MeshChoice choice = periodic::choose_quick_mesh(request);
-    const auto sum = periodic::make_mesh_sum(choice, gas.size());
+    const auto sum = periodic::make_mesh_sum(choice);
     const std::vector<double> force = forces_by(*sum, gas, one);
     if (forces_by(*sum, gas, two) != force) ++errors.threads_differ;
     Estimated& estimated =
@@ -196,7 +196,7 @@ void compare_sums(const ChargedGas& gas, std::uint64_t seed, SumErrors& errors) 
   constexpr double rounding = 1e-9;  // all that one charge alone feels
   if (gas.polarizability || gas.size() < 2 || rms(exact) < rounding * scale) return;
   const periodic::MeshChoice choice = periodic::choose_measured_mesh(request, gas.sources());
-  const auto sum = periodic::make_mesh_sum(choice, gas.size());
+  const auto sum = periodic::make_mesh_sum(choice);
   errors.measured.add(
       rms_difference(forces_by(*sum, gas, one), exact) / rms(exact) / std::max(choice.error, gas.accuracy), seed);
 }

@@ -12,7 +12,6 @@
 #include "solvers/periodic/dipoles.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/mesh.hpp"
-#include "solvers/periodic/single_mesh.hpp"
 
 namespace lichtenberg::periodic {
 
@@ -72,13 +71,13 @@ Way in_single_precision(Vec3 lengths, const std::vector<Window>& windows) {
   // What is within the cut-off of a cube with a cluster's charges meets each of them; to look for it takes time too.
   constexpr double meeting = 0.45, looking = 15;
   const auto near = [](double density, double cutoff) {
-    const double edge = std::cbrt(SingleNear::together / density), r = cutoff;
+    const double edge = std::cbrt(Near<float>::together / density), r = cutoff;
     const double volume = std::pow(edge, 3) + 6 * edge * edge * r + 3 * M_PI * edge * r * r + 4 * M_PI / 3 * r * r * r;
     return looking + meeting * 0.5 * density * volume;
   };
   // Large meshes do not fit into the second-level cache.
   const auto point = [](int points) { return points <= 100 ? 0.145 : 0.25; };
-  return {quick_numbers(), windows, 4, 8, SingleNear::longest_cutoff(lengths), 1.05, near, 28, 1.1, point};
+  return {quick_numbers(), windows, 4, 8, Near<float>::longest_cutoff(lengths), 1.05, near, 28, 1.1, point};
 }
 
 /// On an H200, where all threads wait for memory (validation/device/README.md): partners stand in lists with a skin,
@@ -362,7 +361,7 @@ MeshChoice by_hand_with(Window window, const MeshRequest& request) {
 /// The same parameters in single precision; none if that cannot do with them, or is not as good as they are.
 std::optional<MeshChoice> in_single(MeshChoice choice, const MeshRequest& request) {
   if (choice.mesh.points[2] % 2 != 0 || choice.error < finest_single ||
-      std::ssize(cloud_polynomial(choice.cloud())) > SingleNear::highest_degree + 1)
+      std::ssize(cloud_polynomial(choice.cloud())) > Near<float>::highest_degree + 1)
     return {};
   choice.single = true;
   choice.error = error_of(choice, request);
@@ -392,9 +391,9 @@ std::string why_not_single(const MeshRequest& request) {
   if (!by_hand.complete() && request.accuracy < finest_single)
     return fmt::format("single is good for an accuracy of {:g} and more", finest_single);
   if (by_hand.points.value_or(0) % 2 != 0) return "single needs an even number of points";
-  if (by_hand.cutoff.value_or(0) > SingleNear::longest_cutoff(request.lengths))
+  if (by_hand.cutoff.value_or(0) > Near<float>::longest_cutoff(request.lengths))
     return fmt::format("single needs a cutoff of a third of the box, {:.4g}, or less",
-                       SingleNear::longest_cutoff(request.lengths));
+                       Near<float>::longest_cutoff(request.lengths));
   return "";
 }
 
@@ -464,8 +463,7 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
       MeshRequest exact = request;
       exact.accuracy = finer, exact.only_double = true, exact.by_hand = {}, exact.longest_cutoff = INFINITY;
       const MeshChoice choice = choose_quick_mesh(exact);
-      return {spread_over(sources.size(), sources.size()),
-              evaluated(*make_mesh_sum(choice, request.charges), sources).force};
+      return {spread_over(sources.size(), sources.size()), evaluated(*make_mesh_sum(choice), sources).force};
     } catch (const InputError&) {  // no mesh is so fine
     }
   }
@@ -481,7 +479,7 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
 std::vector<double> induced_dipoles(const MeshChoice& choice, const MeshRequest& request, const Sources& sources) {
   std::vector<double> dipole;
   if (!request.polarizability) return dipole;
-  const auto sum = make_mesh_sum(choice, sources.size());
+  const auto sum = make_mesh_sum(choice);
   Response response;
   try {
     InducedDipoles(*sum, DipoleSum::ewald, *request.polarizability, request.accuracy)
@@ -503,7 +501,7 @@ bool has_forces(const Exact& exact, const Sources& sources, double contact) {
 }
 
 double found_error(const MeshChoice& choice, const Sources& sources, const Exact& exact) {
-  const Response found = evaluated(*make_mesh_sum(choice, sources.size()), sources);
+  const Response found = evaluated(*make_mesh_sum(choice), sources);
   double error = 0, size = 0;
   for (std::size_t s = 0; s < exact.sample.size(); ++s)
     for (int k = 0; k < 3; ++k) {
@@ -546,8 +544,8 @@ MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given
   return best;
 }
 
-std::unique_ptr<Sum> make_mesh_sum(const MeshChoice& choice, int charges) {
-  if (choice.single) return std::make_unique<SingleMesh>(choice.mesh, choice.cloud(), charges);
+std::unique_ptr<Sum> make_mesh_sum(const MeshChoice& choice) {
+  if (choice.single) return std::make_unique<SingleMesh>(choice.mesh, choice.cloud());
   return std::make_unique<ParticleMesh>(choice.mesh, choice.cloud());
 }
 

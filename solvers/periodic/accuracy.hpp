@@ -88,7 +88,7 @@ MeshChoice choose_quick_mesh(const MeshRequest& request);
 /// taken for +1 and -1 in turns; dipoles are those that they induce.
 MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& sources);
 
-/// The ParticleMesh or SingleMesh, for about so many charges.
-std::unique_ptr<Sum> make_mesh_sum(const MeshChoice& choice, int charges);
+/// Makes the ParticleMesh or SingleMesh of these parameters.
+std::unique_ptr<Sum> make_mesh_sum(const MeshChoice& choice);
 
 }  // namespace lichtenberg::periodic

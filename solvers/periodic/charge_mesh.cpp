@@ -7,19 +7,147 @@
 #include <type_traits>
 
 #include "solvers/error.hpp"
-#include "solvers/periodic/splines.hpp"
-#include "solvers/periodic/turn.hpp"
+#include "solvers/periodic/self_term.hpp"
 
 namespace lichtenberg::periodic {
 
 namespace {
 
-using Four = Lanes<4>;
+/// Numbers in a row of weights, with zeros behind the last: as wide as vectors of numbers that processors have.
+constexpr int row_lanes(int order) { return order <= 4 ? 4 : 8; }
+template <int order, class Real>
+using Row = Lanes<row_lanes(order), Real>;
 
-Four from_middle(const std::array<double, 3>& behind) { return Four{behind[0], behind[1], behind[2], 0.5} - 0.5; }
+/// Weights, and slopes behind them.
+template <int order, class Real>
+using Both = Pack<2 * row_lanes(order), Real>;
 
-/// Rows that a place needs go on this far behind the end.
-int halo(int order) { return order <= 4 ? 4 : 8; }
+/// Coefficients of the weights' polynomials and of their slopes.
+template <class Real>
+std::vector<Real> window_table(const Mesh& mesh) {
+  const int lanes = row_lanes(mesh.order);
+  const auto pieces = window_pieces(mesh.window, mesh.order);
+  std::vector<Real> table(2 * lanes * pieces.size());
+  for (std::size_t d = 0; d < pieces.size(); ++d)
+    for (int c = 0; c < mesh.order; ++c) {
+      table[2 * lanes * d + c] = static_cast<Real>(pieces[d][c]);
+      if (d > 0) table[2 * lanes * (d - 1) + lanes + c] = static_cast<Real>(static_cast<double>(d) * pieces[d][c]);
+    }
+  return table;
+}
+template <class Real>
+std::vector<Real> curvature_table(const Mesh& mesh) {
+  const int lanes = row_lanes(mesh.order);
+  const auto pieces = window_pieces(mesh.window, mesh.order);
+  std::vector<Real> table(lanes * (pieces.size() - 2));
+  for (std::size_t d = 2; d < pieces.size(); ++d)
+    for (int c = 0; c < mesh.order; ++c)
+      table[lanes * (d - 2) + c] = static_cast<Real>(static_cast<double>(d * (d - 1)) * pieces[d][c]);
+  return table;
+}
+
+/// Values at three places of polynomials whose coefficients of s^d lie `apart`.
+template <int terms, class Numbers, class Real>
+[[gnu::always_inline]] inline void polynomials(const std::vector<Real>& table, int apart, const std::array<Real, 3>& s,
+                                               Numbers (&of)[3]) {
+  const auto coefficients = [&](int d) -> const Numbers& {
+    return *reinterpret_cast<const Numbers*>(&table[apart * d]);
+  };
+  for (int k = 0; k < 3; ++k) of[k] = coefficients(terms - 1);
+#pragma GCC unroll 8
+  for (int d = terms - 2; d >= 0; --d)
+    for (int k = 0; k < 3; ++k) of[k] = of[k] * s[k] + coefficients(d);
+}
+
+/// Where the points around a place are.
+template <int order, class Real>
+struct Rows {
+  std::array<std::ptrdiff_t, order> plane, row;
+  std::array<Real, 3> from_middle;  ///< between two points, in spacings
+
+  Rows(const Convolution<Real>& grid, const Columns<Real>& columns, int s) {
+    using Place = Coordinate<Real>;
+    constexpr Place half = Place{1} << (bits_of<Real> - 1);
+    std::array<int, 3> point;
+    for (int k = 0; k < 3; ++k) {
+      const InParts<Place> at(columns.place(k)[s], grid.points()[k]);
+      point[k] = at.part;
+      from_middle[k] = static_cast<Real>(static_cast<Difference<Real>>(at.rest ^ half)) *
+                       (sizeof(Real) == 4 ? Real(0x1p-32) : Real(0x1p-64));
+    }
+    for (int c = 0; c < order; ++c) {
+      plane[c] = wrapped(point[0] + c, grid.points()[0]) * grid.plane() + point[2];
+      row[c] = wrapped(point[1] + c, grid.points()[1]) * grid.row();
+    }
+  }
+  static int wrapped(int point, int points) { return point < points ? point : point - points; }
+};
+
+/// The points around a place, summed over x and y with their weights: potential and derivatives in the plane for each
+/// z, by spacings.
+template <int order, class Real>
+struct AlongZ {
+  Row<order, Real> potential, x, y, xx, xy, yy;
+};
+
+/// `x` and `y`: weights, and slopes; `curvature`: of both axes, null where second derivatives are not needed.
+template <int order, class Real>
+[[gnu::always_inline]] inline AlongZ<order, Real> summed_across(const Convolution<Real>& grid,
+                                                                const Rows<order, Real>& rows,
+                                                                const Both<order, Real> (&w)[3],
+                                                                const Row<order, Real>* curvature) {
+  using R = Row<order, Real>;
+  using B = Both<order, Real>;
+  constexpr int lanes_of = row_lanes(order);
+  const B &x = w[0], &y = w[1];
+  B along_y[order];
+#pragma GCC unroll 8
+  for (int b = 0; b < order; ++b) along_y[b] = packed<B>(R{} + y[b], R{} + y[lanes_of + b]);
+  B here_and_slope_y{};
+  R slope_x{}, xx{}, xy{}, yy{};
+#pragma GCC unroll 8
+  for (int a = 0; a < order; ++a) {
+    const Real* plane = grid.data() + rows.plane[a];
+    B in_plane{};
+    R bent{};
+#pragma GCC unroll 8
+    for (int b = 0; b < order; ++b) {
+      const R& row = lanes<lanes_of>(&plane[rows.row[b]]);
+      in_plane += along_y[b] * packed<B>(row, row);
+      if (curvature) bent += curvature[1][b] * row;
+    }
+    here_and_slope_y += x[a] * in_plane;
+    slope_x += x[lanes_of + a] * low_half(in_plane);
+    if (!curvature) continue;
+    xx += curvature[0][a] * low_half(in_plane);
+    xy += x[lanes_of + a] * high_half(in_plane);
+    yy += x[a] * bent;
+  }
+  return {low_half(here_and_slope_y), slope_x, high_half(here_and_slope_y), xx, xy, yy};
+}
+
+/// The product of two rows, four numbers of it.
+template <class R>
+[[gnu::always_inline]] inline auto quarter(const R& by, const R& row) {
+  const R product = by * row;
+  if constexpr (count_of<R> == 4)
+    return product;
+  else
+    return low_half(product) + high_half(product);
+}
+
+const Mesh& checked_for(const Mesh& mesh, bool single) {
+  if (single && mesh.points[2] % 2 != 0)
+    throw InputError(
+        fmt::format("a mesh in single precision has an even number of points along z: {} are not", mesh.points[2]));
+  if (!single && mesh.window != Window::spline) throw InputError("a mesh in double precision has splines for windows");
+  return checked(mesh, single ? 8 : 7);
+}
+
+template <int order>
+using OrderConstant = std::integral_constant<int, order>;
+template <Kind kind>
+using KindConstant = std::integral_constant<Kind, kind>;
 
 }  // namespace
 
@@ -37,210 +165,177 @@ const Mesh& checked(const Mesh& mesh, int highest_order) {
   return mesh;
 }
 
-namespace {
-
-const Mesh& with_splines(const Mesh& mesh) {
-  if (mesh.window != Window::spline) throw InputError("a mesh in double precision has splines for windows");
-  return checked(mesh, 7);
+double reach_of(const Mesh& mesh) {
+  const Vec3 spacing = mesh.spacing();
+  return 0.5 * mesh.order * std::max({spacing.x, spacing.y, spacing.z});
 }
 
-}  // namespace
+template <class Real>
+ChargeMesh<Real>::ChargeMesh(const Mesh& mesh, const Cloud& cloud)
+    : ChargeMesh(mesh, cloud, optimal_influence(checked_for(mesh, sizeof(Real) == 4), cloud)) {}
 
-template <class Work>
-void ChargeMesh::with_constants(Kind kind, Work&& work) const {
-  const auto with_kind = [&](auto order) {
-    switch (kind) {
-      case Kind::charges:
-        return work(order, std::integral_constant<Kind, Kind::charges>{});
-      case Kind::dipoles:
-        return work(order, std::integral_constant<Kind, Kind::dipoles>{});
-      case Kind::multipoles:
-        return work(order, std::integral_constant<Kind, Kind::multipoles>{});
-    }
-  };
-  with_order<7>(mesh_.order, with_kind);
-}
-
-ChargeMesh::ChargeMesh(const Mesh& mesh, const Cloud& cloud)
-    : mesh_(with_splines(mesh)),
-      influence_(optimal_influence(mesh, cloud)),
-      wave_(waves_from_middle(influence_, mesh.order)),
-      self_(cloud.potential(0)),
-      self_field_(cloud.dipole_field),
-      background_(-cloud.background / mesh.volume()),
-      grid_(mesh.points, halo(mesh.order), influence_.factor, 1),
-      over_spacing_{1 / mesh.spacing().x, 1 / mesh.spacing().y, 1 / mesh.spacing().z, -1} {}
-
-double ChargeMesh::reach() const {
-  const Vec3 spacing = mesh_.spacing();
-  return 0.5 * mesh_.order * std::max({spacing.x, spacing.y, spacing.z});
-}
-
-/// Where the points around a place are, and their weights.
-template <int order>
-struct ChargeMesh::Rows {
-  using S = Spline<order>;
-  std::array<std::ptrdiff_t, order> plane, row;
-  std::array<double, 3> behind;  ///< the point before it, in spacings
-  alignas(64) typename S::Row weight[3];
-
-  Rows(const Convolution<double>& grid, const double* over_spacing, const double* place) {
-    std::array<int, 3> point;
-    for (int k = 0; k < 3; ++k) {
-      const double spacings = place[k] * over_spacing[k];
-      // Rounding may have put it at the box's far end, or a little outside.
-      point[k] = std::clamp(static_cast<int>(spacings), 0, grid.points()[k] - 1);
-      behind[k] = spacings - point[k];
-      S::weights(behind[k], weight[k]);
-    }
-    for (int c = 0; c < order; ++c) {
-      plane[c] = wrapped(point[0] + c, grid.points()[0]) * grid.plane() + point[2];
-      row[c] = wrapped(point[1] + c, grid.points()[1]) * grid.row();
-    }
+template <class Real>
+ChargeMesh<Real>::ChargeMesh(const Mesh& mesh, const Cloud& cloud, const Influence& influence)
+    : mesh_(mesh),
+      window_(window_table<Real>(mesh)),
+      curvature_(curvature_table<Real>(mesh)),
+      grid_(mesh.points, row_lanes(mesh.order), influence.factor, cloud.cutoff),
+      self_(static_cast<Real>(cloud.potential(0) * cloud.cutoff)),
+      self_field_(static_cast<Real>(cloud.dipole_field * std::pow(cloud.cutoff, 3))),
+      background_(-cloud.background / mesh.volume() * cloud.cutoff) {
+  const auto waves = waves_from_middle(influence, mesh.order);
+  for (int k = 0; k < 4; ++k) {
+    over_spacing_[k] = k < 3 ? static_cast<Real>(cloud.cutoff / mesh.spacing()[k]) : -1;
+    for (int n = 0; n < 2; ++n) wave_[n][k] = static_cast<Real>(waves[n][k] * cloud.cutoff);
   }
-  static int wrapped(int point, int points) { return point < points ? point : point - points; }
-};
+}
+
+/// Calls work(order, kind) with constants.
+template <class Real>
+template <class Work>
+void ChargeMesh<Real>::with_constants(Kind kind, const Work& work) const {
+  const auto with_kind = [&](auto order) {
+    if (kind == Kind::charges) return work(order, KindConstant<Kind::charges>{});
+    if constexpr (sizeof(Real) == 8)
+      kind == Kind::dipoles ? work(order, KindConstant<Kind::dipoles>{})
+                            : work(order, KindConstant<Kind::multipoles>{});
+  };
+  switch (mesh_.order) {
+    case 4:
+      return with_kind(OrderConstant<4>{});
+    case 5:
+      return with_kind(OrderConstant<5>{});
+    case 6:
+      return with_kind(OrderConstant<6>{});
+    case 7:
+      return with_kind(OrderConstant<7>{});
+    default:
+      if constexpr (sizeof(Real) == 4) with_kind(OrderConstant<8>{});
+  }
+}
 
 // A dipole's potential is mu.grad of a charge's by its own place, so it is spread with mu.grad of the weights.
+template <class Real>
 template <int order, Kind kind>
-void ChargeMesh::spread_source(const Tiles& tiles, int s) {
-  using S = Spline<order>;
-  using Row = typename S::Row;
-  const double* charge = tiles.place_and_charge(s);
-  const Rows<order> rows(grid_, over_spacing_.data(), charge);
-  const auto row = [&](int a, int b) -> Row& { return lanes<S::lanes>(&grid_.data()[rows.plane[a] + rows.row[b]]); };
+void ChargeMesh<Real>::spread_source(const Columns<Real>& columns, int s) {
+  using R = Row<order, Real>;
+  constexpr int lanes_of = row_lanes(order);
+  const Rows<order, Real> rows(grid_, columns, s);
+  Real* data = grid_.data();
+  const std::ptrdiff_t *planes = rows.plane.data(), *in_plane = rows.row.data();
+  const auto row = [&](int a, int b) -> R& { return lanes<lanes_of>(&data[planes[a] + in_plane[b]]); };
   if constexpr (kind == Kind::charges) {
-    const Row z = charge[3] * rows.weight[2];
+    R weight[3];
+    polynomials<order>(window_, 2 * lanes_of, rows.from_middle, weight);
+    const R z = columns.charge()[s] * weight[2];
+#pragma GCC unroll 8
     for (int a = 0; a < order; ++a) {
-      const Row along_z = rows.weight[0][a] * z;
-      for (int b = 0; b < order; ++b) row(a, b) += rows.weight[1][b] * along_z;
+      const R along_z = weight[0][a] * z;
+#pragma GCC unroll 8
+      for (int b = 0; b < order; ++b) row(a, b) += weight[1][b] * along_z;
     }
   } else {
-    Row slope[3];
-    const double* dipole = tiles.dipole(s);
+    Both<order, Real> both[3];
+    polynomials<order>(window_, 2 * lanes_of, rows.from_middle, both);
+    R weight[3], slope[3];
     for (int k = 0; k < 3; ++k) {
-      S::slopes(rows.behind[k], slope[k]);
-      slope[k] *= dipole[k] * over_spacing_[k];
+      weight[k] = low_half(both[k]);
+      slope[k] = high_half(both[k]) * (columns.quantity(1 + k)[s] * over_spacing_[k]);
     }
-    Row z = slope[2];
-    if constexpr (kind == Kind::multipoles) z += charge[3] * rows.weight[2];
+    R z = slope[2];
+    if constexpr (kind == Kind::multipoles) z += columns.charge()[s] * weight[2];
+#pragma GCC unroll 8
     for (int a = 0; a < order; ++a) {
-      const Row along_z = rows.weight[0][a] * z + slope[0][a] * rows.weight[2];
-      const Row moved_y = rows.weight[0][a] * rows.weight[2];
-      for (int b = 0; b < order; ++b) row(a, b) += rows.weight[1][b] * along_z + slope[1][b] * moved_y;
+      const R along_z = weight[0][a] * z + slope[0][a] * weight[2];
+      const R moved_y = weight[0][a] * weight[2];
+#pragma GCC unroll 8
+      for (int b = 0; b < order; ++b) row(a, b) += weight[1][b] * along_z + slope[1][b] * moved_y;
     }
   }
 }
 
-void ChargeMesh::spread(const Tiles& tiles, Kind kind, parallel::Team& team) {
+template <class Real>
+void ChargeMesh<Real>::spread(const Columns<Real>& columns, Kind kind, parallel::Team& team) {
   grid_.clear(team);
-  total_ = 0;
-  for (int s = 0; s < tiles.size(); ++s) total_ += tiles.place_and_charge(s)[3];
+  total_ = kind == Kind::dipoles ? 0 : columns.total_charge();
   with_constants(kind, [&](auto order, auto constant) {
-    tiles.for_each_apart(team, [&](int first, int end) {
-      for (int s = first; s < end; ++s) spread_source<order, constant>(tiles, s);
+    columns.for_each_apart(team, [&] [[gnu::noinline]] (int first, int end) {
+      for (int s = columns.first(first)[0]; s < columns.first(end)[0]; ++s) spread_source<order, constant>(columns, s);
     });
   });
 }
 
-void ChargeMesh::solve(parallel::Team& team) { grid_.apply(team); }
-
+template <class Real>
 template <int order, Kind kind>
-void ChargeMesh::add_to(const FeltSums& sums, const Tiles& tiles, int s) const {
-  using S = Spline<order>;
-  using Row = typename S::Row;
+void ChargeMesh<Real>::add_to(const FeltSums<Real>& sums, const Columns<Real>& columns, int s) const {
+  using R = Row<order, Real>;
+  constexpr int lanes_of = row_lanes(order);
   constexpr bool forces = kind == Kind::multipoles;
-  const double* charge = tiles.place_and_charge(s);
-  const Rows<order> rows(grid_, over_spacing_.data(), charge);
-  Row slope[3], curvature[3];
-  for (int k = 0; k < 3; ++k) S::slopes(rows.behind[k], slope[k]);
-  for (int k = 0; k < 3 && forces; ++k) S::curvatures(rows.behind[k], curvature[k]);
-  Row potential{}, along_x{}, along_y{};  // and their like: potential and derivatives in the plane, for each z
-  Row xx{}, xy{}, yy{};
-  for (int a = 0; a < order; ++a) {
-    const double* plane = grid_.data() + rows.plane[a];
-    Row here{}, slope_y{}, curvature_y{};
-    for (int b = 0; b < order; ++b) {
-      const Row& row = lanes<S::lanes>(&plane[rows.row[b]]);
-      here += rows.weight[1][b] * row;
-      slope_y += slope[1][b] * row;
-      if constexpr (forces) curvature_y += curvature[1][b] * row;
-    }
-    potential += rows.weight[0][a] * here;
-    along_x += slope[0][a] * here;
-    along_y += rows.weight[0][a] * slope_y;
-    if constexpr (forces) {
-      xx += curvature[0][a] * here;
-      xy += slope[0][a] * slope_y;
-      yy += rows.weight[0][a] * curvature_y;
-    }
-  }
-  const auto half = [](const Row& weight, const Row& row) {
-    const Row product = weight * row;
-    if constexpr (S::lanes == 4)
-      return product;
-    else
-      return Four(__builtin_shufflevector(product, product, 0, 1, 2, 3) +
-                  __builtin_shufflevector(product, product, 4, 5, 6, 7));
-  };
-  double* sum = &sums.field[4 * s];
+  const Rows<order, Real> rows(grid_, columns, s);
+  Both<order, Real> both[3];
+  polynomials<order>(window_, 2 * lanes_of, rows.from_middle, both);
+  R curvature[3];
+  if constexpr (forces) polynomials<order - 2>(curvature_, lanes_of, rows.from_middle, curvature);
+  const AlongZ<order, Real> line = summed_across<order>(grid_, rows, both, forces ? curvature : nullptr);
+  const R weight = low_half(both[2]), slope = high_half(both[2]);
   const Four& over_spacing = lanes<4>(over_spacing_.data());
-  const Four slopes = totals(half(rows.weight[2], along_x), half(rows.weight[2], along_y), half(slope[2], potential),
-                             half(rows.weight[2], potential));
-  lanes<4>(sum) -= slopes * over_spacing;
-  if constexpr (kind != Kind::dipoles) take_self_off(sum, rows.behind, charge[3]);
-  if constexpr (kind != Kind::charges) lanes<4>(sum) += self_field_ * lanes<4>(tiles.dipole(s));
+  const Four slopes = totals(quarter(weight, line.x), quarter(weight, line.y), quarter(slope, line.potential),
+                             quarter(weight, line.potential));
+  const Four field = -over_spacing * slopes;
+  const Four from_middle{rows.from_middle[0], rows.from_middle[1], rows.from_middle[2], 0};
+  const auto own = own_part<kind>(columns, s, from_middle);
+  lanes<4>(&sums.field[4 * s]) += field + own.field;
   if constexpr (forces) {
-    double* force = &sums.force[4 * s];
-    const Four moment = lanes<4>(tiles.dipole(s)) * over_spacing;
+    const Four mu = moment_of(columns, s) * over_spacing;
     const Four straight =  // xx, yy, zz
-        totals(half(rows.weight[2], xx), half(rows.weight[2], yy), half(curvature[2], potential), Four{});
+        totals(quarter(weight, line.xx), quarter(weight, line.yy), quarter(curvature[2], line.potential), Four{});
     const Four across =  // yz, zx, xy
-        totals(half(slope[2], along_y), half(slope[2], along_x), half(rows.weight[2], xy), Four{});
+        totals(quarter(slope, line.y), quarter(slope, line.x), quarter(weight, line.xy), Four{});
     const auto next = [](const Four& v) { return Four(__builtin_shufflevector(v, v, 1, 2, 0, 3)); };
     const auto last = [](const Four& v) { return Four(__builtin_shufflevector(v, v, 2, 0, 1, 3)); };
-    lanes<4>(force) -=
-        (charge[3] * slopes + straight * moment + last(across) * next(moment) + next(across) * last(moment)) *
-        over_spacing;
-    take_multipole_off(sum, force, rows.behind, charge[3], tiles.dipole(s));
+    const Four by_spacings =
+        columns.charge()[s] * slopes + straight * mu + last(across) * next(mu) + next(across) * last(mu);
+    lanes<4>(&sums.force[4 * s]) += own.force - by_spacings * over_spacing;
   }
 }
 
-/// The potential of its own cloud, and the field that is half its slope: half, for the cloud moves with the charge.
-void ChargeMesh::take_self_off(double* sum, const std::array<double, 3>& behind, double charge) const {
-  const Four s = from_middle(behind);
-  const Turn<> turn(s);
-  const Four first = lanes<4>(wave_[0].data()), second = lanes<4>(wave_[1].data());
-  const Four potential = first * turn.cosine + second * turn.twice();
-  Four off = turn.slope * s * (first + 4 * second * turn.cosine) * lanes<4>(over_spacing_.data()) * charge;
-  off[3] = background_ * total_ - charge * (self_ + potential[0] + potential[1] + potential[2]);
-  lanes<4>(sum) += off;
+/// What takes the field and the force of a source's own cloud off. With g the potential of a unit charge's cloud at its
+/// place, the energy of a charge and its dipole is 1/2 q^2 g + 1/2 q mu.grad g: the field is half the slope of g. The
+/// dipole's energy with itself is taken for the same everywhere, as its waves are 1 % of the error in a gas.
+template <class Real>
+template <Kind kind>
+[[gnu::always_inline]] inline auto ChargeMesh<Real>::own_part(const Columns<Real>& columns, int s,
+                                                              const Four& from_middle) const -> Own {
+  if (kind == Kind::dipoles) return {self_field_ * moment_of(columns, s), Four{}};
+  const Real charge = columns.charge()[s];
+  const auto own = self_term_by_series<Real>(from_middle, lanes<4>(wave_[0].data()), lanes<4>(wave_[1].data()),
+                                             lanes<4>(over_spacing_.data()));
+  Four field = own.half_slope * charge;
+  field[3] = static_cast<Real>(background_ * total_) -
+             charge * (self_ + own.potential[0] + own.potential[1] + own.potential[2]);
+  if constexpr (kind == Kind::multipoles) {
+    constexpr Real half = 0.5;
+    const Four moment = moment_of(columns, s), along = moment * own.half_slope;
+    field[3] -= along[0] + along[1] + along[2];
+    field += self_field_ * moment;
+    return {field, charge * (charge * own.half_slope + half * own.curvature * moment)};
+  }
+  return {field, Four{}};
 }
 
-/// With g the potential of a unit charge at its own place, its and a dipole's own energy is 1/2 q^2 g + 1/2 q mu.grad
-/// g; the dipole's with itself is taken for the same everywhere, as its waves are 1 % of the error in a gas. What is
-/// left of that energy's slopes after the potential and the field of the charge.
-void ChargeMesh::take_multipole_off(double* sum, double* force, const std::array<double, 3>& behind, double charge,
-                                    const double* dipole) const {
-  const Four s = from_middle(behind), over_spacing = lanes<4>(over_spacing_.data()), mu = lanes<4>(dipole);
-  const Turn<> turn(s);
-  const Four first = lanes<4>(wave_[0].data()), second = lanes<4>(wave_[1].data());
-  const Four half_slope = turn.slope * s * (first + 4 * second * turn.cosine) * over_spacing;
-  const Four curvature =
-      -4 * M_PI * M_PI * (first * turn.cosine + 4 * second * turn.twice()) * over_spacing * over_spacing;
-  const Four along = mu * half_slope;
-  sum[3] -= along[0] + along[1] + along[2];
-  lanes<4>(force) += charge * (charge * half_slope + 0.5 * curvature * mu);
-}
-
-void ChargeMesh::add(const Tiles& tiles, Kind kind, const FeltSums& sums, parallel::Team& team) const {
-  constexpr int charges_a_task = 512;
+template <class Real>
+void ChargeMesh<Real>::add(const Columns<Real>& columns, Kind kind, const FeltSums<Real>& sums,
+                           parallel::Team& team) const {
+  constexpr int sources_a_task = 512;
   with_constants(kind, [&](auto order, auto constant) {
-    team.for_each((tiles.size() + charges_a_task - 1) / charges_a_task, [&](int task) {
-      const int first = task * charges_a_task, end = std::min(tiles.size(), first + charges_a_task);
-      for (int s = first; s < end; ++s) add_to<order, constant>(sums, tiles, s);
+    team.for_each((columns.size() + sources_a_task - 1) / sources_a_task, [&] [[gnu::noinline]] (int task) {
+      const int first = task * sources_a_task, end = std::min(columns.size(), first + sources_a_task);
+      for (int s = first; s < end; ++s) add_to<order, constant>(sums, columns, s);
     });
   });
 }
+
+template class ChargeMesh<float>;
+template class ChargeMesh<double>;
 
 }  // namespace lichtenberg::periodic

@@ -2,76 +2,70 @@
 
 #include <array>
 #include <span>
+#include <vector>
 
+#include "solvers/periodic/columns.hpp"
 #include "solvers/periodic/convolution.hpp"
 #include "solvers/periodic/influence.hpp"
-#include "solvers/periodic/tiles.hpp"
 
 namespace lichtenberg::periodic {
 
-/// Field and potential at each charge, four numbers x, y, z, potential.
-using FieldAndPotential = std::span<double>;
-
-/// What sources are taken for.
-enum class Kind {
-  charges,     ///< field and potential are sought
-  dipoles,     ///< their field alone is sought; charges are taken for 0, and what stands for the potential is no number
-               ///< to be used
-  multipoles,  ///< charges with dipoles: field, potential and force are sought
-};
-
-/// Of splines: below, their second derivatives jump, and with them the forces on dipoles.
+/// Least order of splines for dipoles: below, their second derivatives jump, and with them the forces on dipoles.
 constexpr int lowest_dipole_order = 5;
 
-/// What sources feel, in the order of the tiles.
-struct FeltSums {
-  FieldAndPotential field;
-  std::span<double> force{};  ///< four numbers each, the last without a meaning; only of Kind::multipoles
-};
-
-/// The mesh. Throws InputError unless there are windows of its order and enough points for them.
+/// Returns the mesh. Throws InputError unless there are windows of its order and enough points for them.
 const Mesh& checked(const Mesh& mesh, int highest_order);
 
-/// Charges and dipoles taken for clouds, on a mesh: `spread` them, `solve` for the potential, `add` what it is at their
-/// places, in this order. A dipole is spread as a charge that is moved a little, with the splines' slopes: potentials,
-/// fields and forces are all slopes of one energy. Each is the same bits for any number of threads.
+/// How far the points that a charge is spread to are from it along an axis, at most: half a window.
+double reach_of(const Mesh& mesh);
+
+/// Charges and dipoles taken for clouds, on a mesh: `spread` them, `solve` for the potential, `add` it at their places,
+/// in this order. A dipole is spread as a charge that is moved a little, with the windows' slopes: potentials, fields
+/// and forces are all slopes of one energy. Each has the same bits for any number of threads. In single precision:
+/// charges.
+template <class Real>
 class ChargeMesh {
  public:
-  /// Splines of orders from 4 to 7; at least twice the order in points along each axis. Throws InputError.
+  /// Single precision: windows of orders from 4 to 8, an even number of points along z. Double precision: splines of
+  /// orders from 4 to 7. At least twice the order in points along each axis. Throws InputError.
   ChargeMesh(const Mesh& mesh, const Cloud& cloud);
 
   int order() const { return mesh_.order; }
-  /// How far the points that a charge is spread to are from it along an axis, at most: half a spline.
-  double reach() const;
-  /// The tiles' reach is at least this one's.
-  void spread(const Tiles& tiles, Kind kind, parallel::Team& team);
-  void solve(parallel::Team& team);
-  /// Without what a source sees of its own cloud at its centre.
-  void add(const Tiles& tiles, Kind kind, const FeltSums& sums, parallel::Team& team) const;
+  double reach() const { return reach_of(mesh_); }
+  /// The columns' reach is at least this one's, their unit of length the cut-off.
+  void spread(const Columns<Real>& columns, Kind kind, parallel::Team& team);
+  void solve(parallel::Team& team) { grid_.apply(team); }
+  /// Leaves out what a source sees of its own cloud at its centre. Units as of Near::compute.
+  void add(const Columns<Real>& columns, Kind kind, const FeltSums<Real>& sums, parallel::Team& team) const;
 
  private:
-  template <int order>
-  struct Rows;
-  /// Calls work(std::integral_constant, ...) of the mesh's order and the kind.
+  using Four = Lanes<4, Real>;
+  ChargeMesh(const Mesh& mesh, const Cloud& cloud, const Influence& influence);
   template <class Work>
-  void with_constants(Kind kind, Work&& work) const;
+  void with_constants(Kind kind, const Work& work) const;
   template <int order, Kind kind>
-  void spread_source(const Tiles& tiles, int s);
+  void spread_source(const Columns<Real>& columns, int s);
   template <int order, Kind kind>
-  void add_to(const FeltSums& sums, const Tiles& tiles, int s) const;
-  void take_self_off(double* sum, const std::array<double, 3>& behind, double charge) const;
-  void take_multipole_off(double* sum, double* force, const std::array<double, 3>& behind, double charge,
-                          const double* dipole) const;
+  void add_to(const FeltSums<Real>& sums, const Columns<Real>& columns, int s) const;
+  struct Own {
+    Four field, force;
+  };
+  template <Kind kind>
+  Own own_part(const Columns<Real>& columns, int s, const Four& from_middle) const;
+  static Four moment_of(const Columns<Real>& columns, int s) {
+    return Four{columns.quantity(1)[s], columns.quantity(2)[s], columns.quantity(3)[s], 0};
+  }
 
   Mesh mesh_;
-  Influence influence_;
-  std::array<std::array<double, 4>, 2> wave_;
-  double self_;        ///< potential that a unit charge sees, on average, at the centre of its cloud; to be taken off
-  double self_field_;  ///< that a unit dipole sees there, against it
-  double background_;  ///< potential that a unit of total charge adds everywhere
-  double total_ = 0;   ///< charge, of what was spread last
-  Convolution<double> grid_;
-  std::array<double, 4> over_spacing_;  ///< along x, y, z; and -1
+  std::vector<Real> window_;     ///< of s^d: weights of the points around a place, and their slopes; [d][2 x lanes]
+  std::vector<Real> curvature_;  ///< second derivatives of the weights, [d][lanes]
+  Convolution<Real> grid_;
+  // In units of the cut-off.
+  std::array<Real, 4> over_spacing_;  ///< along x, y, z; and -1
+  std::array<std::array<Real, 4>, 2> wave_;
+  Real self_;        ///< potential of a unit charge's own cloud, on average, at its centre
+  Real self_field_;  ///< field of a unit dipole's own cloud at its centre, against it
+  double background_, total_ = 0;
 };
 
 }  // namespace lichtenberg::periodic

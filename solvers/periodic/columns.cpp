@@ -8,65 +8,54 @@
 
 namespace lichtenberg::periodic {
 
-Columns::Columns(Vec3 lengths, int charges, int together, double widest, double reach) : lengths_(lengths) {
-  const double volume = lengths.x * lengths.y * lengths.z;
-  const double edge = std::cbrt(together * volume / std::max(1, charges)), width = std::min(widest, edge);
+template <class Real>
+void Columns<Real>::lay_out(int sources) {
+  laid_out_for_ = sources;
+  const auto [length_unit, together, widest, reach] = layout_;
+  const double volume = lengths_.x * lengths_.y * lengths_.z;
+  const double edge = std::cbrt(together * volume / std::max(1, sources)), width = std::min(widest, edge);
   for (int k = 0; k < 2; ++k) {
-    // What is in reach of one tile must not be in reach of the next but one: places are rounded to single precision.
-    const int fit = static_cast<int>(lengths[k] / (2 * reach) * (1 - 1e-4));
+    // The margin keeps rounded places that are in reach of one tile out of reach of the next but one.
+    const int fit = static_cast<int>(lengths_[k] / (2 * reach) * (1 - 1e-4));
     tiles_[k] = std::max(1, fit / 2 * 2);
-    const double tile = lengths[k] / tiles_[k];
+    const double tile = lengths_[k] / tiles_[k];
     columns_[k] = std::max({1, static_cast<int>(std::ceil(tile / widest)), static_cast<int>(std::round(tile / edge))});
   }
+  before_ = {};
   for (int x = 0; x < count()[0]; ++x)
     before_[0].push_back(x / columns_[0] * tiles_[1] * columns_a_tile() + x % columns_[0] * columns_[1]);
   for (int y = 0; y < count()[1]; ++y) before_[1].push_back(y / columns_[1] * columns_a_tile() + y % columns_[1]);
   constexpr int bins_a_width = 4;
-  bins_ = static_cast<int>(std::ceil(bins_a_width * lengths.z / width));
+  bins_ = static_cast<int>(std::ceil(bins_a_width * lengths_.z / width));
 }
 
-/// Where they are, and which bins that is in.
-[[gnu::noinline]] void Columns::place_charges(const Sources& sources, int first, int last) {
-  constexpr double all = 0x1p32;
+/// Computes places and bins of some sources.
+template <class Real>
+[[gnu::noinline]] void Columns<Real>::place_sources(const Sources& sources, int first, int last) {
+  constexpr double all = sizeof(Real) == 4 ? 0x1p32 : 0x1p64;
   const double turns[] = {1 / lengths_.x, 1 / lengths_.y, 1 / lengths_.z};
   const auto [x, y] = count();
   for (int i = first; i < last; ++i) {
-    std::array<Turns, 3>& place = found_[i];
+    std::array<Place, 3>& place = found_[i];
     for (int k = 0; k < 3; ++k) {
-      const double turned = sources.position[3 * i + k] * turns[k];
-      place[k] = static_cast<Turns>(static_cast<std::int64_t>((turned - std::floor(turned)) * all));
+      const double turned = sources.position[3 * i + k] * turns[k], fraction = turned - std::floor(turned);
+      // Rounding makes a whole turn of a fraction just below one.
+      place[k] = fraction < 1 ? static_cast<Place>(fraction * all) : 0;
     }
     bin_[i] = number_of(part(place[0], x), part(place[1], y)) * bins_ + part(place[2], bins_);
   }
 }
 
-namespace {
-
-bool are_finite(std::span<const double> values) {
-  int others = 0;
-  for (const double x : values) others |= !(std::abs(x) < INFINITY);
-  return others == 0;
-}
-
-}  // namespace
-
-void Columns::sort(const Sources& sources, parallel::Team& team) {
-  constexpr int charges_a_task = 4096;
+/// Stores the sources in the order of their bins.
+template <class Real>
+void Columns<Real>::store(const Sources& sources) {
   const int n = sources.size();
-  if (!are_finite(sources.position)) throw Failure("the place of a charge is no finite number");
-  found_.resize(n), bin_.resize(n), sorted_.resize(n);
-  for (auto& axis : place_) axis.resize(n + spare);
-  charge_.resize(n + spare);
-  team.for_each((n + charges_a_task - 1) / charges_a_task, [&](int task) {
-    place_charges(sources, task * charges_a_task, std::min(n, (task + 1) * charges_a_task));
-  });
-  const auto [x, y] = count();
-  first_.assign(static_cast<std::size_t>(x) * y * bins_ + 1, 0);
-  for (const int bin : bin_) ++first_[bin + 1];
-  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  const bool dipoles = !sources.dipole.empty();
   double largest = 0;
   for (const double charge : sources.charge) largest = std::max(largest, std::abs(charge));
   charge_unit_ = largest > 0 ? std::ldexp(1.0, std::ilogb(largest)) : 1;
+  const double dipole_unit = charge_unit_ * layout_.length_unit;
+  for (int k = 0; k < (dipoles ? 4 : 1); ++k) quantity_[k].resize(n + spare);
   next_.assign(first_.begin(), first_.end());
   total_charge_ = 0;
   for (int i = 0; i < n; ++i) {
@@ -74,9 +63,34 @@ void Columns::sort(const Sources& sources, parallel::Team& team) {
     sorted_[i] = s;
     for (int k = 0; k < 3; ++k) place_[k][s] = found_[i][k];
     const double charge = sources.charge[i] / charge_unit_;
-    charge_[s] = static_cast<float>(charge);
+    quantity_[0][s] = static_cast<Real>(charge);
     total_charge_ += charge;
+    for (int k = 0; k < 3 && dipoles; ++k)
+      quantity_[1 + k][s] = static_cast<Real>(sources.dipole[3 * i + k] / dipole_unit);
   }
 }
+
+template <class Real>
+void Columns<Real>::sort(const Sources& sources, parallel::Team& team) {
+  constexpr int sources_a_task = 4096;
+  const int n = sources.size();
+  int not_finite = 0;
+  for (const double x : sources.position) not_finite |= !(std::abs(x) < INFINITY);
+  if (not_finite) throw Failure("the place of a charge is no finite number");
+  if (n != laid_out_for_) lay_out(n);
+  found_.resize(n), bin_.resize(n), sorted_.resize(n);
+  for (auto& axis : place_) axis.resize(n + spare);
+  team.for_each((n + sources_a_task - 1) / sources_a_task, [&](int task) {
+    place_sources(sources, task * sources_a_task, std::min(n, (task + 1) * sources_a_task));
+  });
+  const auto [x, y] = count();
+  first_.assign(static_cast<std::size_t>(x) * y * bins_ + 1, 0);
+  for (const int bin : bin_) ++first_[bin + 1];
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  store(sources);
+}
+
+template class Columns<float>;
+template class Columns<double>;
 
 }  // namespace lichtenberg::periodic

@@ -52,7 +52,7 @@ class Convolution {
   std::array<int, 3> points_;
   int halo_;
   std::ptrdiff_t row_, across_, sheet_;  ///< numbers in a row of the mesh along z, of the modes along y, of one z
-  int pack_;                     ///< numbers along z that make a complex one: 2 if their number is even, or 1
+  int pack_;                             ///< numbers along z that make a complex one: 2 if their number is even, or 1
   RowTransform<Real> along_x_, along_y_, along_z_;
   std::vector<Real> cosine_, sine_;  ///< of 2 pi z / points along z
   Array mesh_, modes_, factor_;      ///< [x][y][z]; [mode z][part][x][y]; [mode z][block of x][y][x of the block]

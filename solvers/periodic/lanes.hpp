@@ -34,21 +34,24 @@ template <class Vector>
 [[gnu::always_inline]] inline auto low_half(const Vector& of) {
   return [&]<int... k>(std::integer_sequence<int, k...>) {
     return Lanes<sizeof...(k), NumberOf<Vector>>(__builtin_shufflevector(of, of, k...));
-  }(std::make_integer_sequence<int, count_of<Vector> / 2>());
+  }
+  (std::make_integer_sequence<int, count_of<Vector> / 2>());
 }
 /// The second half.
 template <class Vector>
 [[gnu::always_inline]] inline auto high_half(const Vector& of) {
   return [&]<int... k>(std::integer_sequence<int, k...>) {
     return Lanes<sizeof...(k), NumberOf<Vector>>(__builtin_shufflevector(of, of, (k + int(sizeof...(k)))...));
-  }(std::make_integer_sequence<int, count_of<Vector> / 2>());
+  }
+  (std::make_integer_sequence<int, count_of<Vector> / 2>());
 }
 /// One vector behind the other.
 template <class Vector>
 [[gnu::always_inline]] inline auto joined(const Vector& low, const Vector& high) {
   return [&]<int... k>(std::integer_sequence<int, k...>) {
     return Lanes<sizeof...(k), NumberOf<Vector>>(__builtin_shufflevector(low, high, k...));
-  }(std::make_integer_sequence<int, 2 * count_of<Vector>>());
+  }
+  (std::make_integer_sequence<int, 2 * count_of<Vector>>());
 }
 /// Numbers of two vectors in alternation, a0 b0 a1 b1 ..., from their lower halves or their upper ones.
 template <bool upper, class Vector>
@@ -56,7 +59,41 @@ template <bool upper, class Vector>
   constexpr int n = count_of<Vector>;
   return [&]<int... k>(std::integer_sequence<int, k...>) {
     return Vector(__builtin_shufflevector(a, b, (k / 2 + (upper ? n / 2 : 0) + (k % 2 == 0 ? 0 : n))...));
-  }(std::make_integer_sequence<int, n>());
+  }
+  (std::make_integer_sequence<int, n>());
+}
+
+/// Two halves of n numbers that do not fit into one of the processor's vectors.
+template <int n, class Real>
+struct Twin {
+  using Half = Lanes<n / 2, Real>;
+  Half low{}, high{};
+
+  Real operator[](int k) const { return k < n / 2 ? low[k] : high[k - n / 2]; }
+  friend Twin operator*(const Twin& a, Real s) { return {a.low * s, a.high * s}; }
+  friend Twin operator*(Real s, const Twin& a) { return a * s; }
+  friend Twin operator*(const Twin& a, const Twin& b) { return {a.low * b.low, a.high * b.high}; }
+  friend Twin operator+(const Twin& a, const Twin& b) { return {a.low + b.low, a.high + b.high}; }
+  Twin& operator+=(const Twin& b) { return *this = *this + b; }
+};
+template <int n, class Real>
+Lanes<n / 2, Real> low_half(const Twin<n, Real>& of) {
+  return of.low;
+}
+template <int n, class Real>
+Lanes<n / 2, Real> high_half(const Twin<n, Real>& of) {
+  return of.high;
+}
+/// Numbers in one vector, or in two.
+template <int n, class Real>
+using Pack =
+    typename std::conditional_t<n * sizeof(Real) <= 64, LanesOf<n, Real>, std::type_identity<Twin<n, Real>>>::type;
+template <class P, class Half>
+[[gnu::always_inline]] inline P packed(const Half& low, const Half& high) {
+  if constexpr (std::is_class_v<P>)
+    return {low, high};
+  else
+    return joined(low, high);
 }
 
 /// The sums of four times four numbers, adjacent ones first.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "solvers/error.hpp"
@@ -11,113 +12,136 @@
 
 namespace lichtenberg::periodic {
 
-ParticleMesh::ParticleMesh(const Mesh& mesh, const Cloud& cloud)
+template <class Real>
+MeshSum<Real>::MeshSum(const Mesh& mesh, const Cloud& cloud)
     : lengths_(mesh.lengths),
       near_(mesh.lengths, cloud),
       mesh_(mesh, cloud),
-      tiles_(mesh.lengths, std::max(near_.cutoff(), mesh_.reach())) {}
+      columns_(mesh.lengths, near_.layout(mesh_.reach())) {}
 
-void ParticleMesh::require_usable(const Sources& sources) const {
+template <class Real>
+void MeshSum<Real>::require_usable(const Sources& sources) const {
   require_consistent(sources);
   if (sources.lengths != lengths_)
     throw InputError(fmt::format("the box is {} x {} x {} long, but the mesh was made for {} x {} x {}",
                                  sources.lengths.x, sources.lengths.y, sources.lengths.z, lengths_.x, lengths_.y,
                                  lengths_.z));
-  if (!sources.dipole.empty() && mesh_.order() < lowest_dipole_order)
+  if (sources.dipole.empty()) return;
+  if (sizeof(Real) == 4) throw InputError("there are no dipoles on a mesh in single precision");
+  if (mesh_.order() < lowest_dipole_order)
     throw InputError(fmt::format("dipoles on a mesh need splines of order {} at least: these are of order {}",
                                  lowest_dipole_order, mesh_.order()));
 }
 
-void ParticleMesh::sum(const Sources& sources, std::span<const Pair> pairs, Kind kind, parallel::Team& team) {
+template <class Real>
+void MeshSum<Real>::evaluate(const Sources& sources, std::span<const Pair>, parallel::Team& team, Response& response) {
+  compute(sources, sources.dipole.empty() ? Kind::charges : Kind::multipoles, true, team);
+  const Stopwatch stopwatch(seconds_.mesh);
+  resize(response, sources.size());
+  fill(sources, team, response.force, &response);
+}
+
+template <class Real>
+void MeshSum<Real>::forces(const Sources& sources, std::span<const Pair>, parallel::Team& team,
+                           std::vector<double>& force) {
+  compute(sources, sources.dipole.empty() ? Kind::charges : Kind::multipoles, false, team);
+  const Stopwatch stopwatch(seconds_.mesh);
+  force.resize(3 * sources.charge.size());
+  fill(sources, team, force, nullptr);
+}
+
+template <class Real>
+void MeshSum<Real>::dipole_field(const Sources& sources, std::span<const Pair>, parallel::Team& team,
+                                 std::span<double> field) {
+  compute(sources, Kind::dipoles, false, team);
+  const double unit = columns_.charge_unit() / (near_.cutoff() * near_.cutoff());
+  for (int i = 0; i < sources.size(); ++i)
+    for (int k = 0; k < 3; ++k) field[3 * i + k] = unit * field_[4 * columns_.sorted()[i] + k];
+}
+
+template <class Real>
+void MeshSum<Real>::compute(const Sources& sources, Kind kind, bool potentials, parallel::Team& team) {
   require_usable(sources);
   field_.resize(4 * sources.charge.size());
   force_.resize(kind == Kind::multipoles ? field_.size() : 0);
-  const FeltSums sums{field_, force_};
+  const FeltSums<Real> sums{field_, force_};
   {
     const Stopwatch stopwatch(seconds_.near);
-    tiles_.sort(sources);
-    near_.compute(tiles_, pairs, kind, sums, team);
+    columns_.sort(sources, team);
+    near_.compute(columns_, kind, potentials, sums, team);
   }
   const Stopwatch stopwatch(seconds_.mesh);
-  mesh_.spread(tiles_, kind, team);
+  mesh_.spread(columns_, kind, team);
   mesh_.solve(team);
-  mesh_.add(tiles_, kind, sums, team);
+  mesh_.add(columns_, kind, sums, team);
 }
 
-namespace {
+/// A force is `factor` times a field: that on a unit charge less its share of what is taken off.
+template <class Real>
+struct MeshSum<Real>::Acting {
+  const Real* on_unit;
+  double factor, share;
+};
 
-/// Potential and field, by number.
-void fill_fields(const Tiles& tiles, FieldAndPotential sum, Response& response) {
-  const int n = tiles.size();
-  resize(response, n);
-  for (int i = 0; i < n; ++i) {
-    const double* of = &sum[4 * tiles.sorted(i)];
-    std::copy_n(of, 3, &response.field[3 * i]);
-    response.potential[i] = of[3];
+/// What is taken off a source goes by its charge squared. A dipole counts as two charges that are the mesh's reach
+/// apart.
+template <class Real>
+typename MeshSum<Real>::Acting MeshSum<Real>::acting_on(const Sources& sources, int i) const {
+  const std::size_t at = 4 * static_cast<std::size_t>(columns_.sorted()[i]);
+  const double charge = sources.charge[i];
+  if (force_.empty()) return {&field_[at], charge, charge};
+  const double dipole2 = norm2(multipole(sources, i).dipole) / (mesh_.reach() * mesh_.reach());
+  return {&force_[at], columns_.charge_unit(), (charge * charge + dipole2) / columns_.charge_unit()};
+}
+
+/// Sums over some sources of forces, strengths and energies.
+template <class Real>
+[[gnu::noinline]] std::array<double, 5> MeshSum<Real>::totals_of(const Sources& sources, int first, int end) const {
+  const double by_potential = columns_.charge_unit() / near_.cutoff(), by_field = by_potential / near_.cutoff();
+  std::array<double, 5> totals{};
+  for (int i = first; i < end; ++i) {
+    const auto [on_unit, factor, share] = acting_on(sources, i);
+    for (int k = 0; k < 3; ++k) totals[k] += factor * (by_field * on_unit[k]);
+    totals[3] += factor * share;
+    const Real* felt = &field_[4 * static_cast<std::size_t>(columns_.sorted()[i])];
+    totals[4] += 0.5 * sources.charge[i] * (by_potential * felt[3]);
+    for (int k = 0; k < 3 && !force_.empty(); ++k) totals[4] -= 0.5 * sources.dipole[3 * i + k] * (by_field * felt[k]);
   }
+  return totals;
 }
 
-/// The mean force of the mesh, to be taken off with the least change of the field that does.
-Vec3 net_force_per_charge2(const Tiles& tiles, FieldAndPotential sum) {
-  Vec3 net;
-  double charge2 = 0;
-  for (int s = 0; s < tiles.size(); ++s) {
-    const double charge = tiles.place_and_charge(s)[3];
-    for (int k = 0; k < 3; ++k) net[k] += charge * sum[4 * s + k];
-    charge2 += charge * charge;
-  }
-  return charge2 > 0 ? net / charge2 : Vec3{};
-}
-
-void fill_forces_of_charges(const Sources& sources, const Tiles& tiles, FieldAndPotential sum, Response& response) {
-  const Vec3 off = net_force_per_charge2(tiles, sum);
-  response.energy = 0;
-  for (int i = 0; i < sources.size(); ++i) {
-    const double charge = sources.charge[i];
-    for (int k = 0; k < 3; ++k) response.force[3 * i + k] = charge * (response.field[3 * i + k] - charge * off[k]);
-    response.energy += 0.5 * charge * response.potential[i];
-  }
-}
-
-/// The same of charges with dipoles, which are as two charges `apart`.
-void fill_forces_of_multipoles(const Sources& sources, const Tiles& tiles, const std::vector<double>& force,
-                               double apart, Response& response) {
-  const auto strength = [&](int i) {
-    const Multipole source = multipole(sources, i);
-    return source.charge * source.charge + norm2(source.dipole) / (apart * apart);
+/// Takes the mean force off with the least change of the field that does.
+template <class Real>
+void MeshSum<Real>::fill(const Sources& sources, parallel::Team& team, std::vector<double>& force, Response* rest) {
+  constexpr int sources_a_task = 1024;
+  const int n = sources.size(), tasks = (n + sources_a_task - 1) / sources_a_task;
+  const double by_potential = columns_.charge_unit() / near_.cutoff(), by_field = by_potential / near_.cutoff();
+  std::vector<std::array<double, 5>> parts(tasks);
+  team.for_each(tasks, [&](int task) {
+    parts[task] = totals_of(sources, task * sources_a_task, std::min(n, (task + 1) * sources_a_task));
+  });
+  std::array<double, 5> all{};
+  for (const auto& part : parts)
+    for (std::size_t k = 0; k < all.size(); ++k) all[k] += part[k];
+  std::array<double, 3> off{};
+  for (int k = 0; k < 3 && all[3] > 0; ++k) off[k] = all[k] / all[3];
+  const auto fill_task = [&] [[gnu::noinline]] (int task) {
+    for (int i = task * sources_a_task; i < std::min(n, (task + 1) * sources_a_task); ++i) {
+      const auto [on_unit, factor, share] = acting_on(sources, i);
+      for (int k = 0; k < 3; ++k) force[3 * i + k] = factor * (by_field * on_unit[k] - share * off[k]);
+      if (!rest) continue;
+      const Real* felt = &field_[4 * static_cast<std::size_t>(columns_.sorted()[i])];
+      for (int k = 0; k < 3; ++k) rest->field[3 * i + k] = by_field * felt[k];
+      rest->potential[i] = by_potential * felt[3];
+    }
   };
-  Vec3 net;
-  double strengths = 0;
-  for (int i = 0; i < sources.size(); ++i) {
-    const double* of = &force[4 * tiles.sorted(i)];
-    net += {of[0], of[1], of[2]};
-    strengths += strength(i);
-  }
-  const Vec3 off = strengths > 0 ? net / strengths : Vec3{};
-  for (int i = 0; i < sources.size(); ++i)
-    for (int k = 0; k < 3; ++k) response.force[3 * i + k] = force[4 * tiles.sorted(i) + k] - strength(i) * off[k];
-  response.energy = energy_of(sources, all_of(sources), response);
-}
-
-}  // namespace
-
-void ParticleMesh::evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
-                            Response& response) {
-  const bool dipoles = !sources.dipole.empty();
-  sum(sources, pairs, dipoles ? Kind::multipoles : Kind::charges, team);
-  fill_fields(tiles_, field_, response);
-  if (dipoles)
-    fill_forces_of_multipoles(sources, tiles_, force_, mesh_.reach(), response);
-  else
-    fill_forces_of_charges(sources, tiles_, field_, response);
-  if (!std::isfinite(response.energy))
+  team.for_each(tasks, fill_task);
+  if (rest) rest->energy = all[4];
+  if (!std::isfinite(all[0] + all[1] + all[2] + all[4]))
     throw InputError("the energy of the charges is no finite number: two of them lie at the same place");
 }
 
-void ParticleMesh::dipole_field(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
-                                std::span<double> field) {
-  sum(sources, pairs, Kind::dipoles, team);
-  for (int i = 0; i < sources.size(); ++i) std::copy_n(&field_[4 * tiles_.sorted(i)], 3, &field[3 * i]);
-}
+template class MeshSum<float>;
+template class MeshSum<double>;
 
 }  // namespace lichtenberg::periodic

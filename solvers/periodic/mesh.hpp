@@ -10,16 +10,22 @@ namespace lichtenberg::periodic {
 
 /// Coulomb sums by a near part, pair by pair, and a smooth part on a mesh (Hockney and Eastwood 1988): the work grows
 /// with N log N. Potential, field and force are what its energy says, but for the mean force of the mesh, which is
-/// taken off the forces: they add up to 0. `choose_mesh` finds parameters for an accuracy.
-class ParticleMesh : public Sum {
+/// taken off the forces: they add up to 0. `choose_mesh` finds parameters for an accuracy. It finds its pairs itself.
+/// Single precision does charges, to relative errors of error_of_single_precision; positions are rounded to 2^-32 of
+/// the box, and the processor's instructions change the last digits of the result.
+template <class Real>
+class MeshSum : public Sum {
  public:
-  /// Throws InputError where ChargeMesh or NearPart do.
-  ParticleMesh(const Mesh& mesh, const Cloud& cloud);
+  /// Throws InputError where ChargeMesh and Near do.
+  MeshSum(const Mesh& mesh, const Cloud& cloud);
 
-  double cutoff() const override { return near_.cutoff(); }
-  /// Throws InputError if the box is not the mesh's, if there are dipoles and the splines' order is below
-  /// lowest_dipole_order, or if the energy is no number, as it is for sources at the same place.
+  double cutoff() const override { return 0; }
+  /// Throws InputError if the box is not the mesh's, for dipoles in single precision or with splines of an order below
+  /// lowest_dipole_order, and if the energy is not finite, as it is for sources at the same place.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
+  /// Does without the potentials of near pairs of charges. Throws what `evaluate` throws.
+  void forces(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
+              std::vector<double>& force) override;
   /// Takes about as long as the field of charges.
   void dipole_field(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                     std::span<double> field) override;
@@ -27,14 +33,21 @@ class ParticleMesh : public Sum {
 
  private:
   void require_usable(const Sources& sources) const;
-  void sum(const Sources& sources, std::span<const Pair> pairs, Kind kind, parallel::Team& team);
+  void compute(const Sources& sources, Kind kind, bool potentials, parallel::Team& team);
+  void fill(const Sources& sources, parallel::Team& team, std::vector<double>& force, Response* rest);
+  std::array<double, 5> totals_of(const Sources& sources, int first, int end) const;
+  struct Acting;
+  Acting acting_on(const Sources& sources, int i) const;
 
   Vec3 lengths_;
-  NearPart near_;
-  ChargeMesh mesh_;
-  Tiles tiles_;
-  std::vector<double> field_, force_;  ///< FeltSums
+  Near<Real> near_;
+  ChargeMesh<Real> mesh_;
+  Columns<Real> columns_;
+  std::vector<Real> field_, force_;  ///< FeltSums
   SumSeconds seconds_;
 };
+
+using ParticleMesh = MeshSum<double>;
+using SingleMesh = MeshSum<float>;
 
 }  // namespace lichtenberg::periodic

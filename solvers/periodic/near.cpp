@@ -4,355 +4,504 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <utility>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/lanes.hpp"
+
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
 
 namespace lichtenberg::periodic {
 
 namespace {
 
-/// Charges.
-constexpr int ahead = 8;
-constexpr int lowest_degree = 4, highest_degree = 30;
+// As many others as the processor has lanes.
+#if defined(__AVX512F__)
+constexpr int bytes_wide = 64;
+#else
+constexpr int bytes_wide = 32;
+#endif
+template <class Real>
+constexpr int width = bytes_wide / sizeof(Real);
+template <class Real>
+using Many = Lanes<width<Real>, Real>;
+template <class Real>
+using Places = Lanes<width<Real>, Difference<Real>>;
+template <class Real>
+using Eight = Lanes<Near<Real>::together, Real>;
+template <class Real>
+using EightPlaces = Lanes<Near<Real>::together, Difference<Real>>;
+template <class Real>
+constexpr Real whole_box = sizeof(Real) == 4 ? 0x1p32 : 0x1p64;
 
-/// Of the smooth part as a series of Chebyshev polynomials of 2 (r / cutoff)^2 - 1, with far more terms than needed.
-std::vector<double> chebyshev_series(const Cloud& cloud) {
-  constexpr int nodes = 48;
-  std::vector<double> series(nodes);
-  for (int node = 0; node < nodes; ++node) {
-    const double angle = M_PI * (node + 0.5) / nodes;
-    const double value = cloud.potential(cloud.cutoff * std::cos(angle / 2));
-    for (int n = 0; n < nodes; ++n) series[n] += (n == 0 ? 1.0 : 2.0) / nodes * value * std::cos(n * angle);
+/// Newton's step for 1 / sqrt(x).
+template <class Real>
+[[gnu::always_inline]] inline Many<Real> improved(const Many<Real>& y, const Many<Real>& x) {
+  constexpr Real half = 0.5, three_halves = 1.5;
+  return y * (three_halves - half * x * y * y);
+}
+
+/// 1 / sqrt(x) to the digits of the precision: an estimate and Newton's steps.
+[[gnu::always_inline]] inline Many<float> over_root(const Many<float>& x) {
+#if defined(__AVX512F__)
+  return improved<float>(reinterpret_cast<Many<float>>(_mm512_rsqrt14_ps(reinterpret_cast<__m512>(x))), x);
+#elif defined(__AVX__)
+  return improved<float>(reinterpret_cast<Many<float>>(_mm256_rsqrt_ps(reinterpret_cast<__m256>(x))), x);
+#else
+  Many<float> y;
+  for (int k = 0; k < width<float>; ++k) y[k] = 1 / std::sqrt(x[k]);
+  return y;
+#endif
+}
+[[gnu::always_inline]] inline Many<double> over_root(const Many<double>& x) {
+#if defined(__AVX512F__)
+  const auto y = reinterpret_cast<Many<double>>(_mm512_rsqrt14_pd(reinterpret_cast<__m512d>(x)));
+  return improved<double>(improved<double>(y, x), x);
+#else
+  Many<double> y;
+  for (int k = 0; k < width<double>; ++k) y[k] = 1 / std::sqrt(x[k]);
+  return y;
+#endif
+}
+
+template <class Real>
+Many<Real> magnitude(const Many<Real>& x) {
+  return reinterpret_cast<Many<Real>>(reinterpret_cast<Places<Real>>(x) & std::numeric_limits<Difference<Real>>::max());
+}
+
+/// Stores the lanes of `x` whose bit is set, one behind the other; others may follow them.
+template <class Real>
+void store_those(const Many<Real>& x, unsigned bits, Real* to) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(Real) == 4)
+    _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), reinterpret_cast<__m512>(x)));
+  else
+    _mm512_storeu_pd(to, _mm512_maskz_compress_pd(static_cast<__mmask8>(bits), reinterpret_cast<__m512d>(x)));
+#else
+  for (int k = 0; k < width<Real>; ++k) {
+    *to = x[k];
+    to += bits >> k & 1;
   }
-  return series;
+#endif
 }
 
-/// The largest change of the force between two charges that a Chebyshev polynomial of degree n makes, times a quarter
-/// of the cutoff: the force is 4 r / cutoff^2 times its slope, which is n^2 at most.
-double force_of_charges(double n) { return n * n; }
-
-/// The same of the derivatives of that force, which act between dipoles, in units of the charges' potential and its
-/// curvature in the middle: a dipole is as two charges so far apart. Second and third derivatives of the polynomial are
-/// n^2 (n^2 - 1) / 3 and n^2 (n^2 - 1) (n^2 - 4) / 15 at most, each with 4 r / cutoff^2 more.
-double force_of_dipoles(double n, const Cloud& cloud) {
-  const double apart = std::sqrt(cloud.potential(0) / (3 * cloud.dipole_field)) / cloud.cutoff;
-  const double n2 = n * n, second = 4 * n2 * (n2 - 1) / 3, third = 16 * n2 * (n2 - 1) * (n2 - 4) / 15;
-  return std::max({n2, apart * (n2 + second), apart * apart * (3 * second + third)});
+/// A bit for each lane below 1.
+template <class Real>
+unsigned below_one(const Many<Real>& x) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(Real) == 4)
+    return _mm512_cmp_ps_mask(reinterpret_cast<__m512>(x), _mm512_set1_ps(1), _CMP_LT_OQ);
+  else
+    return _mm512_cmp_pd_mask(reinterpret_cast<__m512d>(x), _mm512_set1_pd(1), _CMP_LT_OQ);
+#else
+  unsigned bits = 0;
+  for (int k = 0; k < width<Real>; ++k) bits |= static_cast<unsigned>(x[k] < 1) << k;
+  return bits;
+#endif
 }
 
-/// The first degree from which on the terms left out change the force by less than a tenth of the root mean square,
-/// over the ball of the cutoff, of what the cloud itself loses.
-int sufficient_degree(const std::vector<double>& series, const Cloud& cloud, const auto& force) {
-  const double volume = 4 * M_PI / 3 * std::pow(cloud.cutoff, 3);
-  const double most = 0.1 * std::sqrt(cloud.lost / volume) * cloud.cutoff / 4;
-  int degree = highest_degree;
-  for (double left = 0; degree > lowest_degree; --degree) {
-    // Terms of rounding alone, of which derivatives would make much, are no better kept than left.
-    if (std::abs(series[degree]) > 5e-15 * std::abs(series[0])) left += std::abs(series[degree]) * force(degree);
-    if (left > most) break;
-  }
-  return std::min(highest_degree, (degree + 1) / 2 * 2);
+/// 0, 1, 2 ...
+template <class Numbers>
+Numbers ascending() {
+  Numbers numbers;
+  for (int k = 0; k < count_of<Numbers>; ++k) numbers[k] = k;
+  return numbers;
 }
 
-/// Integral over the ball of the cutoff of the square of the force that the terms beyond a degree make: with x = 2
-/// (r / cutoff)^2 - 1 it is 4 r / cutoff^2 times the sum of a_n n U_(n-1)(x).
-double lost_beyond(int degree, const std::vector<double>& series, const Cloud& cloud) {
-  constexpr int shells = 200;
-  double lost = 0;
-  for (int shell = 0; shell < shells; ++shell) {
-    const double part = (shell + 0.5) / shells, r = part * cloud.cutoff, x = 2 * part * part - 1;
-    double force = 0, before = 0, now = 1;  // U_(n-2), U_(n-1)
-    for (int n = 1; n <= highest_degree; ++n) {
-      if (n > degree) force += series[n] * n * now;
-      before = std::exchange(now, 2 * x * now - before);
-    }
-    force *= 4 * part / cloud.cutoff;
-    lost += 4 * M_PI * r * r * force * force * cloud.cutoff / shells;
-  }
-  return lost;
+/// The sum over all lanes, four numbers at a time.
+template <class Vector>
+auto quarters_of(const Vector& of) {
+  if constexpr (count_of<Vector> == 4)
+    return of;
+  else
+    return quarters_of(low_half(of) + high_half(of));
 }
 
-std::vector<double> powers_of(const std::vector<double>& series, int degree) {
-  std::vector<double> powers(degree + 1), before(degree + 1), now(degree + 1);
-  before[0] = 1;  // T_0
-  now[1] = 1;     // T_1
-  for (int n = 0; n <= degree; ++n) {
-    for (int k = 0; k <= degree; ++k) powers[k] += series[n] * before[k];
-    auto after = before;
-    for (int k = 0; k <= degree; ++k) after[k] = (k > 0 ? 2 * now[k - 1] : 0) - before[k];
-    before = now;
-    now = after;
-  }
-  return powers;
-}
-
-double checked_cutoff(Vec3 lengths, double cutoff) {
-  require_consistent({.lengths = lengths});
-  for (int k = 0; k < 3; ++k)
-    if (2 * cutoff > lengths[k])
-      throw InputError(
-          fmt::format("a cutoff of {} is more than half of the box's {}: a charge would meet two images of "
-                      "one other",
-                      cutoff, lengths[k]));
-  return cutoff;
-}
-
-Box<3> periodic_box(Vec3 lengths) {
-  Box<3> box{lengths};
-  box.sides.fill(Boundary::periodic);
-  return box;
+/// Adds four numbers of each of the first `count` lanes to sums[4 * number].
+template <class Real>
+[[gnu::always_inline]] inline void add_lanes(const Many<Real> (&of)[4], const Difference<Real>* number, int count,
+                                             Real* sums) {
+  constexpr int n = width<Real>;
+  alignas(64) Real together[4 * n];
+  const Many<Real> low[2] = {interleaved<false>(of[0], of[2]), interleaved<false>(of[1], of[3])};
+  const Many<Real> high[2] = {interleaved<true>(of[0], of[2]), interleaved<true>(of[1], of[3])};
+  lanes<n>(together) = interleaved<false>(low[0], low[1]);
+  lanes<n>(together + n) = interleaved<true>(low[0], low[1]);
+  lanes<n>(together + 2 * n) = interleaved<false>(high[0], high[1]);
+  lanes<n>(together + 3 * n) = interleaved<true>(high[0], high[1]);
+  for (int k = 0; k < count; ++k) lanes<4>(&sums[4 * number[k]]) += lanes<4>(&together[4 * k]);
 }
 
 }  // namespace
 
-std::vector<double> cloud_polynomial(const Cloud& cloud) {
-  const auto series = chebyshev_series(cloud);
-  int degree = lowest_degree;
-  while (degree < highest_degree && lost_beyond(degree, series, cloud) > 0.09 * cloud.lost) ++degree;
-  return powers_of(series, degree);
-}
+/// Sources that follow each other in a column, and the box around them.
+template <class Real>
+struct Near<Real>::Cluster {
+  int first = 0, size = 0;
+  std::array<Place, 3> centre;
+  std::array<Real, 3> half;  ///< of the box around them, in cut-offs
+};
 
-NearPart::NearPart(Vec3 lengths, const Cloud& cloud)
-    : cutoff_(checked_cutoff(lengths, cloud.cutoff)), nearest_(periodic_box(lengths)) {
-  const auto series = chebyshev_series(cloud);
-  of_charges_ = powers_of(series, sufficient_degree(series, cloud, force_of_charges));
-  const auto of_dipoles = [&](double n) { return force_of_dipoles(n, cloud); };
-  of_dipoles_ = powers_of(series, sufficient_degree(series, cloud, of_dipoles));
-}
+/// A column that may hold something near another's sources.
+template <class Real>
+struct Near<Real>::NearColumn {
+  const int* first = nullptr;  ///< Columns::first of its bins
+  Real reach = 0;              ///< along z, of what is near, in parts of the box
+};
 
-/// Pairs within the cutoff, some hundred: what they do to each other is computed many at a time.
-template <Kind kind>
-class NearPart::Batch {
+/// Gathers the sources that follow a cluster in the order of the columns and are near it, some hundred at a time, and
+/// computes their interactions with the cluster.
+template <class Real>
+template <Kind kind, bool potentials>
+class Near<Real>::Neighbourhood {
+  static constexpr int n = width<Real>;
+  using Many = periodic::Many<Real>;
+  using Places = periodic::Places<Real>;
+  /// Of Columns::quantity: what interacts.
+  static constexpr int first_quantity = kind == Kind::dipoles ? 1 : 0;
+  static constexpr int quantities = kind == Kind::charges ? 1 : kind == Kind::dipoles ? 3 : 4;
+  static constexpr int rows = 3 + quantities;
+  /// Kernels that are needed.
+  static constexpr int first_kernel = kind == Kind::multipoles || (kind == Kind::charges && potentials) ? 0 : 1;
+  static constexpr int last_kernel = kind == Kind::charges ? 1 : kind == Kind::dipoles ? 2 : 3;
+  /// Sources of the cluster that are computed with at a time.
+  static constexpr int at_once = kind == Kind::multipoles ? 2 : 4;
+  static constexpr int fields = kind == Kind::multipoles ? 8 : 4;  ///< numbers that are summed up: FeltSums
+  static constexpr int most = 512;
+  static constexpr Real far = 8;  ///< beyond the cut-off of everything near
+
  public:
-  Batch(const NearPart& near, const Tiles& tiles, const FeltSums& sums)
-      : tiles_(tiles),
-        coefficients_(near.coefficients(kind).data()),
-        degree_(near.degree(kind)),
-        cutoff2_(near.cutoff_ * near.cutoff_),
-        sum_(sums.field.data()),
-        force_(sums.force.data()) {
-    for (int k = 0; k < 3; ++k) length_[k] = near.nearest_.length[k], turns_[k] = near.nearest_.turns_a_metre[k];
-  }
+  Neighbourhood(const Near& near, const Columns<Real>& columns, const FeltSums<Real>& sums)
+      : near_(near), columns_(columns), table_(near.table(kind)), sums_(sums) {}
 
-  /// Pairs of one first charge, which is sorted to `first`.
-  void add(int first, std::span<const Pair> pairs) {
-    while (!pairs.empty()) {
-      const std::span now = pairs.first(std::min<std::size_t>(pairs.size(), most - count_));
-      pairs = pairs.subspan(now.size());
-      gather(first, now);
-      if (count_ == most) finish();
-    }
-  }
-  /// Until then some have not been added.
-  void finish() {
-    // What lies behind the last is computed with it, and must be a number.
-    for (int c = count_; c < count_ + many; ++c) squared_[c] = cutoff2_;
-    compute_by_degree<lowest_degree>();
-    for (int c = 0; c < count_;) c = add_run(c);
-    count_ = 0;
+  void compute(const Cluster& cluster, std::span<const NearColumn> columns) {
+    begin(cluster);
+    for (const NearColumn& column : columns) add_column(column);
+    add_own();
+    for (int i = 0; i < cluster_.size; ++i)
+      for (int f = 0; f < fields; f += 4) {
+        const Many* sum = &sum_[i][f];
+        lanes<4>(&(f == 0 ? sums_.field : sums_.force)[4 * (cluster_.first + i)]) +=
+            totals(quarters_of(sum[0]), quarters_of(sum[1]), quarters_of(sum[2]), quarters_of(sum[3]));
+      }
   }
 
  private:
-  static constexpr int most = 256, many = 8;
-  /// B_0, ... of screened.hpp that are needed.
-  static constexpr int kernels = kind == Kind::charges ? 2 : kind == Kind::dipoles ? 3 : 4;
-  using Four = Lanes<4>;  ///< a vector and one number more
-  using Many = Lanes<many>;
-
-  const Four& charge(int s) const { return lanes<4>(tiles_.place_and_charge(s)); }
-  const Four& dipole(int s) const { return lanes<4>(tiles_.dipole(s)); }
-  static double product(const Four& a, const Four& b) {
-    const Four product = a * b;
-    return product[0] + product[1] + product[2];
-  }
-
-  void gather(int first, std::span<const Pair> pairs) {
-    // To round a number below 2^51 to a whole one.
-    constexpr double whole = 0x1.8p52;
-    // In registers: for all that the compiler knows, what is stored could change what is of this object.
-    const Four at = charge(first), length = length_, turns = turns_;
-    const double cutoff2 = cutoff2_;
-    int count = count_;
-    for (const Pair pair : pairs) {  // no branch: which pairs are within reach is hard to guess
-      const int second = tiles_.sorted(pair.j);
-      __builtin_prefetch(&sum_[4 * second]);
-      if constexpr (kind != Kind::charges) __builtin_prefetch(tiles_.dipole(second));
-      if constexpr (kind == Kind::multipoles) __builtin_prefetch(&force_[4 * second]);
-      Four apart = at - charge(second);
-      apart -= length * ((apart * turns + whole) - whole);
-      const Four square = apart * apart;
-      const double squared = square[0] + square[1] + square[2];
-      lanes<4>(&apart_[4 * count]) = apart;
-      squared_[count] = squared;
-      pair_[count] = {first, second};
-      count += squared < cutoff2;
+  void begin(const Cluster& cluster) {
+    cluster_ = cluster;
+    const EightPlaces<Real> there = ascending<EightPlaces<Real>>() < static_cast<Difference<Real>>(cluster.size);
+    for (int k = 0; k < 3; ++k) {
+      const auto* places = reinterpret_cast<const Difference<Real>*>(columns_.place(k) + cluster.first);
+      const EightPlaces<Real> apart = lanes<together>(places) - static_cast<Difference<Real>>(cluster.centre[k]);
+      const Eight<Real> at = near_.scale_[k] * __builtin_convertvector(apart, Eight<Real>);
+      lanes<together>(at_[k].data()) = there ? at : Eight<Real>{} - far;
     }
-    count_ = count;
+    for (int q = 0; q < quantities; ++q)
+      lanes<together>(at_[3 + q].data()) = lanes<together>(columns_.quantity(first_quantity + q) + cluster.first);
+    for (auto& sums : sum_)
+      for (Many& sum : sums) sum = Many{};
   }
 
-  template <int degree>
-  void compute_by_degree() {
-    if (degree == degree_) return compute<degree>();
-    if constexpr (degree < highest_degree) compute_by_degree<degree + 2>();
+  /// Adds what is within a column's reach of the cluster's box along z.
+  void add_column(const NearColumn& column) {
+    const int bins = columns_.bins();
+    const Real reach = column.reach + cluster_.half[2] * (Real(1.00001) / near_.scale_[2]);
+    const auto steps = static_cast<Place>(std::min(reach, whole_box<Real> / 2));
+    const int low = part<Place>(cluster_.centre[2] - steps, bins), up = part<Place>(cluster_.centre[2] + steps, bins);
+    if (low <= up && steps < (Place{1} << (bits_of<Real> - 2))) {
+      add(column.first[low], column.first[up + 1]);
+    } else if (low <= up) {  // nearly all of it, or all
+      add(column.first[0], column.first[bins]);
+    } else {
+      add(column.first[low], column.first[bins]);
+      add(column.first[0], column.first[up + 1]);
+    }
   }
 
-  template <int degree>
-  void compute() {
-    std::array<double, degree + 1> coefficients;
-    std::copy_n(coefficients_, degree + 1, coefficients.begin());
-    const double turn = 2 / cutoff2_;
-    for (int c = 0; c < count_; c += many) {
-      const Many squared = lanes<many>(&squared_[c]), x = squared * turn - 1;
-      Many cloud = Many{} + coefficients[degree], slope{}, second{}, third{};  // those over 2! and 3!
-      for (int k = degree - 1; k >= 0; --k) {
-        if constexpr (kernels > 3) third = third * x + second;
-        if constexpr (kernels > 2) second = second * x + slope;
-        slope = slope * x + cloud;
-        cloud = cloud * x + coefficients[k];
+  /// Adds those of some sorted sources that come behind the cluster and are within the cut-off of its box.
+  void add(int first, int end) {
+    for (int s = std::max(first, cluster_.first + cluster_.size); s < end; s += n) {
+      Many apart[3], square{};
+      for (int k = 0; k < 3; ++k) {
+        const Places places = lanes<n>(reinterpret_cast<const Difference<Real>*>(columns_.place(k) + s)) -
+                              static_cast<Difference<Real>>(cluster_.centre[k]);
+        apart[k] = near_.scale_[k] * __builtin_convertvector(places, Many);
+        const Many outside = magnitude<Real>(apart[k]) - cluster_.half[k];
+        const Many beyond = outside > 0 ? outside : Many{};
+        square += beyond * beyond;
       }
-      const Many over_squared = 1 / squared;
-      Many over_distance;
-      for (int k = 0; k < many; ++k) over_distance[k] = std::sqrt(over_squared[k]);
-      const Many b1 = over_distance * over_squared;
-      lanes<many>(&kernel_[1][c]) = over_distance * over_squared + 2 * turn * slope;
-      lanes<many>(&kernel_[0][c]) = over_distance - cloud;
-      // Each is -2 d/d(r^2) of the one before.
-      if constexpr (kernels > 2) lanes<many>(&kernel_[2][c]) = 3 * b1 * over_squared - 8 * turn * turn * second;
-      if constexpr (kernels > 3)
-        lanes<many>(&kernel_[3][c]) = 15 * b1 * over_squared * over_squared + 48 * turn * turn * turn * third;
+      const unsigned bits = below_one<Real>(square) & ((std::uint64_t{1} << std::min(end - s, n)) - 1);
+      for (int k = 0; k < 3; ++k) store_those<Real>(apart[k], bits, &near_by_[k][count_]);
+      for (int q = 0; q < quantities; ++q)
+        store_those<Real>(lanes<n>(columns_.quantity(first_quantity + q) + s), bits, &near_by_[3 + q][count_]);
+      const Places number = ascending<Places>() + static_cast<Difference<Real>>(s);
+      store_those<Real>(reinterpret_cast<const Many&>(number), bits, reinterpret_cast<Real*>(&number_[count_]));
+      count_ += __builtin_popcount(bits);
+      if (count_ > most) act();
     }
   }
 
-  /// Pairs from the c-th on that have one first charge, to both charges; returns where the next begin. One by one:
-  /// where a batch ends must not show in the sums.
-  int add_run(int c) {
-    if constexpr (kind == Kind::charges) return add_charges(c);
-    if constexpr (kind == Kind::dipoles) return add_dipoles(c);
-    if constexpr (kind == Kind::multipoles) return add_multipoles(c);
+  /// Computes the interactions with what is gathered.
+  void act() {
+    fill_up();
+    for (int block = 0; block < count_; block += n) meet<false>(block);
+    count_ = 0;
   }
 
-  int add_charges(int c) {
-    const int i = pair_[c].i;
-    const double q = charge(i)[3];
-    const Four on_others{-q, -q, -q, q};
-    Four on_first = lanes<4>(&sum_[4 * i]);
-    for (; c < count_ && pair_[c].i == i; ++c) {
-      const int j = pair_[c].j;
-      const double field = kernel_[1][c];
-      Four unit = lanes<4>(&apart_[4 * c]) * field;
-      unit[3] = kernel_[0][c];
-      on_first += charge(j)[3] * unit;
-      lanes<4>(&sum_[4 * j]) += on_others * unit;
+  /// Computes the interactions with the rest of what is gathered, and of the cluster's sources with each other. Two at
+  /// one place make the sums infinite.
+  void add_own() {
+    const int others = count_, mixed = others / n * n;
+    for (int k = 0; k < rows; ++k) lanes<together>(&near_by_[k][others]) = lanes<together>(at_[k].data());
+    lanes<together>(&number_[others]) = ascending<EightPlaces<Real>>() + static_cast<Difference<Real>>(cluster_.first);
+    count_ += cluster_.size;
+    fill_up();
+    for (int block = 0; block < mixed; block += n) meet<false>(block);
+    for (int block = mixed; block < count_; block += n) meet<true>(block);
+    count_ = 0;
+  }
+
+  /// Computes the interactions of the cluster with as many others as there are lanes; with its own, each pair once.
+  template <bool may_be_own>
+  [[gnu::always_inline]] void meet(int block) {
+    Many other[rows], reaction[fields]{};
+    for (int k = 0; k < rows; ++k) other[k] = lanes<n>(&near_by_[k][block]);
+    const Places number = lanes<n>(&number_[block]) - static_cast<Difference<Real>>(cluster_.first);
+    for (int i = 0; i < cluster_.size; i += at_once) {
+      Many r[at_once][3], square[at_once], over[at_once], b[4][at_once];
+      for (int m = 0; m < at_once; ++m) {
+        for (int k = 0; k < 3; ++k) r[m][k] = at_[k][i + m] - other[k];
+        square[m] = r[m][0] * r[m][0] + r[m][1] * r[m][1] + r[m][2] * r[m][2];
+        over[m] = over_root(square[m]);
+      }
+      screened<first_kernel, last_kernel>(table_, table_.terms, square, over, b);
+      for (int m = 0; m < at_once; ++m) {
+        Places within = square[m] < 1;
+        if constexpr (may_be_own) within &= number > static_cast<Difference<Real>>(i + m);
+        Many kernel[4];
+        for (int k = first_kernel; k <= last_kernel; ++k) kernel[k] = within ? b[k][m] : Many{};
+        add_pairs(i + m, r[m], kernel, other + 3, reaction);
+      }
     }
-    lanes<4>(&sum_[4 * i]) = on_first;
-    return c;
+    const int count = std::min(n, count_ - block);
+    for (int f = 0; f < fields; f += 4)
+      add_lanes<Real>(reinterpret_cast<const Many(&)[4]>(reaction[f]), &number_[block], count,
+                      (f == 0 ? sums_.field : sums_.force).data());
   }
 
-  int add_dipoles(int c) {
-    const int i = pair_[c].i;
-    const Four first = dipole(i);
-    Four on_first = lanes<4>(&sum_[4 * i]);
-    for (; c < count_ && pair_[c].i == i; ++c) {
-      const int j = pair_[c].j;
-      const Four apart = lanes<4>(&apart_[4 * c]), second = dipole(j);
-      const double b1 = kernel_[1][c], b2 = kernel_[2][c];
-      on_first += b2 * product(second, apart) * apart - b1 * second;
-      lanes<4>(&sum_[4 * j]) += b2 * product(first, apart) * apart - b1 * first;
+  /// Adds the interactions of the cluster's i-th source with others, from which it is at r.
+  [[gnu::always_inline]] void add_pairs(int i, const Many* r, const Many* b, const Many* other, Many* reaction) {
+    Many* sum = sum_[i];
+    if constexpr (kind == Kind::charges) {
+      const Real charge = at_[3][i];
+      const Many here = other[0] * b[1], there = charge * b[1];
+      for (int k = 0; k < 3; ++k) {
+        sum[k] += here * r[k];
+        reaction[k] -= there * r[k];
+      }
+      if constexpr (potentials) {
+        sum[3] += other[0] * b[0];
+        reaction[3] += charge * b[0];
+      }
+    } else {
+      const Many* from = other + quantities - 3;
+      const auto mine = [&](int k) { return at_[rows - 3 + k][i]; };
+      const Many along_other = from[0] * r[0] + from[1] * r[1] + from[2] * r[2];
+      const Many along = mine(0) * r[0] + mine(1) * r[1] + mine(2) * r[2];
+      Many radial = along_other * b[2], back = along * b[2];
+      if constexpr (kind == Kind::multipoles) radial += other[0] * b[1], back -= at_[3][i] * b[1];
+      for (int k = 0; k < 3; ++k) {
+        sum[k] += radial * r[k] - b[1] * from[k];
+        reaction[k] += back * r[k] - b[1] * mine(k);
+      }
+      if constexpr (kind == Kind::multipoles) {  // the force is (q + mu.grad) of the field
+        const Real charge = at_[3][i];
+        const Many both = mine(0) * from[0] + mine(1) * from[1] + mine(2) * from[2];
+        const Many central = charge * radial - along * (other[0] * b[2] + along_other * b[3]) + both * b[2];
+        sum[3] += other[0] * b[0] + along_other * b[1];
+        reaction[3] += charge * b[0] - along * b[1];
+        for (int k = 0; k < 3; ++k) {
+          const Many force = central * r[k] + radial * mine(k) + back * from[k];
+          sum[4 + k] += force;
+          reaction[4 + k] -= force;
+        }
+      }
     }
-    lanes<4>(&sum_[4 * i]) = on_first;
-    return c;
   }
 
-  /// As felt() of screened.hpp, which has the distance the other way round, for both at a time.
-  int add_multipoles(int c) {
-    const int i = pair_[c].i;
-    const double qi = charge(i)[3];
-    const Four first = dipole(i);
-    Four on_first = lanes<4>(&sum_[4 * i]), force_on_first = lanes<4>(&force_[4 * i]);
-    for (; c < count_ && pair_[c].i == i; ++c) {
-      const int j = pair_[c].j;
-      const Four apart = lanes<4>(&apart_[4 * c]), second = dipole(j);
-      const double b0 = kernel_[0][c], b1 = kernel_[1][c], b2 = kernel_[2][c], b3 = kernel_[3][c];
-      const double qj = charge(j)[3], along_i = product(first, apart), along_j = product(second, apart);
-      const double radial_i = qj * b1 + along_j * b2, radial_j = qi * b1 - along_i * b2;
-      Four on_i = radial_i * apart - b1 * second, on_j = -radial_j * apart - b1 * first;
-      on_i[3] = qj * b0 + along_j * b1;
-      on_j[3] = qi * b0 - along_i * b1;
-      const double along = qi * radial_i - along_i * (qj * b2 + along_j * b3) + b2 * product(first, second);
-      const Four force = along * apart + radial_i * first - radial_j * second;
-      on_first += on_i;
-      force_on_first += force;
-      lanes<4>(&sum_[4 * j]) += on_j;
-      lanes<4>(&force_[4 * j]) -= force;
-    }
-    lanes<4>(&sum_[4 * i]) = on_first;
-    lanes<4>(&force_[4 * i]) = force_on_first;
-    return c;
+  /// Fills the last block up with sources beyond the cut-off.
+  void fill_up() {
+    for (int k = 0; k < rows; ++k) lanes<n>(&near_by_[k][count_]) = Many{} + (k < 3 ? far : Real{});
   }
 
-  const Tiles& tiles_;
-  const double* coefficients_;
-  int degree_;
-  double cutoff2_;
-  double *sum_, *force_;
-  Four length_{}, turns_{};
+  const Near& near_;
+  const Columns<Real>& columns_;
+  const Table table_;
+  const FeltSums<Real> sums_;
+  Cluster cluster_;
+  /// Places of the cluster's sources from its centre, in cut-offs, and their quantities.
+  alignas(64) std::array<std::array<Real, together>, rows> at_;
+  Many sum_[together][fields];
   int count_ = 0;
-  std::array<Pair, most> pair_;  ///< as they are sorted
-  alignas(64) std::array<double, most + many> squared_;
-  alignas(64) std::array<std::array<double, most + many>, kernels> kernel_;
-  alignas(64) std::array<double, 4 * most> apart_;  ///< from j to i
+  /// The same of what is near, and its place in the order of the columns.
+  alignas(64) std::array<std::array<Real, most + 3 * n>, rows> near_by_;
+  alignas(64) std::array<Difference<Real>, most + 3 * n> number_;
 };
 
-/// Where the pairs of each first charge begin.
-void NearPart::index(int charges, std::span<const Pair> pairs, parallel::Team& team) {
-  constexpr std::ptrdiff_t pairs_a_task = 1 << 16;
-  const std::ptrdiff_t count = std::ssize(pairs);
-  first_pair_.resize(charges + 1);
-  team.for_each(static_cast<int>(count / pairs_a_task + 1), [&](int task) {
-    const std::ptrdiff_t first = task * pairs_a_task, end = std::min(count, first + pairs_a_task);
-    int i = first == 0 ? 0 : pairs[first - 1].i + 1;
-    for (std::ptrdiff_t k = first; k < end; ++k)
-      while (i <= pairs[k].i) first_pair_[i++] = k;
-    if (end == count) std::fill(first_pair_.begin() + i, first_pair_.end(), count);
-  });
-}
-
-template <Kind kind>
-void NearPart::compute_as(const Tiles& tiles, std::span<const Pair> pairs, const FeltSums& sums, parallel::Team& team) {
-  index(tiles.size(), pairs, team);
-  std::ranges::fill(sums.field, 0.0);
-  std::ranges::fill(sums.force, 0.0);
-  tiles.for_each_apart(team, [&](int first, int end) {
-    Batch<kind> batch(*this, tiles, sums);
-    const auto pairs_of = [&](int s) {
-      const int i = tiles.number(s);
-      return pairs.subspan(first_pair_[i], first_pair_[i + 1] - first_pair_[i]);
-    };
-    for (int s = first; s < end; ++s) {
-      // They lie anywhere in memory.
-      if (s + 2 * ahead < end) __builtin_prefetch(&first_pair_[tiles.number(s + 2 * ahead)]);
-      if (s + ahead < end)
-        for (const std::span next = pairs_of(s + ahead); const std::size_t line : {0, 8, 16, 24, 32})
-          __builtin_prefetch(next.data() + line);
-      batch.add(s, pairs_of(s));
-    }
-    batch.finish();
-  });
-}
-
-void NearPart::compute(const Tiles& tiles, std::span<const Pair> pairs, Kind kind, const FeltSums& sums,
-                       parallel::Team& team) {
-  switch (kind) {
-    case Kind::charges:
-      return compute_as<Kind::charges>(tiles, pairs, sums, team);
-    case Kind::dipoles:
-      return compute_as<Kind::dipoles>(tiles, pairs, sums, team);
-    case Kind::multipoles:
-      return compute_as<Kind::multipoles>(tiles, pairs, sums, team);
+template <class Real>
+Near<Real>::Near(Vec3 lengths, const Cloud& cloud)
+    : cutoff_(checked_cutoff(lengths, cloud.cutoff)), widest_(std::min({lengths.x, lengths.y, lengths.z}) / 3) {
+  if (cutoff_ > longest_cutoff(lengths))
+    throw InputError(fmt::format("a cut-off of {} is more than a third of the box of {} x {} x {}", cutoff_, lengths.x,
+                                 lengths.y, lengths.z));
+  for (int k = 0; k < 3; ++k) {
+    // Everything within the cut-off of a cluster has its nearest image in common for all its sources.
+    const double longest = lengths[k] / cutoff_ - 2;
+    longest_[k] = static_cast<Real>(k < 2 ? longest : std::min({longest, widest_ / cutoff_, 2.0}));
+    scale_[k] = static_cast<Real>(lengths[k] / cutoff_ / whole_box<Real>);
+  }
+  const auto table_of = [&](std::vector<double> polynomial) {
+    if (polynomial.size() > highest_degree + 1)
+      throw InputError(
+          fmt::format("the near part in single precision has polynomials up to degree {}: this cloud needs {}",
+                      highest_degree, polynomial.size() - 1));
+    for (double& coefficient : polynomial) coefficient *= cutoff_;
+    return Table(polynomial, 2);
+  };
+  if constexpr (sizeof(Real) == 4) {
+    of_charges_ = table_of(cloud_polynomial(cloud));
+  } else {
+    of_charges_ = table_of(cloud_polynomial(cloud, Kind::charges));
+    of_dipoles_ = table_of(cloud_polynomial(cloud, Kind::dipoles));
   }
 }
+
+template <class Real>
+double Near<Real>::longest_cutoff(Vec3 lengths) {
+  return std::min({lengths.x, lengths.y, lengths.z}) / (sizeof(Real) == 4 ? 3 : 2);
+}
+
+template <class Real>
+typename Columns<Real>::Layout Near<Real>::layout(double reach) const {
+  return {.length_unit = cutoff_, .together = together, .widest = widest_, .reach = std::max(cutoff_, reach)};
+}
+
+template <class Real>
+bool Near<Real>::too_long(const std::array<Difference<Real>, 3>& low,
+                          const std::array<Difference<Real>, 3>& high) const {
+  for (int k = 0; k < 3; ++k)
+    if (scale_[k] * (static_cast<Real>(high[k]) - static_cast<Real>(low[k])) > longest_[k]) return true;
+  return false;
+}
+
+/// As many sources from `first` on as are not too far apart.
+template <class Real>
+typename Near<Real>::Cluster Near<Real>::cluster_from(const Columns<Real>& columns, int first, int end) const {
+  Cluster cluster{.first = first, .size = std::min(together, end - first), .centre = {}, .half = {}};
+  std::array<Difference<Real>, 3> low{}, high{};
+  const auto there = ascending<EightPlaces<Real>>() < static_cast<Difference<Real>>(cluster.size);
+  for (int k = 0; k < 3; ++k) {
+    const auto* places = reinterpret_cast<const Difference<Real>*>(columns.place(k)) + first;
+    const EightPlaces<Real> from_first = there ? lanes<together>(places) - *places : EightPlaces<Real>{};
+    for (int n = 0; n < together; ++n)
+      low[k] = std::min(low[k], from_first[n]), high[k] = std::max(high[k], from_first[n]);
+  }
+  if (!too_long(low, high)) return boxed(columns, cluster, low, high);
+  low = high = {};
+  cluster.size = 0;
+  for (; cluster.size < together && first + cluster.size < end; ++cluster.size) {
+    auto lower = low, higher = high;
+    for (int k = 0; k < 3; ++k) {
+      const auto from_first =
+          static_cast<Difference<Real>>(columns.place(k)[first + cluster.size] - columns.place(k)[first]);
+      lower[k] = std::min(low[k], from_first), higher[k] = std::max(high[k], from_first);
+    }
+    if (too_long(lower, higher)) break;
+    low = lower, high = higher;
+  }
+  return boxed(columns, cluster, low, high);
+}
+
+/// Adds the box that reaches from `low` to `high`, seen from the first source.
+template <class Real>
+typename Near<Real>::Cluster Near<Real>::boxed(const Columns<Real>& columns, Cluster cluster,
+                                               const std::array<Difference<Real>, 3>& low,
+                                               const std::array<Difference<Real>, 3>& high) const {
+  constexpr Real half = 0.5, more = 1.00001;
+  for (int k = 0; k < 3; ++k) {
+    const Difference<Real> middle = low[k] / 2 + high[k] / 2;
+    cluster.centre[k] = columns.place(k)[cluster.first] + static_cast<Place>(middle);
+    cluster.half[k] = scale_[k] * (half * (static_cast<Real>(high[k]) - static_cast<Real>(low[k])) + 2) * more;
+  }
+  return cluster;
+}
+
+/// The column itself and those behind it that may hold something near its sources.
+template <class Real>
+std::vector<typename Near<Real>::NearColumn> Near<Real>::columns_near(const Columns<Real>& columns, int column) const {
+  constexpr Real more = 1.00001, less = 0.99999;
+  const auto [across, down] = columns.count();
+  const auto [x, y] = columns.column(column);
+  // Columns to either side, or all of them.
+  const auto steps = [&](int k, int count) {
+    return std::min(count, 2 * static_cast<int>(static_cast<Real>(count) / (scale_[k] * whole_box<Real>)+1) + 3);
+  };
+  const auto gap = [&](int k, int away, int count) {
+    const Real wide = scale_[k] * whole_box<Real> / static_cast<Real>(count);
+    return static_cast<Real>(std::max(0, std::min(std::abs(away), count - std::abs(away)) - 1)) * wide * less;
+  };
+  std::vector<NearColumn> near;
+  const int steps_x = steps(0, across), steps_y = steps(1, down);
+  for (int a = -(steps_x / 2); a < steps_x - steps_x / 2; ++a) {
+    const Real dx = gap(0, a, across);
+    for (int b = -(steps_y / 2); b < steps_y - steps_y / 2 && dx < 1; ++b) {
+      const Real dy = gap(1, b, down), left = 1 - dx * dx - dy * dy;
+      const int other = columns.number_of((x + a + across) % across, (y + b + down) % down);
+      if (left > 0 && other >= column) near.push_back({columns.first(other), std::sqrt(left) * more / scale_[2]});
+    }
+  }
+  return near;
+}
+
+template <class Real>
+template <Kind kind, bool potentials>
+[[gnu::noinline]] void Near<Real>::compute_column(const Columns<Real>& columns, int column,
+                                                  const FeltSums<Real>& sums) const {
+  const std::vector<NearColumn> near = columns_near(columns, column);
+  Neighbourhood<kind, potentials> neighbourhood(*this, columns, sums);
+  const int end = columns.first(column)[columns.bins()];
+  for (int s = columns.first(column)[0]; s < end;) {
+    const Cluster cluster = cluster_from(columns, s, end);
+    neighbourhood.compute(cluster, near);
+    s += cluster.size;
+  }
+}
+
+template <class Real>
+template <Kind kind, bool potentials>
+void Near<Real>::compute_as(const Columns<Real>& columns, const FeltSums<Real>& sums, parallel::Team& team) const {
+  columns.for_each_apart(team, [&](int first, int end) {
+    for (int column = first; column < end; ++column) compute_column<kind, potentials>(columns, column, sums);
+  });
+}
+
+template <class Real>
+void Near<Real>::compute(const Columns<Real>& columns, Kind kind, bool potentials, const FeltSums<Real>& sums,
+                         parallel::Team& team) const {
+  std::ranges::fill(sums.field, Real{});
+  std::ranges::fill(sums.force, Real{});
+  if (kind == Kind::charges)
+    return potentials ? compute_as<Kind::charges, true>(columns, sums, team)
+                      : compute_as<Kind::charges, false>(columns, sums, team);
+  if constexpr (sizeof(Real) == 8)
+    kind == Kind::dipoles ? compute_as<Kind::dipoles, false>(columns, sums, team)
+                          : compute_as<Kind::multipoles, true>(columns, sums, team);
+  else
+    throw InputError("there are no dipoles on a mesh in single precision");
+}
+
+template class Near<float>;
+template class Near<double>;
 
 }  // namespace lichtenberg::periodic

@@ -4,43 +4,57 @@
 #include <span>
 #include <vector>
 
-#include "solvers/geometry/box.hpp"
-#include "solvers/neighbours/pairs.hpp"
-#include "solvers/periodic/charge_mesh.hpp"
+#include "solvers/periodic/columns.hpp"
+#include "solvers/periodic/near_kernels.hpp"
 
 namespace lichtenberg::periodic {
 
-/// Coefficients of powers of 2 (r / cutoff)^2 - 1 of a polynomial that stands for the cloud's potential within the
-/// cutoff, of the lowest degree that changes the force between charges by less than .3 of what the cloud itself loses,
-/// both rms over the ball of the cutoff: errors add up in squares, so it adds 2 % to that of the whole.
-std::vector<double> cloud_polynomial(const Cloud& cloud);
-
-/// The near rest of charges and dipoles that are taken for clouds: pairs within the cutoff, each by its nearest image.
-class NearPart {
+/// Computes the near part of charges and dipoles that are taken for clouds. Sources that follow each other in a column
+/// make a cluster; everything near a cluster interacts with all its sources at once. In single precision: charges.
+template <class Real>
+class Near {
  public:
-  /// Throws InputError if the cutoff is more than half a length of the box.
-  NearPart(Vec3 lengths, const Cloud& cloud);
+  static constexpr int together = 8;  ///< sources of a cluster
+  /// Of a cloud's polynomial.
+  static constexpr int highest_degree = sizeof(Real) == 4 ? 18 : 30;
 
+  /// Throws InputError for a cutoff beyond longest_cutoff, and for a cloud that needs a higher degree.
+  Near(Vec3 lengths, const Cloud& cloud);
+
+  /// The longest cut-off in a box. Half of it, so that a source meets one image of each other; in single precision a
+  /// third, so that clusters may be as long as that.
+  static double longest_cutoff(Vec3 lengths);
   double cutoff() const { return cutoff_; }
-  /// Degree of the polynomial in r^2 that stands for the cloud's potential; dipoles take more of its derivatives.
-  int degree(Kind kind) const { return static_cast<int>(coefficients(kind).size()) - 1; }
-  /// Its coefficients, of powers of 2 (r / cutoff)^2 - 1.
-  const std::vector<double>& coefficients(Kind kind) const { return kind == Kind::charges ? of_charges_ : of_dipoles_; }
-  /// Overwrites `sums`; the tiles reach at least as far as the cutoff. `pairs`: ascending. The same bits for any number
-  /// of threads.
-  void compute(const Tiles& tiles, std::span<const Pair> pairs, Kind kind, const FeltSums& sums, parallel::Team& team);
+  int degree(Kind kind) const { return table(kind).terms - 1; }
+  /// Layout of columns that reach at least as far as the cut-off and `reach`.
+  typename Columns<Real>::Layout layout(double reach) const;
+  /// Overwrites `sums`, in units of cut-off and charge_unit(). Without `potentials` those stay 0, and the fields have
+  /// the same bits. The same bits for any number of threads.
+  void compute(const Columns<Real>& columns, Kind kind, bool potentials, const FeltSums<Real>& sums,
+               parallel::Team& team) const;
 
  private:
-  template <Kind kind>
-  class Batch;
-  template <Kind kind>
-  void compute_as(const Tiles& tiles, std::span<const Pair> pairs, const FeltSums& sums, parallel::Team& team);
-  void index(int charges, std::span<const Pair> pairs, parallel::Team& team);
+  using Place = Coordinate<Real>;
+  using Table = NearKernels<Real, highest_degree + 1>;
+  struct Cluster;
+  struct NearColumn;
+  template <Kind kind, bool potentials>
+  class Neighbourhood;
+  template <Kind kind, bool potentials>
+  void compute_as(const Columns<Real>& columns, const FeltSums<Real>& sums, parallel::Team& team) const;
+  template <Kind kind, bool potentials>
+  void compute_column(const Columns<Real>& columns, int column, const FeltSums<Real>& sums) const;
+  std::vector<NearColumn> columns_near(const Columns<Real>& columns, int column) const;
+  Cluster cluster_from(const Columns<Real>& columns, int first, int end) const;
+  Cluster boxed(const Columns<Real>& columns, Cluster cluster, const std::array<Difference<Real>, 3>& low,
+                const std::array<Difference<Real>, 3>& high) const;
+  bool too_long(const std::array<Difference<Real>, 3>& low, const std::array<Difference<Real>, 3>& high) const;
+  const Table& table(Kind kind) const { return kind == Kind::charges ? of_charges_ : of_dipoles_; }
 
-  double cutoff_;
-  NearestImage<3> nearest_;
-  std::vector<double> of_charges_, of_dipoles_;  ///< coefficients of powers of 2 (r / cutoff)^2 - 1
-  std::vector<std::ptrdiff_t> first_pair_;       ///< of each charge, by number
+  double cutoff_, widest_;
+  std::array<Real, 3> longest_;  ///< extents of a cluster, in cut-offs
+  std::array<Real, 3> scale_;    ///< of a coordinate, to cut-offs
+  Table of_charges_, of_dipoles_;
 };
 
 }  // namespace lichtenberg::periodic

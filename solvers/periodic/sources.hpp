@@ -8,6 +8,13 @@
 
 namespace lichtenberg::periodic {
 
+/// Properties of sources that a sum takes into account.
+enum class Kind {
+  charges,     ///< field and potential of charges
+  dipoles,     ///< field of dipoles alone: charges are taken for 0, and potentials are undefined
+  multipoles,  ///< field, potential and force of charges with dipoles
+};
+
 /// Point charges, and point dipoles if there are any, in a box that is periodic on all its sides and surrounded by a
 /// conductor ("tin-foil" boundary). A box whose charges do not add up to zero is filled with the uniform background
 /// that makes it neutral. Units: any of length and charge, with Coulomb's constant 1.

@@ -124,7 +124,7 @@ Method mesh(const ChargedSubject& subject, std::string name, std::string descrip
           request.gauss = otherwise.gauss;
           request.splines = otherwise.splines;
           request.only_double = otherwise.only_double;
-          return periodic::make_mesh_sum(periodic::choose_quick_mesh(request), request.charges);
+          return periodic::make_mesh_sum(periodic::choose_quick_mesh(request));
         }));
   return method;
 }
@@ -188,7 +188,7 @@ Method dipole_variant(const ChargedSubject& subject, periodic::DipoleSum variant
                                    const periodic::MeshRequest request = request_for(subject, accuracy);
                                    return std::make_unique<DipolesTrial>(
                                        subject,
-                                       periodic::make_mesh_sum(periodic::choose_quick_mesh(request), request.charges),
+                                       periodic::make_mesh_sum(periodic::choose_quick_mesh(request)),
                                        variant, accuracy);
                                  }});
   return method;
@@ -270,7 +270,7 @@ std::vector<double> exact_forces_with_dipoles(const ChargedSubject& subject, dou
   std::unique_ptr<periodic::Sum> far = std::make_unique<periodic::Ewald>(tolerance);
   if (!are_few(subject)) {
     const periodic::MeshRequest request = request_for(subject, std::max(tolerance, 1e-8));
-    far = periodic::make_mesh_sum(periodic::choose_quick_mesh(request), request.charges);
+    far = periodic::make_mesh_sum(periodic::choose_quick_mesh(request));
   }
   DipolesTrial trial(subject, std::move(far), periodic::DipoleSum::ewald, tolerance);
   trial.run();

@@ -102,7 +102,7 @@ std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& doubt) 
       return naming_the_table(scene, "effects.coulomb", [&] {
         const periodic::MeshChoice choice = mesh_for(scene);
         doubt = doubt_about(scene, choice);
-        return periodic::make_mesh_sum(choice, static_cast<int>(scene.conductors.size()));
+        return periodic::make_mesh_sum(choice);
       });
     case CoulombSum::ewald:
       return std::make_unique<periodic::Ewald>(options.accuracy);

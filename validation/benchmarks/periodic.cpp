@@ -15,7 +15,6 @@
 #include "solvers/periodic/dipoles.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/mesh.hpp"
-#include "solvers/periodic/single_mesh.hpp"
 #include "validation/benchmarks/machine.hpp"
 
 using namespace lichtenberg;
@@ -125,47 +124,15 @@ Case prepare(int count, const Options& options) {
   return now;
 }
 
+template <class Real>
 void measure(const Case& now, const Mesh& mesh, const Cloud& cloud, std::string_view name, const Options& options) {
-  ParticleMesh sum(mesh, cloud);
-  NearPart near(mesh.lengths, cloud);
   const Sources sources = now.of;
-  for (const int threads : options.threads) {
-    parallel::Team team(threads);
-    const auto pairs = now.of.pairs(cloud.cutoff + options.skin, team);
-    ChargeMesh charges(mesh, cloud);
-    Tiles tiles(mesh.lengths, std::max(cloud.cutoff, charges.reach()));
-    std::vector<double> parts(4 * sources.charge.size());
-    const FeltSums sums{parts};
-    Response response;
-    const Milliseconds all = milliseconds(options.repeats, [&] { sum.evaluate(sources, pairs, team, response); });
-    const double made = milliseconds(1, [&] { ParticleMesh(mesh, cloud); }).processors;
-    const double sorted = milliseconds(options.repeats, [&] { tiles.sort(sources); }).processors;
-    const double by_pairs =
-        milliseconds(options.repeats, [&] { near.compute(tiles, pairs, Kind::charges, sums, team); }).processors;
-    const double spread = milliseconds(options.repeats, [&] { charges.spread(tiles, Kind::charges, team); }).processors;
-    const double solved = milliseconds(options.repeats, [&] { charges.solve(team); }).processors;
-    const double taken =
-        milliseconds(options.repeats, [&] { charges.add(tiles, Kind::charges, sums, team); }).processors;
-    fmt::print(
-        "{:>8} {:>7.3f} {:>3} {:>4} {:>4} {:>8} {:>8.1f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} "
-        "{:>8.2f} {:>9.1e} {:>9.1e} {:>8.0e}\n",
-        name, cloud.cutoff, mesh.order, mesh.points[0], near.degree(Kind::charges), threads, made, sorted, by_pairs,
-        spread, solved, taken, all.processors, all.wall, relative_error(mesh, cloud, 1),
-        force_error(response, now.exact, now.sample), net_force(response));
-  }
-}
-
-/// The same in single precision, pairs found on the way.
-void measure_single(const Case& now, const Mesh& mesh, const Cloud& cloud, std::string_view name,
-                    const Options& options) {
-  const int size = static_cast<int>(now.of.charge.size());
-  const Sources sources = now.of;
-  SingleMesh sum(mesh, cloud, size);
-  const SingleNear near(mesh.lengths, cloud);
-  SingleChargeMesh charges(mesh, cloud);
-  Columns columns(mesh.lengths, size, SingleNear::together, SingleNear::longest_cutoff(mesh.lengths),
-                  std::max(cloud.cutoff, charges.reach()));
-  std::vector<float> parts(4 * now.of.charge.size());
+  MeshSum<Real> sum(mesh, cloud);
+  const Near<Real> near(mesh.lengths, cloud);
+  ChargeMesh<Real> charges(mesh, cloud);
+  Columns<Real> columns(mesh.lengths, near.layout(charges.reach()));
+  std::vector<Real> parts(4 * now.of.charge.size());
+  const FeltSums<Real> sums{parts};
   for (const int threads : options.threads) {
     parallel::Team team(threads);
     Response response;
@@ -173,18 +140,18 @@ void measure_single(const Case& now, const Mesh& mesh, const Cloud& cloud, std::
     const Milliseconds all = time([&] { sum.evaluate(sources, {}, team, response); });
     std::vector<double> force;
     const double forces = time([&] { sum.forces(sources, {}, team, force); }).processors;
-    const double made = milliseconds(1, [&] { SingleMesh(mesh, cloud, size); }).processors;
+    const double made = milliseconds(1, [&] { MeshSum<Real>(mesh, cloud); }).processors;
     const double sorted = time([&] { columns.sort(sources, team); }).processors;
-    const double by_pairs = time([&] { near.compute(columns, true, parts, team); }).processors;
-    const double spread = time([&] { charges.spread(columns, team); }).processors;
+    const double by_pairs = time([&] { near.compute(columns, Kind::charges, true, sums, team); }).processors;
+    const double spread = time([&] { charges.spread(columns, Kind::charges, team); }).processors;
     const double solved = time([&] { charges.solve(team); }).processors;
-    const double taken = time([&] { charges.add(columns, parts, team); }).processors;
+    const double taken = time([&] { charges.add(columns, Kind::charges, sums, team); }).processors;
     fmt::print(
         "{:>8} {:>7.3f} {:>3} {:>4} {:>4} {:>8} {:>8.1f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} "
         "{:>8.2f} {:>9.1e} {:>9.1e} {:>8.0e} {:>8.2f}\n",
-        name, cloud.cutoff, mesh.order, mesh.points[0], "f", threads, made, sorted, by_pairs, spread, solved, taken,
-        all.processors, all.wall, relative_error(mesh, cloud, 1), force_error(response, now.exact, now.sample),
-        net_force(response), forces);
+        name, cloud.cutoff, mesh.order, mesh.points[0], near.degree(Kind::charges), threads, made, sorted, by_pairs,
+        spread, solved, taken, all.processors, all.wall, relative_error(mesh, cloud, 1),
+        force_error(response, now.exact, now.sample), net_force(response), forces);
   }
 }
 
@@ -296,11 +263,11 @@ int main(int argc, char** argv) {
     if (!by_hand.empty()) {
       const int points = static_cast<int>(by_hand[2]);
       const Mesh mesh{now.of.lengths, {points, points, points}, static_cast<int>(by_hand[1])};
-      measure_single(now, mesh, gauss > 0 ? gauss_cloud(gauss, by_hand[0]) : prolate_cloud(by_hand[3], by_hand[0]),
+      measure<float>(now, mesh, gauss > 0 ? gauss_cloud(gauss, by_hand[0]) : prolate_cloud(by_hand[3], by_hand[0]),
                      "single", options);
       if (mesh.order > 7) continue;
-      measure(now, mesh, gauss > 0 ? gauss_cloud(gauss, by_hand[0]) : prolate_cloud(by_hand[3], by_hand[0]), "by hand",
-              options);
+      measure<double>(now, mesh, gauss > 0 ? gauss_cloud(gauss, by_hand[0]) : prolate_cloud(by_hand[3], by_hand[0]),
+                      "by hand", options);
       continue;
     }
     for (const double accuracy : options.accuracies) {
@@ -308,10 +275,10 @@ int main(int argc, char** argv) {
         MeshChoice choice;
         const double took =
             milliseconds(1, [&] { choice = choose_mesh(accuracy, size, now.of.lengths, 1); }).processors;
-        measure(now, choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff), fmt::format("{:.0e}", accuracy),
-                options);
+        measure<double>(now, choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff),
+                        fmt::format("{:.0e}", accuracy), options);
         const MeshChoice quick = choose_quick_mesh({accuracy, size, now.of.lengths});
-        if (quick.single) measure_single(now, quick.mesh, quick.cloud(), "single", options);
+        if (quick.single) measure<float>(now, quick.mesh, quick.cloud(), "single", options);
         fmt::print("band limit {}, chosen in {:.0f} ms\n", choice.band_limit, took);
       } catch (const std::exception& e) {
         fmt::print("{:.0e}: {}\n", accuracy, e.what());

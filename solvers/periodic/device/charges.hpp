@@ -220,7 +220,7 @@ class DeviceMeshOn final : public DeviceMesh {
  private:
   /// Scaled by a power of two: no charge, nor dipole over a length of 1, is then above 1.
   void upload(const Sources& sources) {
-    if (!sources.dipole.empty() && sums_.tables().multipoles.charges.terms == 0)
+    if (!sources.dipole.empty() && sums_.tables().multipoles.kernels.terms == 0)
       throw InputError("Dipoles on a device need splines of order 5 at least, and an accuracy of 1e-6 at most.");
     const int n = sources.size();
     const Vec3 lengths = sums_.lengths();

@@ -99,8 +99,8 @@ class MeshPart {
   /// Of dipoles alone, or of charges with dipoles.
   void spread(const Charged* charges, const Moment* moments, bool with_charges) {
     with_window([&]<int order>(const Weigher<order>& window) {
-      with_charges ? spread_with<order, Sought::forces>(window, charges, moments)
-                   : spread_with<order, Sought::of_dipoles>(window, charges, moments);
+      with_charges ? spread_with<order, Kind::multipoles>(window, charges, moments)
+                   : spread_with<order, Kind::dipoles>(window, charges, moments);
     });
   }
   void solve() {
@@ -144,11 +144,11 @@ class MeshPart {
   }
 
  private:
-  template <int order, Sought sought>
+  template <int order, Kind kind>
   void spread_with(const Weigher<order>& window, const Charged* charges, const Moment* moments) {
-    Spread<order, sought> spread{tiles_, window, charges, whole_.data(), unit_, moments, {}};
+    Spread<order, kind> spread{tiles_, window, charges, whole_.data(), unit_, moments, {}};
     for (int k = 0; k < 3; ++k) spread.over_spacing[k] = tables_.over_spacing[k];
-    run_->template for_each_block<512>(tiles_.count(), Spread<order, sought>::bytes(tiles_), spread);
+    run_->template for_each_block<512>(tiles_.count(), Spread<order, kind>::bytes(tiles_), spread);
   }
   template <int order>
   Gather<order> gather_of(const Weigher<order>& window, const Charged* charges, Felt* felt,

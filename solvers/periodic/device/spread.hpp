@@ -10,7 +10,7 @@ namespace lichtenberg::periodic::device {
 
 /// Adds charges, dipoles or both to a mesh of whole numbers, `unit` of them a charge. A block a tile. A dipole's
 /// potential is mu.grad of a charge's by its own place, so it is spread with mu.grad of the weights.
-template <int order, Sought sought = Sought::of_charges>
+template <int order, Kind kind = Kind::charges>
 struct Spread {
   static constexpr int batch = 256;  ///< charges whose weights are kept
   Tiles tiles;
@@ -21,7 +21,7 @@ struct Spread {
   const Moment* moments = nullptr;
   float over_spacing[3] = {};
 
-  static constexpr bool dipoles = sought != Sought::of_charges;
+  static constexpr bool dipoles = kind != Kind::charges;
   static std::size_t bytes(const Tiles& tiles) { return sizeof(int) * tiles.region() + batch * sizeof(Weights); }
   struct Weights {
     float weight[3][order];
@@ -59,7 +59,7 @@ struct Spread {
       const float factor = over_spacing[axis] * (axis == 0 ? m.x : axis == 1 ? m.y : m.z);
       LICHTENBERG_UNROLL(8)
       for (int c = 0; c < order; ++c) to.weight[axis][c] = weight[c], to.slope[axis][c] = factor * slope[c];
-      if (axis == 0) to.charge = sought == Sought::forces ? of.charge : 0;
+      if (axis == 0) to.charge = kind == Kind::multipoles ? of.charge : 0;
     } else {
       window.weights(at.from_middle, weight);
       const float factor = axis == 0 ? unit * of.charge : 1;

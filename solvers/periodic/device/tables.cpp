@@ -7,8 +7,8 @@
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/charge_mesh.hpp"
-#include "solvers/periodic/near.hpp"
-#include "solvers/periodic/turn.hpp"
+#include "solvers/periodic/near_kernels.hpp"
+#include "solvers/periodic/self_term.hpp"
 
 namespace lichtenberg::periodic::device {
 namespace {
@@ -22,27 +22,10 @@ std::vector<float> window_of(const Mesh& mesh) {
   return window;
 }
 
-NearTable near_table(const Mesh& mesh, const Cloud& cloud, const std::vector<double>& value) {
-  NearTable table;
-  table.cutoff2 = static_cast<float>(cloud.cutoff * cloud.cutoff);
-  const double turn = 2 / (cloud.cutoff * cloud.cutoff);
-  table.turn = static_cast<float>(turn);
+NearTable near_table(const Mesh& mesh, const Cloud& cloud, const std::vector<double>& polynomial) {
+  const double cutoff2 = cloud.cutoff * cloud.cutoff;
+  NearTable table{.cutoff2 = static_cast<float>(cutoff2), .kernels = {polynomial, 2 / cutoff2}};
   for (int k = 0; k < 3; ++k) table.length[k] = static_cast<float>(mesh.lengths[k] * 0x1p-32);
-  table.terms = static_cast<int>(value.size());
-  for (int n = 0; n < table.terms; ++n) {
-    table.value[n] = static_cast<float>(value[n]);
-    if (n > 0) table.slope[n - 1] = static_cast<float>(2 * turn * n * value[n]);
-  }
-  return table;
-}
-
-MultipoleTable multipole_table(const Mesh& mesh, const Cloud& cloud, const std::vector<double>& value) {
-  MultipoleTable table{.charges = near_table(mesh, cloud, value)};
-  const double twice = 4 / (cloud.cutoff * cloud.cutoff);
-  for (int n = 2; n < table.charges.terms; ++n) {
-    table.second[n - 2] = static_cast<float>(-twice * twice * n * (n - 1) * value[n]);
-    if (n > 2) table.third[n - 3] = static_cast<float>(twice * twice * twice * n * (n - 1) * (n - 2) * value[n]);
-  }
   return table;
 }
 
@@ -50,9 +33,9 @@ MultipoleTable multipole_table(const Mesh& mesh, const Cloud& cloud, const std::
 
 MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
   checked(mesh, highest_order);  // refuses what it cannot do
-  const NearPart near(mesh.lengths, cloud);
-  const std::vector<double>&of_charges = near.coefficients(Kind::charges),
-        &of_dipoles = near.coefficients(Kind::dipoles);
+  checked_cutoff(mesh.lengths, cloud.cutoff);
+  const std::vector<double> of_charges = cloud_polynomial(cloud, Kind::charges),
+                            of_dipoles = cloud_polynomial(cloud, Kind::dipoles);
   if (of_charges.size() > most_terms)
     throw InputError(
         fmt::format("A near part of degree {} is beyond the single precision of a device, which reaches "
@@ -60,7 +43,7 @@ MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
                     of_charges.size() - 1, most_terms - 1));
   MeshTables tables{.mesh = mesh, .near = near_table(mesh, cloud, of_charges), .window = window_of(mesh)};
   if (mesh.window == Window::spline && mesh.order >= lowest_dipole_order && of_dipoles.size() <= most_terms)
-    tables.multipoles = multipole_table(mesh, cloud, of_dipoles);
+    tables.multipoles = near_table(mesh, cloud, of_dipoles);
   const Influence influence = optimal_influence(mesh, cloud);
   const auto waves = waves_from_middle(influence, mesh.order);
   const auto [across, down, up] = mesh.points;
@@ -77,7 +60,7 @@ MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
   }
   tables.self = static_cast<float>(cloud.potential(0));
   tables.self_field = static_cast<float>(cloud.dipole_field);
-  tables.reach = 0.5 * mesh.order * std::max({mesh.spacing().x, mesh.spacing().y, mesh.spacing().z});
+  tables.reach = reach_of(mesh);
   tables.cutoff = cloud.cutoff;
   tables.background = -cloud.background / mesh.volume();
   return tables;

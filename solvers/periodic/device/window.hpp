@@ -48,9 +48,6 @@ LICHTENBERG_HOST_DEVICE void curvatures(const Weigher<order>& window, float t, f
   }
 }
 
-/// What is spread and gathered: as Kind of the CPU's.
-enum class Sought { of_charges, of_dipoles, forces };
-
 /// A place on the mesh along one axis: the point before it, and how far behind the middle between that and the next it
 /// lies, from -1/2 to 1/2.
 struct OnMesh {

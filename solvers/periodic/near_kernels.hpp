@@ -1,0 +1,76 @@
+#pragma once
+
+#include <type_traits>
+#include <vector>
+
+#include "solvers/geometry/host_device.hpp"
+#include "solvers/parallel/unroll.hpp"
+#include "solvers/periodic/cloud.hpp"
+#include "solvers/periodic/sources.hpp"
+
+// The near part of two charges or dipoles that are taken for clouds: B_0 = 1/r less the cloud's potential, and B_(n+1)
+// = -B_n' / r, by polynomials in r^2 (README).
+namespace lichtenberg::periodic {
+
+/// Coefficients of powers of 2 (r / cutoff)^2 - 1 of a polynomial that stands for the cloud's potential within the
+/// cutoff, of the lowest degree that changes the force between charges by less than .3 of the cloud's own loss, both
+/// rms over the ball of the cutoff: errors add up in squares, so it adds 2 % to that of the whole.
+std::vector<double> cloud_polynomial(const Cloud& cloud);
+/// The same for double precision: the largest error of the force, or of its derivatives that act between dipoles, is a
+/// tenth of that loss. An even degree, at most 30.
+std::vector<double> cloud_polynomial(const Cloud& cloud, Kind kind);
+
+/// Returns the cutoff. Throws InputError for a box whose lengths are not positive, and for a cutoff of more than half
+/// a length.
+double checked_cutoff(Vec3 lengths, double cutoff);
+
+/// With x = turn r^2 - 1, B_k is (2k - 1)!! / r^(2k + 1) + sum_n term[k][n] x^n. Terms that are not needed are 0.
+template <class Real, int most>
+struct NearKernels {
+  int terms = 0;
+  Real turn = 0;
+  Real term[4][most] = {};
+
+  NearKernels() = default;
+  /// `cloud`: coefficients of cloud_polynomial, at most `most`; `by_square`: `turn`.
+  NearKernels(std::vector<double> cloud, double by_square)
+      : terms(static_cast<int>(cloud.size())), turn(static_cast<Real>(by_square)) {
+    for (double& coefficient : cloud) coefficient = -coefficient;
+    for (auto& kernel : term) {
+      for (std::size_t n = 0; n < cloud.size(); ++n) kernel[n] = static_cast<Real>(cloud[n]);
+      for (std::size_t n = 1; n < cloud.size(); ++n)
+        cloud[n - 1] = -(2 * by_square * static_cast<double>(n)) * cloud[n];
+      if (!cloud.empty()) cloud.pop_back();
+    }
+  }
+};
+
+/// Computes B_first to B_last at n distances, whose squares are `r2` and inverses `over`. `terms`: a number, or a
+/// constant that loops are unrolled for. A Number is a number or a vector of them.
+template <int first, int last, int n, class Number, class Terms, class Table>
+LICHTENBERG_HOST_DEVICE inline void screened(const Table& table, Terms terms, const Number (&r2)[n],
+                                             const Number (&over)[n], Number (&b)[4][n]) {
+  Number x[n];
+  for (int m = 0; m < n; ++m) x[m] = table.turn * r2[m] - 1;
+  for (int k = first; k <= last; ++k)
+    for (int m = 0; m < n; ++m) b[k][m] = Number{} + table.term[k][terms - 1];
+  if constexpr (std::is_same_v<Terms, int>) {
+    for (int t = terms - 2; t >= 0; --t)
+      for (int k = first; k <= last; ++k)
+        for (int m = 0; m < n; ++m) b[k][m] = b[k][m] * x[m] + table.term[k][t];
+  } else {
+    LICHTENBERG_UNROLL(32)
+    for (int t = terms - 2; t >= 0; --t)
+      for (int k = first; k <= last; ++k)
+        for (int m = 0; m < n; ++m) b[k][m] = b[k][m] * x[m] + table.term[k][t];
+  }
+  for (int m = 0; m < n; ++m) {
+    const Number over2 = over[m] * over[m], over3 = over2 * over[m];
+    if constexpr (first == 0) b[0][m] = over[m] + b[0][m];
+    if constexpr (last >= 1) b[1][m] = over3 + b[1][m];
+    if constexpr (last >= 2) b[2][m] = 3 * over3 * over2 + b[2][m];
+    if constexpr (last >= 3) b[3][m] = 15 * over3 * over2 * over2 + b[3][m];
+  }
+}
+
+}  // namespace lichtenberg::periodic

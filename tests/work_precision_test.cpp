@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "solvers/error.hpp"
@@ -45,10 +44,41 @@ Scene two_disks(const std::string& more = "") {
                      "two-disks.toml");
 }
 
-std::vector<Point> points_of(const Diagram& diagram, const std::string& method) {
-  std::vector<Point> points;
+struct Measured : Point {
+  std::string method;
+  Settings settings;
+};
+
+struct LeftOut {
+  std::string method, reason;
+};
+
+struct Swept : Diagram {
+  std::vector<Measured> points;
+  std::vector<LeftOut> left_out;
+};
+
+/// All candidates, of each method those after the first that takes longer than `seconds` left out.
+Swept swept(void (*sweep)(const Scene&, const Request&), const Scene& scene, Request request, double seconds = 10) {
+  Swept result;
+  request.serve = [&](const Diagram& diagram, const std::vector<Method>& methods) {
+    static_cast<Diagram&>(result) = diagram;
+    for (const Method& method : methods)
+      for (const Candidate& candidate : method.candidates) try {
+          result.points.push_back({measure(candidate), method.name, candidate.settings});
+          if (result.points.back().seconds > seconds) break;
+        } catch (const InputError& error) {
+          result.left_out.push_back({method.name, error.what()});
+        }
+  };
+  sweep(scene, request);
+  return result;
+}
+
+std::vector<Measured> points_of(const Swept& diagram, const std::string& method) {
+  std::vector<Measured> points;
   std::ranges::copy_if(diagram.points, std::back_inserter(points),
-                       [&](const Point& point) { return point.method == method; });
+                       [&](const Measured& point) { return point.method == method; });
   return points;
 }
 
@@ -70,83 +100,25 @@ class Nap : public Trial {
   double seconds_, error_;
 };
 
-Candidate nap(double cost, double seconds, double error) {
-  return {{{"cost", cost}}, cost, [=] { return std::make_unique<Nap>(seconds, error); }};
-}
-
-Candidate refusal(const std::string& sentence) {
-  return {{}, 1, [=]() -> std::unique_ptr<Trial> { throw InputError(sentence); }};
-}
-
-Diagram one_quantity(double reference_error) {
-  return {.quantities = {"positions"}, .work = "naps", .reference_errors = {reference_error}};
-}
-
-Point point(const std::string& method, double error, double seconds) {
-  return {.method = method, .settings = {}, .errors = {error}, .seconds = seconds};
-}
-
 }  // namespace
 
-TEST_CASE("the price list names the cheapest of those that are good enough, decade by decade") {
-  Diagram diagram = one_quantity(0);
-  diagram.points = {point("rough", 0.05, 1), point("dear", 0.02, 5), point("good", 0.004, 2), point("best", 2e-3, 3)};
-  const std::vector<Price> prices = price_list(diagram, 0);
-  REQUIRE(prices.size() == 3);
-  CHECK(prices[0].point->method == "rough");
-  CHECK(prices[1].point->method == "good");
-  CHECK(prices[2].error == doctest::Approx(1e-3));
-  CHECK(prices[2].point == nullptr);
-}
-
-TEST_CASE("no price is named for less than the reference's own error") {
-  Diagram diagram = one_quantity(0.03);
-  diagram.points = {point("lucky", 1e-6, 1)};
-  const std::vector<Price> prices = price_list(diagram, 0);
-  REQUIRE(prices.size() == 2);
-  CHECK(prices[0].point != nullptr);
-  CHECK(prices[1].point == nullptr);
-}
-
-TEST_CASE("prices of what has no error at all end where numbers do") {
-  Diagram diagram = one_quantity(0);
-  diagram.points = {point("exact", 0, 1)};
-  const std::vector<Price> prices = price_list(diagram, 0);
-  REQUIRE(prices.size() == 16);
-  CHECK(prices.back().point != nullptr);
-}
-
-TEST_CASE("what would take too long is not begun, and what fails does not end the sweep") {
-  bool begun = false;
-  const Candidate endless{{{"cost", 1e9}}, 1e9, [&]() -> std::unique_ptr<Trial> {
-                            begun = true;
-                            return std::make_unique<Nap>(0, 0);
-                          }};
-  const std::vector<Method> methods{{"sleeper", "", {nap(1, 2e-3, 0.1), endless, nap(2, 2e-3, NAN)}},
-                                    {"picky", "", {refusal("no disks"), nap(1, 1e-3, 0.01)}}};
-  Diagram diagram = one_quantity(0);
-  measure(methods, {.seconds = 1000}, diagram);  // of naps of milliseconds, on a machine that may be busy
-  CHECK_FALSE(begun);
-  REQUIRE(diagram.points.size() == 2);
-  CHECK(diagram.points[0].seconds >= 2e-3);
-  CHECK(diagram.points[0].cores < 0.9);  // it slept
-  CHECK(diagram.points[1].method == "picky");
-  REQUIRE(diagram.left_out.size() == 3);
-  CHECK(diagram.left_out[0].reason == "expected to take longer than 1000 s");
-  CHECK(diagram.left_out[1].reason == "unstable");
-  CHECK(diagram.left_out[2].reason == "no disks");
+TEST_CASE("a candidate: time and cores of its runs are measured, and its errors are given") {
+  const Point point = measure({{}, 1, [] { return std::make_unique<Nap>(2e-3, 0.1); }});
+  CHECK(point.seconds >= 2e-3);
+  CHECK(point.cores < 0.9);  // it slept
+  CHECK(point.errors == std::vector<double>{0.1});
 }
 
 TEST_CASE(
     "on finer grids the cut-cell method's errors fall, at the tolerance of the spectral one its errors stay below it") {
-  const Diagram diagram =
-      sweep_field(two_disks(), {.methods = {"cut-cell", "cut-cell-cholmod", "multipole"}, .sizes = {128, 32, 64}});
+  const Swept diagram = swept(sweep_field, two_disks(),
+                              {.methods = {"cut-cell", "cut-cell-cholmod", "multipole"}, .sizes = {128, 32, 64}});
   CHECK(diagram.quantities == std::vector<std::string>{"potentials", "charges", "forces"});
   // Second order: a factor 4 a doubling, of which the disks' places in their cells may take up to 2 (FIELD: mean
   // against largest error over places in validation/two_disks). Charges of single disks are given, the floor's alone is
   // free.
-  std::vector<Point> tight = points_of(diagram, "cut-cell");
-  std::erase_if(tight, [](const Point& p) { return setting(p.settings, "tolerance") > 1e-7; });
+  std::vector<Measured> tight = points_of(diagram, "cut-cell");
+  std::erase_if(tight, [](const Measured& p) { return setting(p.settings, "tolerance") > 1e-7; });
   REQUIRE(tight.size() == 3);
   for (const std::size_t quantity : {0, 2})
     for (const std::size_t finer : {1, 2}) {
@@ -154,15 +126,15 @@ TEST_CASE(
       CHECK(tight[finer].errors[quantity] < 0.5 * tight[finer - 1].errors[quantity]);
     }
   // The same system, factorized: the same error but for the tolerances, 1e-8 either.
-  for (const Point& direct : points_of(diagram, "cut-cell-cholmod")) {
+  for (const Measured& direct : points_of(diagram, "cut-cell-cholmod")) {
     const auto same = std::ranges::find_if(
-        tight, [&](const Point& p) { return setting(p.settings, "S") == setting(direct.settings, "S"); });
+        tight, [&](const Measured& p) { return setting(p.settings, "S") == setting(direct.settings, "S"); });
     REQUIRE(same != tight.end());
     CHECK(std::abs(direct.errors[0] - same->errors[0]) < 1e-7);
   }
-  const std::vector<Point> spectral = points_of(diagram, "multipole");
+  const std::vector<Measured> spectral = points_of(diagram, "multipole");
   REQUIRE(spectral.size() == 9);
-  for (const Point& p : spectral)
+  for (const Measured& p : spectral)
     for (const double error : p.errors) CHECK(error <= setting(p.settings, "tolerance"));
 }
 
@@ -175,7 +147,7 @@ TEST_CASE("a method that cannot solve the scene is left out with its reason, and
     width = 1e-3
     potential = 100.0
   )");
-  const Diagram diagram = sweep_field(scene, {.methods = {"multipole", "cut-cell"}, .sizes = {32}});
+  const Swept diagram = swept(sweep_field, scene, {.methods = {"multipole", "cut-cell"}, .sizes = {32}});
   CHECK(diagram.reference.find("S = 64") != std::string::npos);
   CHECK(points_of(diagram, "multipole").empty());
   REQUIRE(diagram.left_out.size() == 9);
@@ -188,9 +160,9 @@ TEST_CASE("a method that cannot solve the scene is left out with its reason, and
 }
 
 TEST_CASE("in time Euler is of first order, and split coupling gets better with its tolerance") {
-  const Diagram diagram = sweep_time(two_disks(), {.methods = {"euler", "split"}, .seconds = 0.3});
+  const Swept diagram = swept(sweep_time, two_disks(), {.methods = {"euler", "split"}}, 0.15);
   CHECK(diagram.reference_errors[0] < 1e-6);
-  const std::vector<Point> euler = points_of(diagram, "euler"), split = points_of(diagram, "split");
+  const std::vector<Measured> euler = points_of(diagram, "euler"), split = points_of(diagram, "split");
   REQUIRE(euler.size() >= 2);
   // error = C dt (1 + O(dt)); these steps are a fifteenth of the run and less, over which the force changes by about
   // its own size.
@@ -221,19 +193,6 @@ TEST_CASE("wrong names and sizes are refused before anything is computed") {
   neutral.effects.remove<effects::FloatingConductorsOptions>();
   CHECK(refused(neutral, {}).find("floating_conductors") != std::string::npos);
   CHECK_THROWS_AS(sweep_time(two_disks(), {.methods = {"multipole"}}), InputError);
-}
-
-TEST_CASE("JSON holds all that was measured, with machine and versions") {
-  Diagram diagram = one_quantity(1e-9);
-  diagram.points = {point("only", 1e-3, 0.25)};
-  diagram.left_out = {{"other", {{"S", 64}}, "no disks"}};
-  const nlohmann::ordered_json json = to_json(diagram, circumstances(two_disks()));
-  CHECK(json["scene"] == "two-disks.toml");
-  CHECK(json["versions"].get<std::string>().find("PETSc") != std::string::npos);
-  CHECK(json["points"][0]["errors"]["positions"] == 1e-3);
-  CHECK(json["points"][0]["seconds"] == 0.25);
-  CHECK(json["left_out"][0]["settings"]["S"] == 64);
-  CHECK(json["prices"]["positions"].size() == 3);
 }
 
 TEST_CASE("end of a decay: an exponential's is exact, others are not extrapolated") {

@@ -1,6 +1,7 @@
 #include "src/commands/command_line.hpp"
 
 #include <fmt/format.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -215,8 +216,11 @@ void add_unlisted(std::vector<Command>& commands, const std::vector<std::string>
   const std::size_t place = !arguments.empty() && arguments.front() == "help" ? 1 : 0;
   if (arguments.size() <= place || std::ranges::find(commands, arguments[place], &Command::name) != commands.end())
     return;
-  for (const Command& inner : {frame_fields_command(), ensemble_members_command()})
-    if (inner.name == arguments[place]) return commands.push_back(inner);
+  for (const Command& inner : {frame_fields_command(), ensemble_members_command(), work_precision_methods_command()}) {
+    if (inner.name != arguments[place]) continue;
+    prctl(PR_SET_PDEATHSIG, SIGTERM);  // nobody else wants its answers
+    return commands.push_back(inner);
+  }
   if (std::optional<Command> added = added_python_command(arguments[place])) commands.push_back(std::move(*added));
 }
 
@@ -299,8 +303,7 @@ int status_of(const std::function<int()>& work) {
 std::vector<Command> all_commands() {
   std::vector<Command> commands = python_commands();
   commands.insert(commands.begin(), {run_command(), solve_command(), explain_command()});
-  commands.insert(commands.end(),
-                  {analyse_command(), network_command(), theory_command(theory_kinds()), work_precision_command()});
+  commands.insert(commands.end(), {analyse_command(), network_command(), theory_command(theory_kinds())});
   return commands;
 }
 

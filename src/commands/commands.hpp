@@ -47,11 +47,11 @@ Command solve_command();
 Command explain_command();
 Command analyse_command();
 Command network_command();
-Command work_precision_command();
 
 // For the Python package alone, not listed.
 
 Command frame_fields_command();
 Command ensemble_members_command();
+Command work_precision_methods_command();
 
 }  // namespace lichtenberg

@@ -1,12 +1,9 @@
 #include "src/commands/ensemble.hpp"
 
 #include <fmt/format.h>
-#include <signal.h>
-#include <sys/prctl.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -14,6 +11,7 @@
 #include "src/analysis/statistics.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
+#include "src/commands/json_output.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/version.hpp"
 
@@ -98,14 +96,8 @@ Json answer(const Json& question, const std::vector<Member>& members, const std:
   return ensemble::inspect(path, member, question.at("just_ended"));
 }
 
-void tell(const Json& json) {
-  fmt::print("{}\n", json.dump(-1, ' ', false, Json::error_handler_t::replace));
-  std::fflush(stdout);
-}
-
 /// Tells the members, one a line, then answers a question a line.
 void serve(const Arguments& request) {
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
   const std::vector<Member> members =
       ensemble::make_members(request.scene, settings_of(request.settings), variations_of(request), request.folder);
   const Version version = lichtenberg_version();
@@ -114,7 +106,7 @@ void serve(const Arguments& request) {
         {"mark", ensemble::member_mark},
         {"members", members.size()}});
   for (const Member& member : members) tell(to_json(member));
-  for (std::string line; std::getline(std::cin, line);) tell(answer(Json::parse(line), members, request.folder));
+  answer_questions([&](const Json& question) { return answer(question, members, request.folder); });
 }
 
 }  // namespace

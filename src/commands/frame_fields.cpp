@@ -1,6 +1,4 @@
 #include <fmt/format.h>
-#include <signal.h>
-#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -111,7 +109,6 @@ struct FieldsRequest {
 };
 
 void write_fields(const FieldsRequest& request) {
-  prctl(PR_SET_PDEATHSIG, SIGTERM);  // nobody else reads them
   const Result result(request.file);
   if (!has_field(result)) return;
   const Scene scene = result.scene();

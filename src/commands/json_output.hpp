@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -40,8 +41,13 @@ Argument json_argument(JsonTarget& target, const std::string& what, bool file_fo
 /// Whole or not at all. Throws Failure if the disk does not take it.
 void write_json(const std::string& path, const nlohmann::ordered_json& json);
 
-/// Has a `function` of python.hpp draw what the JSON holds into a picture, and says so unless `silently`. Throws Failure
-/// if it does not: all else that was asked for is to be done before.
+/// For the Python package (questions.py), which reads and writes a line of JSON at a time.
+void tell(const nlohmann::ordered_json& json);
+/// Tells the answer to each line of standard input, to its end.
+void answer_questions(const std::function<nlohmann::ordered_json(const nlohmann::ordered_json& question)>& answer);
+
+/// Has a `function` of python.hpp draw what the JSON holds into a picture, and says so unless `silently`. Throws
+/// Failure if it does not: all else that was asked for is to be done before.
 void draw_json(const std::string& function, const nlohmann::ordered_json& json, const std::string& picture,
                bool silently = false);
 

@@ -107,7 +107,7 @@ bool run_package(std::vector<std::string> words, int output = STDOUT_FILENO) {
 
 /// What the command line sets for an argument.
 using Value = std::variant<bool, double, std::string, std::optional<int>, std::optional<double>,
-                           std::optional<std::string>, std::vector<std::string>>;
+                           std::optional<std::string>, std::vector<int>, std::vector<std::string>>;
 
 struct PythonArgument {
   std::string name, done;  ///< what is done with the result file that it names; empty: it names none
@@ -118,6 +118,7 @@ Value value_of(const json& described) {
   const std::string kind = described.at("kind");
   if (kind == "flag") return false;
   if (kind == "texts") return std::vector<std::string>();
+  if (kind == "ints") return std::vector<int>();
   if (kind == "int") return std::optional<int>();
   if (kind == "float" && described.contains("default")) return described.at("default").get<double>();
   if (kind == "float") return std::optional<double>();
@@ -137,9 +138,9 @@ std::vector<std::string> words_of(const PythonArgument& argument) {
         if constexpr (std::is_same_v<V, double>) return {word(value)};
         if constexpr (std::is_same_v<V, std::string>)
           return value.empty() ? std::vector<std::string>() : std::vector{word(value)};
-        if constexpr (std::is_same_v<V, std::vector<std::string>>) {
+        if constexpr (requires { value.front(); } && !std::is_same_v<V, std::string>) {
           std::vector<std::string> words;
-          for (const std::string& each : value) words.push_back(word(each));
+          for (const auto& each : value) words.push_back(word(each));
           return words;
         }
         if constexpr (requires { value.has_value(); })
@@ -177,9 +178,11 @@ Argument argument_of(const json& described, Value& value) {
           described.at("help"),
           {.required = is("required"),
            .positive = is("positive"),
+           .comma_separated = is("comma_separated"),
            .repeated = is("repeated"),
            .default_shown = described.contains("default"),
            .value_optional = is("value_optional"),
+           .value_follows = is("value_follows"),
            .allowed = texts("allowed"),
            .offered = texts("offered"),
            .excluded = described.value("excluded", "")}};

@@ -1,67 +1,34 @@
 #include "src/commands/work_precision.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
+#include <petscsys.h>
+#include <sundials/sundials_version.h>
 
-#include <filesystem>
+#include <array>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "solvers/error.hpp"
-#include "solvers/parallel/petsc.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/json_output.hpp"
-#include "src/commands/output.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/record/provenance.hpp"
 #include "src/scene/effect_kind.hpp"
+#include "src/version.hpp"
 
 namespace lichtenberg {
 namespace {
 
-namespace fs = std::filesystem;
+using namespace work_precision;
+using Json = nlohmann::ordered_json;
 
 struct Arguments {
-  std::string scene, picture;
-  JsonTarget json;
+  std::string scene;
   std::vector<std::string> settings;
-  bool time = false, overwrite = false;
-  work_precision::Request request;
+  bool time = false;
+  Request request;
 };
-
-void check(const Arguments& arguments) {
-  if (parallel::process_count() > 1)
-    throw InputError("work-precision compares methods on one process: leave mpirun out");
-  if (arguments.time && !arguments.request.sizes.empty())
-    throw InputError("--sizes goes with the field, not with --time: there the scene's field.cells holds");
-  if (!(arguments.request.seconds > 0)) throw InputError("--seconds must be positive");
-  check_picture("--out", arguments.picture);
-  check_output("--out", arguments.picture, arguments.overwrite);
-  check_outputs({arguments.picture}, {arguments.scene}, arguments.overwrite);
-  const std::string json = arguments.json.file();
-  if (json.empty()) return;
-  check_output("--json", json, arguments.overwrite);
-  if (fs::absolute(json).lexically_normal() == fs::absolute(arguments.picture).lexically_normal())
-    throw InputError(fmt::format("--json {0}: the picture is written to {0}; give one of them another name", json));
-  check_outputs({json}, {arguments.scene}, arguments.overwrite);
-}
-
-std::string default_picture(const Arguments& arguments) {
-  return fs::path(arguments.scene).stem().string() + (arguments.time ? "-time-precision.png" : "-work-precision.png");
-}
-
-/// Which candidate is being measured, on standard error: one line rewritten in place on a terminal, elsewhere a line a
-/// method.
-void show_progress(int place, int all, const std::string& method, const work_precision::Settings& settings) {
-  static std::string last;
-  const std::string where = place == 0 ? "" : fmt::format("{} of {}: ", place, all);
-  if (isatty(STDERR_FILENO)) {
-    const std::string line = where + method + (settings.empty() ? "" : ", " + work_precision::to_string(settings));
-    fmt::print(stderr, "\r\033[K{}", place < all || all == 0 ? line : "");  // \033[K clears the rest of a longer line
-  } else if (method != last) {
-    fmt::print(stderr, "{}{}\n", where, method);
-  }
-  last = method;
-}
 
 auto sweep_for(const Scene& scene, bool time) {
   if (scene.reference) return time ? work_precision::sweep_grains : work_precision::sweep_charges;
@@ -70,45 +37,93 @@ auto sweep_for(const Scene& scene, bool time) {
                                                                          : work_precision::sweep_field;
 }
 
-void sweep(Arguments arguments) {
-  if (arguments.picture.empty()) arguments.picture = default_picture(arguments);
-  check(arguments);
-  arguments.request.progress = show_progress;
+std::string versions() {
+  const Version own = lichtenberg_version();
+  std::array<char, 32> sundials{};
+  SUNDIALSGetVersion(sundials.data(), static_cast<int>(sundials.size()));
+  return fmt::format("lichtenberg {} ({}), PETSc {}.{}.{}, SUNDIALS {}, {}", own.number, own.commit,
+                     PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR, sundials.data(), own.compiler);
+}
+
+/// Processes that ran or wanted to in the minute before.
+double load_average() {
+  double load = 0;
+  return getloadavg(&load, 1) == 1 ? load : 0;
+}
+
+Json to_json(const Method& method) {
+  Json json{{"name", method.name}, {"description", method.description}, {"candidates", Json::array()}};
+  for (const Candidate& candidate : method.candidates) {
+    Json settings = Json::array();
+    for (const auto& [name, value] : candidate.settings) settings.push_back(Json::array({name, value}));
+    json["candidates"].push_back(Json::array({settings, candidate.cost}));
+  }
+  return json;
+}
+
+Json to_json(const Diagram& diagram, double load, const std::string& scene) {
+  const Provenance here = provenance();
+  return {{"scene", scene},
+          {"title", diagram.title},
+          {"processor", here.processor},
+          {"cores", here.cores},
+          {"load", load},
+          {"versions", versions()},
+          {"errors", diagram.measure},
+          {"reference", diagram.reference},
+          {"work", diagram.work},
+          {"time", diagram.clock},
+          {"quantities", diagram.quantities},
+          {"reference_errors", diagram.reference_errors}};
+}
+
+Json measured(const Candidate& candidate) {
+  try {
+    const Point point = measure(candidate);
+    Json json{{"errors", point.errors}, {"seconds", point.seconds}, {"cores", point.cores}, {"work", point.work}};
+    if (point.evaluations > 0) json["evaluations"] = point.evaluations;
+    if (point.mebibytes) json["mebibytes"] = *point.mebibytes;
+    return json;
+  } catch (const InputError& error) {
+    return {{"refused", error.what()}};
+  } catch (const Failure& error) {
+    return {{"failed", error.what()}};
+  }
+}
+
+/// Tells when the reference is begun, what is compared, with which methods, then measures what is asked for.
+void serve(Arguments arguments) {
   const Scene scene = read_scene(arguments.scene, settings_of(arguments.settings));
-  const work_precision::Circumstances circumstances = work_precision::circumstances(scene);
-  const work_precision::Diagram diagram = sweep_for(scene, arguments.time)(scene, arguments.request);
-  if (!arguments.json.printed()) work_precision::print(diagram, circumstances);
-  const nlohmann::ordered_json json = work_precision::to_json(diagram, circumstances);
-  arguments.json.put(json, 1);
-  if (!diagram.points.empty()) draw_json("work_precision.draw_file", json, arguments.picture, arguments.json.printed());
+  const double load = load_average();
+  arguments.request.begin = [] { tell({{"reference", "begun"}}); };
+  arguments.request.serve = [&](const Diagram& diagram, const std::vector<Method>& methods) {
+    Json json = to_json(diagram, load, scene.path);
+    json["can_join"] = static_cast<bool>(diagram.errors);
+    json["methods"] = Json::array();
+    for (const Method& method : methods) json["methods"].push_back(to_json(method));
+    tell(json);
+    answer_questions([&](const Json& question) -> Json {
+      if (question.contains("errors")) return {{"errors", diagram.errors(question["errors"])}};
+      return measured(methods.at(question.at("method")).candidates.at(question.at("candidate")));
+    });
+  };
+  sweep_for(scene, arguments.time)(scene, arguments.request);
 }
 
 }  // namespace
 
-Command work_precision_command() {
+Command work_precision_methods_command() {
   auto arguments = std::make_shared<Arguments>();
-  work_precision::Request& request = arguments->request;
-  return {"work-precision",
-          "Sweeps the accuracy of every method that can solve a scene: error against time, as a table and as a picture",
+  Request& request = arguments->request;
+  return {"work-precision-methods",
+          "Lists and measures methods that can solve a scene (commands/work_precision.py)",
           {{"SCENE", &arguments->scene, "scene file (.toml)", {.required = true}},
            set_argument(arguments->settings),
-           {"--time", &arguments->time,
-            "integrators over the scene's motion until stop.time, in place of field solvers at its first instant"},
-           {"--methods",
-            &request.methods,
-            "only these, as in cut-cell,multipole (default: all)",
-            {.comma_separated = true}},
-           {"--sizes",
-            &request.sizes,
-            "cells along the longer side (default: 128,256,512,1024,2048)",
-            {.comma_separated = true}},
-           {"--seconds", &request.seconds, "leave out what is expected to take longer", {.default_shown = true}},
-           json_argument(arguments->json, "all figures", true),
-           {"--out", &arguments->picture,
-            "picture to write: .png, .pdf or .svg (default: the scene's name with -work-precision.png, or "
-            "-time-precision.png)"},
-           {"--overwrite", &arguments->overwrite, "replace files that exist"}},
-          [arguments] { sweep(*arguments); }};
+           {"--time", &arguments->time, "as of work-precision"},
+           {"--methods", &request.methods, "as of work-precision", {.repeated = true}},
+           {"--others", &request.others, "names of methods that the package has", {.repeated = true}},
+           {"--sizes", &request.sizes, "as of work-precision", {.repeated = true}}},
+          [arguments] { serve(*arguments); }};
 }
 
 }  // namespace lichtenberg

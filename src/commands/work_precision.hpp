@@ -15,8 +15,6 @@ namespace lichtenberg::work_precision {
 
 /// What a method was asked for, by name: {{"S", 512}, {"tolerance", 1e-6}}.
 using Settings = std::vector<std::pair<std::string, double>>;
-/// "S = 512, tolerance = 1e-06"
-std::string to_string(const Settings& settings);
 
 /// A piece of work that can be done again and again from nothing, and how wrong its result is.
 class Trial {
@@ -50,10 +48,8 @@ struct Method {
   std::vector<Candidate> candidates;  ///< in ascending order of cost, roughly
 };
 
-/// A candidate that was measured.
+/// What a candidate's run has shown.
 struct Point {
-  std::string method;
-  Settings settings;
   std::vector<double> errors;  ///< by quantity
   double seconds = 0;          ///< of a run, median; by Diagram::clock
   double cores = 0;            ///< processor time over wall time
@@ -62,84 +58,54 @@ struct Point {
   std::optional<double> mebibytes;  ///< memory that it took at its peak; empty if the system does not say
 };
 
-/// A candidate that was not, or a method without any (no settings).
-struct LeftOut {
-  std::string method;
-  Settings settings;
-  std::string reason;
-};
-
-/// Error against time, for several methods.
+/// What errors are taken of, and against what.
 struct Diagram {
-  std::string title;                                         ///< what was computed
-  std::vector<std::string> quantities;                       ///< whose errors are taken
-  std::string measure;                                       ///< which error that is, in words
-  std::string work;                                          ///< what Point::work counts
-  std::string clock = "wall time";                           ///< what Point::seconds are
-  std::string reference;                                     ///< how it was found, in words
-  std::vector<double> reference_errors;                      ///< the reference's own, estimated, by quantity
-  std::vector<std::pair<std::string, std::string>> methods;  ///< name and description of those that were asked for
-  std::vector<Point> points;
-  std::vector<LeftOut> left_out;
+  std::string title;                     ///< what is computed
+  std::vector<std::string> quantities;   ///< whose errors are taken
+  std::string measure;                   ///< which error that is, in words
+  std::string work;                      ///< what Point::work counts
+  std::string clock = "wall time";       ///< what Point::seconds are
+  std::string reference;                 ///< how it was found, in words
+  std::vector<double> reference_errors;  ///< the reference's own, estimated, by quantity
+  /// Errors, by quantity, of an answer that a method of others has found; empty where none can join.
+  std::function<std::vector<double>(const nlohmann::ordered_json& answer)> errors;
 };
 
 /// What to sweep.
 struct Request {
-  std::vector<std::string> methods;  ///< names; empty: all
-  std::vector<int> sizes;            ///< S, of the methods with a grid
-  double seconds = 10;               ///< candidates that are expected to take longer are left out
-  /// Called before each candidate is measured, with its place in the order, from 1; with place 0 before the reference.
-  std::function<void(int place, int all, const std::string& method, const Settings& settings)> progress;
+  std::vector<std::string> methods;     ///< names; empty: all
+  std::vector<std::string> others;      ///< names of methods that others have
+  std::vector<int> sizes;               ///< S, of the methods with a grid
+  std::function<void()> begin = [] {};  ///< called before the reference is sought
+  /// Called with what is compared and the methods that were asked for, which last as long as this call.
+  std::function<void(const Diagram&, const std::vector<Method>&)> serve;
 };
 
 /// The field of the scene's first instant, by every method that can solve it. Quantities: potentials, charges, forces.
 /// Throws InputError for a scene without a field, unknown methods and sizes that do not give square cells.
-Diagram sweep_field(const Scene& scene, const Request& request);
+void sweep_field(const Scene& scene, const Request& request);
 /// The same of a scene of spheres in three dimensions, by accuracy and by degree, beside finite elements where they are
 /// installed.
-Diagram sweep_spheres(const Scene& scene, const Request& request);
+void sweep_spheres(const Scene& scene, const Request& request);
 /// The scene's motion until stop.time, by every integrator. Quantity: positions. Throws InputError for unknown methods.
-Diagram sweep_time(const Scene& scene, const Request& request);
+void sweep_time(const Scene& scene, const Request& request);
 
 /// The forces of charges on grains at the places of the first instant, by every way to sum them, LAMMPS' among them;
 /// with induced dipoles, from no start, where the scene's grains polarize. Gaussian charges where they have none yet.
 /// Quantities: rms force, largest force. Throws InputError for a scene without charges and for unknown methods.
-Diagram sweep_charges(const Scene& scene, const Request& request);
+void sweep_charges(const Scene& scene, const Request& request);
 
 /// The motion of a scene of grains over half a unit of time, stages left out, by every integrator, and by every variant
 /// of dipoles where its grains polarize. Quantities: places, energy book. Throws InputError for unknown methods.
-Diagram sweep_grains(const Scene& scene, const Request& request);
+void sweep_grains(const Scene& scene, const Request& request);
 
-/// Those of `all` that were asked for. Throws InputError for names that are none of theirs.
-std::vector<Method> choose(std::vector<Method> all, const std::vector<std::string>& names);
-/// Measures the methods' candidates into diagram.points and diagram.left_out.
-///
-/// A run's time is the median of up to five after a first one that does not count; of fewer if they take long. What a
-/// candidate will take is expected from the last one of its method and the ratio of their costs.
-void measure(const std::vector<Method>& methods, const Request& request, Diagram& diagram);
-
-/// The cheapest point whose error is at most `error`.
-struct Price {
-  double error = 0;
-  const Point* point = nullptr;  ///< of the diagram; null: none is that good
-};
-/// For errors of 1e-1, 1e-2, ... in the quantity of that index, to the first that no point reaches. An error counts as
-/// no smaller than the reference's own.
-std::vector<Price> price_list(const Diagram& diagram, std::size_t quantity);
+/// Those of `all` that were asked for. Throws InputError for names that are none of theirs and none of others.
+std::vector<Method> choose(std::vector<Method> all, const Request& request);
+/// The time is the median of up to five runs after a first one that does not count; of fewer if they take long. Throws
+/// InputError if the method cannot do it, Failure if it does not succeed.
+Point measure(const Candidate& candidate);
 
 /// Of the processor, that this thread has taken.
 double seconds_of_thread();
-
-/// Where a diagram was measured, and by what.
-struct Circumstances {
-  std::string scene, processor;
-  int cores = 0;         ///< that the program may use
-  double load = 0;       ///< processes that ran or wanted to in the minute before (the system's load average)
-  std::string versions;  ///< lichtenberg with its commit, PETSc, SUNDIALS, compiler
-};
-Circumstances circumstances(const Scene& scene);
-
-void print(const Diagram& diagram, const Circumstances& circumstances);
-nlohmann::ordered_json to_json(const Diagram& diagram, const Circumstances& circumstances);
 
 }  // namespace lichtenberg::work_precision

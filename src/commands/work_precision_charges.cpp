@@ -321,7 +321,7 @@ std::vector<double> ChargedSubject::errors(const std::vector<double>& force) con
   return {std::sqrt(squares / static_cast<double>(sample.size())) / rms_force, std::sqrt(largest) / rms_force};
 }
 
-Diagram sweep_charges(const Scene& scene, const Request& request) {
+void sweep_charges(const Scene& scene, const Request& request) {
   if (!scene.effects.has("coulomb"))
     throw InputError(scene.path +
                      ": work-precision compares ways to sum the forces of charges, and the scene has no "
@@ -331,7 +331,7 @@ Diagram sweep_charges(const Scene& scene, const Request& request) {
   if (scene.conductors.size() < 2)
     throw InputError(scene.path + ": one charge alone feels no force, and errors of forces are given over them");
   ChargedSubject subject = make_subject(scene);
-  choose(all_methods(subject), request.methods);  // names are checked before anything is computed
+  choose(all_methods(subject), request);  // names are checked before anything is computed
   Diagram diagram{
       .title = fmt::format("forces of {} charges{} at the places of the first instant", subject.bodies.size(),
                            subject.dipoles ? " and the dipoles that they induce" : ""),
@@ -339,10 +339,9 @@ Diagram sweep_charges(const Scene& scene, const Request& request) {
       .measure = "root mean square and largest error of a force, over the rms force",
       .work = "pairs",
       .clock = "time of one core"};
-  if (request.progress) request.progress(0, 0, "reference", {});
+  request.begin();
   find_reference(subject, diagram);
-  measure(choose(all_methods(subject), request.methods), request, diagram);
-  return diagram;
+  request.serve(diagram, choose(all_methods(subject), request));
 }
 
 }  // namespace lichtenberg::work_precision

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
@@ -245,6 +246,17 @@ std::vector<Method> all_methods(const FieldSubject& subject, const std::vector<i
           multipole(subject)};
 }
 
+/// Of conductors one by one; charges of electrodes as they should be.
+LaplaceSolution solution_of(const nlohmann::ordered_json& answer, const FieldSubject& subject, double depth) {
+  LaplaceSolution solution = subject.reference.solution;
+  for (std::size_t i = 0; i < subject.comparison.conductors; ++i) {
+    solution.group_potential.at(subject.problem.bodies[i].group) = answer.at("potential").at(i);
+    solution.body_charge.at(i) = answer.at("charge").at(i).get<double>() / depth;
+    solution.body_force.at(i) = Vec2{answer.at("force").at(i).at(0), answer.at("force").at(i).at(1)} / depth;
+  }
+  return solution;
+}
+
 void check_sizes(const Scene& scene, const std::vector<int>& sizes) {
   constexpr int smallest = 8;
   const double longer = std::max(scene.domain.size.x, scene.domain.size.y),
@@ -264,7 +276,7 @@ void check_sizes(const Scene& scene, const std::vector<int>& sizes) {
 
 }  // namespace
 
-Diagram sweep_field(const Scene& scene, const Request& request) {
+void sweep_field(const Scene& scene, const Request& request) {
   std::vector<int> sizes = request.sizes;
   if (sizes.empty()) sizes = {128, 256, 512, 1024, 2048};
   std::ranges::sort(sizes);
@@ -272,8 +284,8 @@ Diagram sweep_field(const Scene& scene, const Request& request) {
   FieldSubject subject{
       .problem = make_field_problem(scene).problem, .comparison = {scene.conductors.size()}, .reference = {}};
   subject.problem.check();
-  const std::vector<Method> methods = choose(all_methods(subject, sizes), request.methods);
-  if (request.progress) request.progress(0, 0, "reference", {});
+  const std::vector<Method> methods = choose(all_methods(subject, sizes), request);
+  request.begin();
   subject.reference = find_reference(subject.problem, subject.comparison, sizes.back());
   Diagram diagram{.title = fmt::format("field of {} conductors in {} groups", scene.conductors.size(),
                                        subject.problem.groups.size()),
@@ -282,8 +294,10 @@ Diagram sweep_field(const Scene& scene, const Request& request) {
                   .work = "iterations",
                   .reference = subject.reference.description,
                   .reference_errors = subject.reference.errors};
-  measure(methods, request, diagram);
-  return diagram;
+  diagram.errors = [&](const nlohmann::ordered_json& answer) {
+    return subject.comparison.relative(solution_of(answer, subject, scene.medium.depth), subject.reference.solution);
+  };
+  request.serve(diagram, methods);
 }
 
 }  // namespace lichtenberg::work_precision

@@ -230,13 +230,13 @@ void find_reference(GasSubject& subject, Diagram& diagram) {
 
 }  // namespace
 
-Diagram sweep_grains(const Scene& scene, const Request& request) {
+void sweep_grains(const Scene& scene, const Request& request) {
   constexpr double horizon = 0.5;  // t0: a grain of a gas at T = 10 then has collided once or twice
   GasSubject subject{.scene = scene};
   subject.scene.stages.clear();
   subject.scene.mechanics.threads = 1;
   subject.scene.stop.time = std::min(scene.stop.time, horizon);
-  choose(all_methods(subject), request.methods);  // names are checked before anything is computed
+  choose(all_methods(subject), request);  // names are checked before anything is computed
   Diagram diagram{
       .title = fmt::format("motion of {} grains over {:g} t0", scene.conductors.size(), subject.scene.stop.time),
       .quantities = {"places", "energy book"},
@@ -245,10 +245,9 @@ Diagram sweep_grains(const Scene& scene, const Request& request) {
           "off by over the kinetic energy at the start",
       .work = "steps of contacts",
       .clock = "time of one core"};
-  if (request.progress) request.progress(0, 0, "reference", {});
+  request.begin();
   find_reference(subject, diagram);
-  measure(choose(all_methods(subject), request.methods), request, diagram);
-  return diagram;
+  request.serve(diagram, choose(all_methods(subject), request));
 }
 
 }  // namespace lichtenberg::work_precision

@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <fstream>
-#include <limits>
 
 #include "solvers/error.hpp"
 #include "src/commands/work_precision.hpp"
@@ -68,8 +66,10 @@ int repeats(double seconds) {
 /// A first run that takes this long is long enough for what it allocates not to matter, and counts itself.
 constexpr double long_run = 2;  // s
 
-Point measure(const std::string& method, const Candidate& candidate) {
-  Point point{.method = method, .settings = candidate.settings};
+}  // namespace
+
+Point measure(const Candidate& candidate) {
+  Point point;
   const MemoryPeak memory;
   const std::unique_ptr<Trial> trial = candidate.make();
   std::vector<double> wall, processor;
@@ -96,84 +96,21 @@ Point measure(const std::string& method, const Candidate& candidate) {
   return point;
 }
 
-/// What to expect of a method's next candidate, from the last one that was tried.
-struct Experience {
-  double seconds = 0, cost = 0;
-  double expected(double next) const { return cost > 0 ? seconds * next / cost : 0; }
-};
-
-bool all_finite(const std::vector<double>& values) {
-  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
-}
-
-void try_candidate(const std::string& method, const Candidate& candidate, double budget, Experience& experience,
-                   Diagram& diagram) {
-  const auto leave_out = [&](const std::string& reason) {
-    diagram.left_out.push_back({method, candidate.settings, reason});
-  };
-  if (experience.expected(candidate.cost) > budget)
-    return leave_out(fmt::format("expected to take longer than {:g} s", budget));
-  const double start = wall_seconds();
-  try {
-    Point point = measure(method, candidate);
-    experience = {point.seconds, candidate.cost};
-    if (!all_finite(point.errors)) return leave_out("unstable");
-    diagram.points.push_back(std::move(point));
-  } catch (const InputError& error) {
-    leave_out(error.what());
-  } catch (const Failure& failure) {
-    experience = {wall_seconds() - start, candidate.cost};
-    leave_out(failure.what());
-  }
-}
-
-}  // namespace
-
 double seconds_of_thread() { return seconds_by(CLOCK_THREAD_CPUTIME_ID); }
 
-std::string to_string(const Settings& settings) {
-  std::string text;
-  for (const auto& [name, value] : settings) text += fmt::format("{}{} = {:g}", text.empty() ? "" : ", ", name, value);
-  return text;
-}
-
-std::vector<Method> choose(std::vector<Method> all, const std::vector<std::string>& names) {
-  if (names.empty()) return all;
+std::vector<Method> choose(std::vector<Method> all, const Request& request) {
+  if (request.methods.empty()) return all;
   std::vector<std::string> known;
   for (const Method& method : all) known.push_back(method.name);
-  for (const std::string& name : names)
+  known.insert(known.end(), request.others.begin(), request.others.end());
+  for (const std::string& name : request.methods)
     if (std::ranges::find(known, name) == known.end())
       throw InputError(fmt::format("--methods {}: there is no such method; did you mean {}? Allowed are {}", name,
                                    nearest(name, known), fmt::join(known, ", ")));
-  std::erase_if(all, [&](const Method& method) { return std::ranges::find(names, method.name) == names.end(); });
+  std::erase_if(all, [&](const Method& method) {
+    return std::ranges::find(request.methods, method.name) == request.methods.end();
+  });
   return all;
-}
-
-void measure(const std::vector<Method>& methods, const Request& request, Diagram& diagram) {
-  int all = 0, place = 0;
-  for (const Method& method : methods) all += static_cast<int>(method.candidates.size());
-  for (const Method& method : methods) {
-    diagram.methods.emplace_back(method.name, method.description);
-    Experience experience;
-    for (const Candidate& candidate : method.candidates) {
-      if (request.progress) request.progress(++place, all, method.name, candidate.settings);
-      try_candidate(method.name, candidate, request.seconds, experience, diagram);
-    }
-  }
-}
-
-std::vector<Price> price_list(const Diagram& diagram, std::size_t quantity) {
-  constexpr int last = std::numeric_limits<double>::digits10 + 1;  // or errors of 0 would go on for ever
-  std::vector<Price> prices;
-  for (int decade = 1; decade <= last && (prices.empty() || prices.back().point != nullptr); ++decade) {
-    Price price{.error = std::pow(10.0, -decade)};
-    for (const Point& point : diagram.points) {
-      const double own = std::max(point.errors[quantity], diagram.reference_errors[quantity]);
-      if (own <= price.error && (price.point == nullptr || point.seconds < price.point->seconds)) price.point = &point;
-    }
-    prices.push_back(price);
-  }
-  return prices;
 }
 
 }  // namespace lichtenberg::work_precision

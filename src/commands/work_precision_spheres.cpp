@@ -111,22 +111,21 @@ bool SphereSubject::has_unknown_charges() const {
          std::ranges::any_of(problem.groups, [](const laplace::Group& group) { return !group.floating; });
 }
 
-Diagram sweep_spheres(const Scene& scene, const Request& request) {
+void sweep_spheres(const Scene& scene, const Request& request) {
   if (!request.sizes.empty())
     throw InputError("--sizes goes with grids: the field of spheres in three dimensions has none");
   SphereSubject subject{.problem = make_field_problem(scene).spheres, .reference = {}};
   subject.problem.check();
-  const std::vector<Method> methods = choose(all_methods(subject), request.methods);
+  const std::vector<Method> methods = choose(all_methods(subject), request);
   Diagram diagram{.title = fmt::format("field of {} spheres in {} groups", subject.problem.spheres.size(),
                                        subject.problem.groups.size()),
                   .quantities = {"potentials", "forces"},
                   .measure = "the largest of all spheres, relative to the largest potential, force or charge",
                   .work = "iterations"};
   if (subject.has_unknown_charges()) diagram.quantities.emplace_back("charges");
-  if (request.progress) request.progress(0, 0, "reference", {});
+  request.begin();
   find_reference(subject, diagram);
-  measure(methods, request, diagram);
-  return diagram;
+  request.serve(diagram, methods);
 }
 
 }  // namespace lichtenberg::work_precision

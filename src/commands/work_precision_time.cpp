@@ -162,7 +162,7 @@ std::string describe_field(const MovingSubject& subject) {
 
 }  // namespace
 
-Diagram sweep_time(const Scene& scene, const Request& request) {
+void sweep_time(const Scene& scene, const Request& request) {
   if (scene.dimension() == 3 || scene.domain.box().any_periodic())
     throw InputError(
         fmt::format("{}: work-precision compares places in the plane, which nothing leaves: two dimensions "
@@ -170,17 +170,16 @@ Diagram sweep_time(const Scene& scene, const Request& request) {
                     scene.path));
   MovingSubject subject{.scene = effects::with_field_chosen(scene),
                         .radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius};
-  choose(all_methods(subject), request.methods);  // names are checked before anything is computed
+  choose(all_methods(subject), request);  // names are checked before anything is computed
   Diagram diagram{
       .quantities = {"positions"},
       .measure = "the largest distance of a conductor from where it should be at the end, in smallest radii",
       .work = "field solves"};
-  if (request.progress) request.progress(0, 0, "reference", {});
+  request.begin();
   choose_field(subject, diagram);
   diagram.title = fmt::format("motion of {} conductors over {:g} s, {} contacts made or lost; {}",
                               scene.conductors.size(), scene.stop.time, subject.contacts, describe_field(subject));
-  measure(choose(all_methods(subject), request.methods), request, diagram);
-  return diagram;
+  request.serve(diagram, choose(all_methods(subject), request));
 }
 
 }  // namespace lichtenberg::work_precision

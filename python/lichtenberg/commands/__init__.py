@@ -15,12 +15,12 @@ import pkgutil
 
 __path__ += [folder for folder in os.environ.get("LICHTENBERG_COMMANDS", "").split(":") if folder]
 FIRST = ["plot", "film", "view", "export"]  # as they are listed, before the others
-KINDS = {"int": int, "float": float, "text": str}
+KINDS = {"int": int, "ints": int, "float": float}
 
 
 def argument(name, help, kind="text", **rules):
-    """`name`: "--out", or "FILE" of one that is told by its place. `kind`: flag, int, float, text, texts (several).
-    `rules`: default; and required, positive, repeated, allowed, offered, excluded, value_optional as of ArgumentRule in
+    """`name`: "--out", or "FILE" of one that is told by its place. `kind`: flag, int, float, text; ints and texts are several.
+    `rules`: default; and required, positive, comma_separated, repeated, allowed, offered, excluded, value_optional, value_follows as of ArgumentRule in
     src/commands/commands.hpp; `result`: a result file, and what is done with it ("drawn"): a damaged one is refused before."""
     return {"name": name, "help": help, "kind": kind, **rules}
 
@@ -58,7 +58,7 @@ def parser_of(name):
     module = module_of(name)
     parser = Parser(prog=f"lichtenberg {name}", description=module.HELP, allow_abbrev=False)
     for each in module.ARGUMENTS:
-        several, place = each["kind"] == "texts", not each["name"].startswith("-")
+        several, place = each["kind"] in ("ints", "texts"), not each["name"].startswith("-")
         options = {"help": each["help"].replace("%", "%%")}
         if each["kind"] == "flag":
             options["action"] = "store_true"

@@ -21,9 +21,17 @@ from ..errors import Failure, InputError
 from ..files import check_output, write_whole
 from ..installation import find_program
 from ..interrupted import Interruption, end_with
+from ..questions import Program
 from . import argument
 
 HELP = "Runs, or goes on with, a scene in many variants on all cores: means with confidence intervals"
+SET = argument(
+    "--set",
+    "KEY=VALUE: a key of the scene set otherwise than in its file, as in mechanics.position_tolerance=1e-6 or "
+    "electrode[0].potential=2e3; again for another key",
+    "texts",
+    repeated=True,
+)
 ARGUMENTS = [
     argument("SCENE", "scene file (.toml)", required=True),
     argument("--conductors", "numbers of conductors, as in 64,100,144: short for --vary population.count=..."),
@@ -35,13 +43,7 @@ ARGUMENTS = [
         "texts",
         repeated=True,
     ),
-    argument(
-        "--set",
-        "KEY=VALUE: a key of the scene set otherwise than in its file, as in mechanics.position_tolerance=1e-6 or "
-        "electrode[0].potential=2e3; again for another key",
-        "texts",
-        repeated=True,
-    ),
+    SET,
     argument(
         "--out",
         "folder of the result files, one a member, of their scenes and of ensemble.json (ensemble-2.json beside that of "
@@ -83,37 +85,19 @@ class Member:
     warnings: list = field(default_factory=list)
 
 
-class Program:
-    """The program, which answers questions about this ensemble, in lines of JSON."""
+class Members(Program):
+    """The program, which answers questions about the members of this ensemble."""
 
     def __init__(self, request):
-        words = [find_program(), "ensemble-members", f"--out={request.out}", f"--seeds={request.seeds or 1}"]
+        words = [f"--out={request.out}", f"--seeds={request.seeds or 1}"]
         words += [f"--conductors={request.conductors}"] if request.conductors else []
         words += [f"--vary={each}" for each in request.vary] + [f"--set={each}" for each in request.set]
-        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "encoding": "utf-8"}
-        # In a session of its own, an interruption from the keyboard does not reach it.
-        self.process = subprocess.Popen([*words, "--", request.scene], start_new_session=True, **pipes)
+        super().__init__("ensemble-members", *words, "--", request.scene, apart=True)
         about = self.read()
         self.version, self.commit, self.mark = about["version"], about["commit"], about["mark"]
         self.members = [Member(number=number, **self.read()) for number in range(about["members"])]
         for member in self.members:
             member.state = "failed" if member.sentence else "waiting"
-
-    def read(self):
-        """Ends as the program does if it has no more to say: its sentence is on standard error."""
-        line = self.process.stdout.readline()
-        if not line:
-            status = self.process.wait()
-            raise SystemExit(status if status > 0 else 1)
-        return json.loads(line)
-
-    def ask(self, **question):
-        try:
-            self.process.stdin.write(json.dumps(question) + "\n")
-            self.process.stdin.flush()
-        except BrokenPipeError:
-            pass  # read() finds out why
-        return self.read()
 
 
 class Folder:
@@ -355,7 +339,7 @@ def report(program, request, members, share):
 
 def act(request):
     request.out = request.out or Path(request.scene).stem + "-ensemble"
-    program = Program(request)
+    program = Members(request)
     members = program.members
     if all(member.state == "failed" for member in members):
         first = members[0]

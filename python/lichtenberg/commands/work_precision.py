@@ -1,0 +1,211 @@
+"""`lichtenberg work-precision`: error against time, for every method that can solve a scene.
+
+The program has methods of its own and measures them (src/commands/work_precision.hpp); others join by `JOINED`.
+"""
+import json
+import math
+import os
+import statistics
+import time
+from pathlib import Path
+
+from .. import messages
+from ..errors import Failure, InputError
+from ..files import check_output, write_whole
+from ..questions import Program
+from ..work_precision_report import in_words, printed, to_json
+from . import argument
+from .ensemble import SET
+
+HELP = "Sweeps the accuracy of every method that can solve a scene: error against time, as a table and as a picture"
+ARGUMENTS = [
+    argument("SCENE", "scene file (.toml)", required=True),
+    SET,
+    argument(
+        "--time",
+        "integrators over the scene's motion until stop.time, in place of field solvers at its first instant",
+        "flag",
+    ),
+    argument("--methods", "only these, as in cut-cell,multipole (default: all)", "texts", comma_separated=True),
+    argument("--sizes", "cells along the longer side (default: 128,256,512,1024,2048)", "ints", comma_separated=True),
+    argument("--seconds", "leave out what is expected to take longer", "float", default=10),
+    argument(
+        "--json",
+        "print JSON in place of the table, or write it to a FILE beside the table: all figures",
+        value_optional=True,
+        value_follows=True,
+    ),
+    argument(
+        "--out",
+        "picture to write: .png, .pdf or .svg (default: the scene's name with -work-precision.png, or "
+        "-time-precision.png)",
+    ),
+    argument("--overwrite", "replace files that exist", "flag"),
+]
+MOST_RUNS, ENOUGH = 5, 2.0  # of a candidate, and s for all of them
+
+
+class Method:
+    """A method that joins the program's own. It may use the program itself: `sweep.request` has the scene's path as `scene` and
+    the keys that are set otherwise as `set`."""
+
+    name = description = ""
+
+    def joins(self, sweep):
+        """Whether it is for what is swept; `sweep.about` says what that is, as `title` and `quantities`. Fields of conductors in a
+        plane alone can be joined."""
+        return False
+
+    def candidates(self, sweep):
+        """Settings, name by number, in ascending order of the cost beside them, in any unit: [({"edge": 0.5}, 8.0)]."""
+        raise NotImplementedError
+
+    def prepare(self, sweep, settings):
+        """A function to be called again and again, each time from nothing. It returns an answer, {"potential": [N], "charge": [N],
+        "force": [N][2]} of the conductors in SI, and the seconds that it took; None: those of the clock. Throws InputError if the method cannot do it,
+        Failure if it does not succeed."""
+        raise NotImplementedError
+
+
+JOINED = []
+
+
+class Sweep:
+    """What is swept, and what the program has measured of it."""
+
+    def __init__(self, request, joined):
+        words = [f"--others={method.name}" for method in joined]
+        words += [f"--set={each}" for each in request.set] + ["--time"] * request.time
+        words += [f"--methods={name}" for name in request.methods] + [f"--sizes={cells}" for cells in request.sizes]
+        self.request = request
+        self.program = Program("work-precision-methods", *words, "--", request.scene)
+        self.program.read()
+        show_progress(0, 0, "reference", {})
+        self.about = self.program.read()
+        asked, can_join = set(request.methods), self.about.pop("can_join")
+        self.joined = [m for m in joined if can_join and m.joins(self) and (not asked or m.name in asked)]
+        for method in joined:
+            if method.name in asked and method not in self.joined:
+                raise InputError(f"--methods {method.name}: this method cannot join a sweep of the {self.about['title']}")
+        self.methods = [
+            (each["name"], each["description"], [(dict(settings), cost) for settings, cost in each["candidates"]], None)
+            for each in self.about.pop("methods")
+        ] + [(method.name, method.description, method.candidates(self), method) for method in self.joined]
+        self.points, self.left_out = [], []
+
+    def measure(self, number, place, settings, method):
+        """A point. Throws InputError and Failure."""
+        if method:
+            return self.measure_joined(method, settings)
+        answer = self.program.ask(method=number, candidate=place)
+        if "refused" in answer:
+            raise InputError(answer["refused"])
+        if "failed" in answer:
+            raise Failure(answer["failed"])
+        return answer
+
+    def measure_joined(self, method, settings):
+        """The time is the median of up to five runs after a first one that does not count; of fewer if they take long."""
+        run = method.prepare(self, settings)
+        answer, first = timed(run)
+        count = max(1, min(MOST_RUNS, int(ENOUGH / max(first, 1e-6))))
+        runs = [first] if first >= ENOUGH else [timed(run)[1] for _ in range(count)]
+        return {**self.program.ask(errors=answer), "seconds": statistics.median(runs), "cores": 1.0, "work": 0}
+
+
+def timed(run):
+    start = time.monotonic()
+    answer, seconds = run()
+    return answer, time.monotonic() - start if seconds is None else seconds
+
+
+def show_progress(place, count, method, settings):
+    """Which candidate is being measured, on standard error: one line rewritten in place on a terminal, elsewhere a line a
+    method."""
+    where = f"{place} of {count}: " if place else ""
+    if os.isatty(2):
+        line = f"{where}{method}{', ' if settings else ''}{in_words(settings)}"
+        messages.tell(f"\r\033[K{line if place < count or count == 0 else ''}", end="")
+    elif method != show_progress.last:
+        messages.tell(f"{where}{method}")
+    show_progress.last = method
+
+
+show_progress.last = None
+
+
+def measure_all(sweep, seconds, progress=show_progress):
+    """Into sweep.points and sweep.left_out. What a candidate will take is expected from the last one of its method and the ratio
+    of their costs; those that are expected to take longer than `seconds` are left out."""
+    count, done = sum(len(candidates) for _, _, candidates, _ in sweep.methods), 0
+    for number, (name, _, candidates, method) in enumerate(sweep.methods):
+        pace = 0.0  # s for a cost of 1
+        for place, (settings, cost) in enumerate(candidates):
+            done += 1
+            progress(done, count, name, settings)
+            reason, start = None, time.monotonic()
+            if pace * cost > seconds:
+                reason = f"expected to take longer than {seconds:g} s"
+            else:
+                try:
+                    point = sweep.measure(number, place, settings, method)
+                    pace = point["seconds"] / cost
+                    if all(error is not None and math.isfinite(error) for error in point["errors"]):
+                        sweep.points.append({"method": name, "settings": settings, **point})
+                    else:
+                        reason = "unstable"
+                except InputError as error:
+                    reason = str(error)
+                except Failure as error:
+                    pace, reason = (time.monotonic() - start) / cost, str(error)
+            if reason:
+                sweep.left_out.append({"method": name, "settings": settings, "reason": reason})
+
+
+def check(request):
+    if request.time and request.sizes:
+        raise InputError("--sizes goes with the field, not with --time: there the scene's field.cells holds")
+    if not request.seconds > 0:
+        raise InputError("--seconds must be positive")
+    if not request.out.endswith((".png", ".pdf", ".svg")):
+        raise InputError(f"--out {request.out}: the picture's name must end in .png, .pdf or .svg")
+    written = {"--out": request.out}
+    if request.json not in (None, "true"):
+        written["--json"] = request.json
+        if os.path.abspath(request.json) == os.path.abspath(request.out):
+            words = f"the picture is written to {request.json}; give one of them another name"
+            raise InputError(f"--json {request.json}: {words}")
+    for option, path in written.items():
+        if os.path.realpath(path) == os.path.realpath(request.scene):
+            raise InputError(f"{path} is what is read, and is left as it is: name another file to write")
+        check_output(path, request.overwrite, otherwise=f"give {option} another name")
+
+
+def draw(data, picture):
+    """Throws Failure."""
+    from ..pictures import drawing, work_precision
+
+    try:
+        drawing.save(work_precision.draw(data), picture)
+    except InputError as error:
+        raise Failure(str(error)) from None
+
+
+def act(request):
+    kind = "-time-precision.png" if request.time else "-work-precision.png"
+    request.out = request.out or Path(request.scene).stem + kind
+    check(request)
+    sweep = Sweep(request, JOINED)
+    measure_all(sweep, request.seconds)
+    data = to_json(sweep)
+    text = json.dumps(data, indent=1, ensure_ascii=False) + "\n"
+    if request.json == "true":
+        messages.put(text)
+    else:
+        messages.put(printed(sweep))
+        if request.json:
+            write_whole(request.json, text)
+    if sweep.points:
+        draw(data, request.out)
+        if request.json != "true":
+            messages.put(f"\n{messages.printable(request.out)} shows it\n")

@@ -1,0 +1,91 @@
+"""How `work-precision` measures what it is given, and what it says of it."""
+import math
+import time
+import unittest
+from types import SimpleNamespace
+
+import runs  # which knows where the package is
+from lichtenberg import InputError
+from lichtenberg.commands.work_precision import Method, Sweep, measure_all
+from lichtenberg.work_precision_report import price_list, printed, to_json
+
+
+class Nap(Method):
+    """Sleeps, and is as wrong as it was told."""
+
+    def __init__(self, name, candidates):
+        self.name, self.naps = name, candidates  # ({"cost": cost}, cost), s, error
+
+    def candidates(self, sweep):
+        return [candidate for candidate, _, _ in self.naps]
+
+    def prepare(self, sweep, settings):
+        seconds, error = next((s, e) for (own, _), s, e in self.naps if own == settings)
+        if isinstance(error, Exception):
+            raise error
+        return lambda: (error, time.sleep(seconds))  # the clock tells the seconds
+
+
+class NapSweep(Sweep):
+    def __init__(self, methods):
+        self.methods = [(method.name, "", method.candidates(self), method) for method in methods]
+        self.program = SimpleNamespace(ask=lambda errors: {"errors": [errors]})
+        self.points, self.left_out = [], []
+        self.about = {"scene": "nap.toml", "title": "naps", "processor": "any", "cores": 1, "load": 0.0, "versions": "0"}
+        self.about |= {"errors": "given", "reference": "none", "work": "naps", "time": "wall time"}
+        self.about |= {"quantities": ["positions"], "reference_errors": [1e-9]}
+
+
+def nap(cost, seconds, error):
+    return ({"cost": cost}, cost), seconds, error
+
+
+def point(name, error, seconds):
+    return {"method": name, "settings": {}, "errors": [error], "seconds": seconds, "cores": 1.0, "work": 1}
+
+
+class Prices(unittest.TestCase):
+    def test_the_cheapest_of_those_that_are_good_enough_is_named_decade_by_decade(self):
+        points = [point("rough", 0.05, 1), point("dear", 0.02, 5), point("good", 0.004, 2), point("best", 2e-3, 3)]
+        prices = price_list(points, 0, 0)
+        self.assertEqual([found and found["method"] for _, found in prices], ["rough", "good", None])
+        self.assertAlmostEqual(prices[2][0], 1e-3)
+
+    def test_no_price_is_named_for_less_than_the_references_own_error(self):
+        prices = price_list([point("lucky", 1e-6, 1)], 0, 0.03)
+        self.assertEqual([found is None for _, found in prices], [False, True])
+
+    def test_prices_of_what_has_no_error_at_all_end_where_numbers_do(self):
+        prices = price_list([point("exact", 0, 1)], 0, 0)
+        self.assertEqual(len(prices), 16)
+        self.assertIsNotNone(prices[-1][1])
+
+
+class Measuring(unittest.TestCase):
+    def test_what_would_take_too_long_is_not_begun_and_what_fails_does_not_end_the_sweep(self):
+        begun = AssertionError("it was begun")
+        sleeper = Nap("sleeper", [nap(1, 2e-3, 0.1), nap(1e9, 0, begun), nap(2, 2e-3, math.nan)])
+        picky = Nap("picky", [nap(1, 0, InputError("no disks")), nap(2, 1e-3, 0.01)])
+        sweep = NapSweep([sleeper, picky])
+        measure_all(sweep, 1000, lambda *_: None)  # of naps of milliseconds, on a machine that may be busy
+        self.assertEqual([p["method"] for p in sweep.points], ["sleeper", "picky"])
+        self.assertGreaterEqual(sweep.points[0]["seconds"], 2e-3)
+        reasons = [entry["reason"] for entry in sweep.left_out]
+        self.assertEqual(reasons, ["expected to take longer than 1000 s", "unstable", "no disks"])
+
+    def test_json_and_table_hold_all_that_was_measured(self):
+        sweep = NapSweep([Nap("only", [])])
+        sweep.points = [point("only", 1e-3, 0.25)]
+        sweep.left_out = [{"method": "other", "settings": {"S": 64.0}, "reason": "no disks"}]
+        data = to_json(sweep)
+        self.assertEqual(data["points"][0]["errors"], {"positions": 1e-3})
+        self.assertEqual(data["left_out"][0]["settings"]["S"], 64)
+        self.assertEqual(len(data["prices"]["positions"]), 3)
+        text = printed(sweep)
+        self.assertRegex(text, r"only +1\.0e-03 +250 +1\.00 +1")
+        self.assertIn("other                     no disks", text)
+        self.assertIn("1e-4    none is that good", text)
+
+
+if __name__ == "__main__":
+    unittest.main()

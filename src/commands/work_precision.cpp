@@ -30,11 +30,27 @@ struct Arguments {
   Request request;
 };
 
-auto sweep_for(const Scene& scene, bool time) {
-  if (scene.reference) return time ? work_precision::sweep_grains : work_precision::sweep_charges;
-  if (time) return work_precision::sweep_time;
-  return scene.dimension() == 3 && scene.effects.has(&EffectKind::field) ? work_precision::sweep_spheres
-                                                                         : work_precision::sweep_field;
+/// What can be swept of a scene, and its name for methods that join.
+struct Kind {
+  std::string name;
+  void (*sweep)(const Scene&, const Request&);
+};
+
+Kind kind_of(const Scene& scene, bool time) {
+  if (scene.reference)
+    return time ? Kind{"grains", sweep_grains}
+                : Kind{scene.effects.has("induced_dipoles") ? "dipoles" : "charges", sweep_charges};
+  if (time) return {"motion", sweep_time};
+  return scene.dimension() == 3 && scene.effects.has(&EffectKind::field) ? Kind{"spheres", sweep_spheres}
+                                                                         : Kind{"field", sweep_field};
+}
+
+/// Of "KIND/NAME" the names of that kind.
+std::vector<std::string> of_kind(const std::string& kind, const std::vector<std::string>& methods) {
+  std::vector<std::string> names;
+  for (const std::string& method : methods)
+    if (method.starts_with(kind + "/")) names.push_back(method.substr(kind.size() + 1));
+  return names;
 }
 
 std::string versions() {
@@ -95,10 +111,13 @@ Json measured(const Candidate& candidate) {
 void serve(Arguments arguments) {
   const Scene scene = read_scene(arguments.scene, settings_of(arguments.settings));
   const double load = load_average();
+  const Kind kind = kind_of(scene, arguments.time);
+  arguments.request.others = of_kind(kind.name, arguments.request.others);
   arguments.request.begin = [] { tell({{"reference", "begun"}}); };
   arguments.request.serve = [&](const Diagram& diagram, const std::vector<Method>& methods) {
     Json json = to_json(diagram, load, scene.path);
-    json["can_join"] = static_cast<bool>(diagram.errors);
+    json["kind"] = kind.name;
+    if (diagram.subject) json["subject"] = diagram.subject();
     json["methods"] = Json::array();
     for (const Method& method : methods) json["methods"].push_back(to_json(method));
     tell(json);
@@ -107,7 +126,7 @@ void serve(Arguments arguments) {
       return measured(methods.at(question.at("method")).candidates.at(question.at("candidate")));
     });
   };
-  sweep_for(scene, arguments.time)(scene, arguments.request);
+  kind.sweep(scene, arguments.request);
 }
 
 }  // namespace
@@ -121,7 +140,7 @@ Command work_precision_methods_command() {
            set_argument(arguments->settings),
            {"--time", &arguments->time, "as of work-precision"},
            {"--methods", &request.methods, "as of work-precision", {.repeated = true}},
-           {"--others", &request.others, "names of methods that the package has", {.repeated = true}},
+           {"--others", &request.others, "KIND/NAME of methods that the package has", {.repeated = true}},
            {"--sizes", &request.sizes, "as of work-precision", {.repeated = true}}},
           [arguments] { serve(*arguments); }};
 }

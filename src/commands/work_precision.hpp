@@ -67,14 +67,15 @@ struct Diagram {
   std::string clock = "wall time";       ///< what Point::seconds are
   std::string reference;                 ///< how it was found, in words
   std::vector<double> reference_errors;  ///< the reference's own, estimated, by quantity
-  /// Errors, by quantity, of an answer that a method of others has found; empty where none can join.
+  /// For methods of others (python/lichtenberg/methods): what is solved, and the errors, by quantity, of their answer.
+  std::function<nlohmann::ordered_json()> subject;
   std::function<std::vector<double>(const nlohmann::ordered_json& answer)> errors;
 };
 
 /// What to sweep.
 struct Request {
   std::vector<std::string> methods;     ///< names; empty: all
-  std::vector<std::string> others;      ///< names of methods that others have
+  std::vector<std::string> others;      ///< names of methods of others that can join
   std::vector<int> sizes;               ///< S, of the methods with a grid
   std::function<void()> begin = [] {};  ///< called before the reference is sought
   /// Called with what is compared and the methods that were asked for, which last as long as this call.

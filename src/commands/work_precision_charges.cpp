@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/accuracy.hpp"
@@ -10,13 +12,32 @@
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/mesh.hpp"
 #include "solvers/periodic/short_range.hpp"
+#include "solvers/periodic/sum.hpp"
 #include "solvers/random.hpp"
-#include "src/commands/work_precision_charges.hpp"
+#include "src/commands/work_precision.hpp"
+#include "src/effects/induced_dipoles.hpp"
 #include "src/model/bodies.hpp"
 #include "src/model/neighbours.hpp"
 
 namespace lichtenberg::work_precision {
 namespace {
+
+/// Charges at the places of a scene's first instant, and the forces that they should feel.
+struct ChargedSubject {
+  Bodies bodies;
+  std::optional<effects::InducedDipolesOptions> dipoles;
+  std::vector<int> sample;       ///< of whom forces are compared
+  periodic::Response reference;  ///< of the sample
+  double rms_force = 0;
+
+  periodic::Sources sources() const { return {bodies.box.lengths, bodies.position, bodies.charge}; }
+  /// Of the smallest grain.
+  double diameter() const { return 2 * *std::ranges::min_element(bodies.radius); }
+  /// Along its shortest side.
+  double half_box() const { return 0.5 * std::min({bodies.box.lengths.x, bodies.box.lengths.y, bodies.box.lengths.z}); }
+  /// Root mean square and largest error of these forces ([3 N]) over the rms force.
+  std::vector<double> errors(const std::vector<double>& force) const;
+};
 
 using MakeSum = std::function<std::unique_ptr<periodic::Sum>()>;
 
@@ -169,17 +190,6 @@ Method shifted_force(const ChargedSubject& subject) {
   return method;
 }
 
-Method lammps(const ChargedSubject& subject) {
-  Method method{"lammps", "LAMMPS' PPPM (Gauss, B-splines of order 5), by its own clock", {}};
-  for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6})
-    for (const double cutoff : {4.0, 5.0, 6.0, 7.0})
-      if (cutoff <= subject.half_box())
-        method.candidates.push_back({{{"accuracy", accuracy}, {"cutoff", cutoff}},
-                                     cost_of_mesh(accuracy),
-                                     [=, &subject] { return make_lammps_trial(subject, accuracy, cutoff); }});
-  return method;
-}
-
 /// Charges on the mesh, dipoles by nearest images as the variant has it.
 Method dipole_variant(const ChargedSubject& subject, periodic::DipoleSum variant) {
   Method method{"dipoles-" + std::string(name_of(variant)), "nearest images where induced_dipoles.sum has them", {}};
@@ -215,8 +225,7 @@ std::vector<Method> all_methods(const ChargedSubject& subject) {
       mesh_on_device(subject),
       ewald(subject),
       minimum_image(subject),
-      shifted_force(subject),
-      lammps(subject)};
+      shifted_force(subject)};
 }
 
 /// Gaussian charges, where the scene has none yet.
@@ -301,16 +310,8 @@ void find_reference(ChargedSubject& subject, Diagram& diagram) {
                               largest / subject.rms_force};
 }
 
-}  // namespace
-
-double ChargedSubject::diameter() const { return 2 * *std::ranges::min_element(bodies.radius); }
-
-double ChargedSubject::half_box() const {
-  const Vec3 lengths = bodies.box.lengths;
-  return 0.5 * std::min({lengths.x, lengths.y, lengths.z});
-}
-
 std::vector<double> ChargedSubject::errors(const std::vector<double>& force) const {
+  if (force.size() != bodies.position.size()) throw InputError("an answer needs three components of force a charge");
   double squares = 0, largest = 0;
   for (std::size_t s = 0; s < sample.size(); ++s) {
     double square = 0;
@@ -320,6 +321,8 @@ std::vector<double> ChargedSubject::errors(const std::vector<double>& force) con
   }
   return {std::sqrt(squares / static_cast<double>(sample.size())) / rms_force, std::sqrt(largest) / rms_force};
 }
+
+}  // namespace
 
 void sweep_charges(const Scene& scene, const Request& request) {
   if (!scene.effects.has("coulomb"))
@@ -341,6 +344,14 @@ void sweep_charges(const Scene& scene, const Request& request) {
       .clock = "time of one core"};
   request.begin();
   find_reference(subject, diagram);
+  diagram.subject = [&]() -> nlohmann::ordered_json {
+    const Vec3 box = subject.bodies.box.lengths;
+    return {
+        {"lengths", {box.x, box.y, box.z}}, {"position", subject.bodies.position}, {"charge", subject.bodies.charge}};
+  };
+  diagram.errors = [&](const nlohmann::ordered_json& answer) {
+    return subject.errors(answer.at("force").get<std::vector<double>>());
+  };
   request.serve(diagram, choose(all_methods(subject), request));
 }
 

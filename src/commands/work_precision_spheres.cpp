@@ -1,17 +1,37 @@
-// The field of spheres in space: error against time by accuracy and by degree, beside finite elements.
-#include "src/commands/work_precision_spheres.hpp"
-
+// The field of spheres in space: error against time by accuracy and by degree.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <nlohmann/json.hpp>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/spheres/spheres.hpp"
 #include "src/commands/field_problem.hpp"
+#include "src/commands/work_precision.hpp"
 
 namespace lichtenberg::work_precision {
 namespace {
+
+/// What is compared of a field of spheres.
+struct SphereAnswer {
+  std::vector<double> potential;  ///< V, of each group
+  std::vector<double> charge;     ///< C, of each sphere
+  std::vector<Vec3> force;        ///< N, of each sphere
+};
+
+struct SphereSubject {
+  laplace::SphereProblem problem;
+  SphereAnswer reference;
+
+  /// Whether charges are found and not all given.
+  bool has_unknown_charges() const;
+  /// Largest error of potentials, forces and, if they are not all given, charges, each over the largest of its kind in
+  /// the reference.
+  std::vector<double> errors(const SphereAnswer& answer) const;
+};
+
+using Json = nlohmann::ordered_json;
 
 SphereAnswer answer_of(const laplace::SphereSolution& solution) {
   return {solution.group_potential, solution.sphere_charge, solution.sphere_force};
@@ -59,18 +79,7 @@ Method by_degree(const SphereSubject& subject) {
   return method;
 }
 
-Method finite_elements(const SphereSubject& subject) {
-  Method method{
-      "freefem", "finite elements (P2) by FreeFEM on meshes by Gmsh, which take time that is not counted", {}};
-  for (const double size : {0.6, 0.4, 0.25, 0.15})
-    method.candidates.push_back(
-        {{{"edge / R", size}}, std::pow(size, -4), [&subject, size] { return make_freefem_trial(subject, size); }});
-  return method;
-}
-
-std::vector<Method> all_methods(const SphereSubject& subject) {
-  return {by_accuracy(subject), by_degree(subject), finite_elements(subject)};
-}
+std::vector<Method> all_methods(const SphereSubject& subject) { return {by_accuracy(subject), by_degree(subject)}; }
 
 /// By the smallest accuracy whose degrees are in reach; what ten times as much changes is more than its error.
 void find_reference(SphereSubject& subject, Diagram& diagram) {
@@ -86,8 +95,6 @@ void find_reference(SphereSubject& subject, Diagram& diagram) {
     }
   }
 }
-
-}  // namespace
 
 std::vector<double> SphereSubject::errors(const SphereAnswer& answer) const {
   const auto relative = [](const auto& found, const auto& exact, const auto& size) {
@@ -111,6 +118,35 @@ bool SphereSubject::has_unknown_charges() const {
          std::ranges::any_of(problem.groups, [](const laplace::Group& group) { return !group.floating; });
 }
 
+std::vector<double> numbers(Vec3 v) { return {v.x, v.y, v.z}; }
+
+/// What a method from outside has to know.
+Json described(const laplace::SphereProblem& problem) {
+  Json json{{"box", numbers(problem.box.lengths)},
+            {"permittivity", problem.permittivity},
+            {"closed", !problem.free_space && !problem.box.any_periodic()},
+            {"ground", problem.has_ground()},
+            {"dielectrics", !std::ranges::all_of(problem.spheres, &laplace::Sphere::is_conductor)}};
+  for (int side = 0; side < 6; ++side)
+    json["side_potential"].push_back(problem.box.sides[side] == Boundary::electrode ? Json(problem.side_potential[side])
+                                                                                    : Json());
+  for (const laplace::Sphere& sphere : problem.spheres)
+    json["spheres"].push_back({{"centre", numbers(sphere.centre)}, {"radius", sphere.radius}, {"group", sphere.group}});
+  for (const laplace::Group& group : problem.groups)
+    json["groups"].push_back({{"floating", group.floating}, {"charge", group.charge}, {"potential", group.potential}});
+  return json;
+}
+
+/// A charge that is null is not known.
+SphereAnswer answer_of(const Json& json) {
+  SphereAnswer answer{.potential = json.at("potential"), .charge = {}, .force = {}};
+  for (const Json& charge : json.at("charge")) answer.charge.push_back(charge.is_null() ? NAN : charge.get<double>());
+  for (const Json& force : json.at("force")) answer.force.push_back({force.at(0), force.at(1), force.at(2)});
+  return answer;
+}
+
+}  // namespace
+
 void sweep_spheres(const Scene& scene, const Request& request) {
   if (!request.sizes.empty())
     throw InputError("--sizes goes with grids: the field of spheres in three dimensions has none");
@@ -125,6 +161,8 @@ void sweep_spheres(const Scene& scene, const Request& request) {
   if (subject.has_unknown_charges()) diagram.quantities.emplace_back("charges");
   request.begin();
   find_reference(subject, diagram);
+  diagram.subject = [&] { return described(subject.problem); };
+  diagram.errors = [&](const Json& answer) { return subject.errors(answer_of(answer)); };
   request.serve(diagram, methods);
 }
 

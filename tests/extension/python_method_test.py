@@ -31,13 +31,11 @@ cells = 64
 MODULE = '''"""`lichtenberg compare`: work-precision with a method more."""
 import lichtenberg
 from lichtenberg.commands import work_precision
+from lichtenberg.methods import Method
 
 
-class Solve(work_precision.Method):
-    name, description = "solve", "the program as a process"
-
-    def joins(self, sweep):
-        return "potentials" in sweep.about["quantities"]
+class Solve(Method):
+    name, description, kind = "solve", "the program as a process", "field"
 
     def candidates(self, sweep):
         return [({"S": cells}, cells**2) for cells in (32, 64, 128)]
@@ -54,8 +52,7 @@ HELP, ARGUMENTS = work_precision.HELP, work_precision.ARGUMENTS
 
 
 def act(request):
-    work_precision.JOINED.append(Solve())
-    work_precision.act(request)
+    work_precision.act(request, [Solve()])
 '''
 
 

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 
 import runs  # which knows where the package is
 from lichtenberg import InputError
-from lichtenberg.commands.work_precision import Method, Sweep, measure_all
+from lichtenberg.commands.work_precision import Sweep, measure_all
+from lichtenberg.methods import Method
 from lichtenberg.work_precision_report import price_list, printed, to_json
 
 

@@ -1,6 +1,6 @@
 """`lichtenberg work-precision`: error against time, for every method that can solve a scene.
 
-The program has methods of its own and measures them (src/commands/work_precision.hpp); others join by `JOINED`.
+The program has methods of its own and measures them (src/commands/work_precision.hpp); those of methods/ join.
 """
 import json
 import math
@@ -9,7 +9,7 @@ import statistics
 import time
 from pathlib import Path
 
-from .. import messages
+from .. import messages, methods
 from ..errors import Failure, InputError
 from ..files import check_output, write_whole
 from ..questions import Program
@@ -45,36 +45,11 @@ ARGUMENTS = [
 MOST_RUNS, ENOUGH = 5, 2.0  # of a candidate, and s for all of them
 
 
-class Method:
-    """A method that joins the program's own. It may use the program itself: `sweep.request` has the scene's path as `scene` and
-    the keys that are set otherwise as `set`."""
-
-    name = description = ""
-
-    def joins(self, sweep):
-        """Whether it is for what is swept; `sweep.about` says what that is, as `title` and `quantities`. Fields of conductors in a
-        plane alone can be joined."""
-        return False
-
-    def candidates(self, sweep):
-        """Settings, name by number, in ascending order of the cost beside them, in any unit: [({"edge": 0.5}, 8.0)]."""
-        raise NotImplementedError
-
-    def prepare(self, sweep, settings):
-        """A function to be called again and again, each time from nothing. It returns an answer, {"potential": [N], "charge": [N],
-        "force": [N][2]} of the conductors in SI, and the seconds that it took; None: those of the clock. Throws InputError if the method cannot do it,
-        Failure if it does not succeed."""
-        raise NotImplementedError
-
-
-JOINED = []
-
-
 class Sweep:
     """What is swept, and what the program has measured of it."""
 
     def __init__(self, request, joined):
-        words = [f"--others={method.name}" for method in joined]
+        words = [f"--others={method.kind}/{method.name}" for method in joined]
         words += [f"--set={each}" for each in request.set] + ["--time"] * request.time
         words += [f"--methods={name}" for name in request.methods] + [f"--sizes={cells}" for cells in request.sizes]
         self.request = request
@@ -82,11 +57,8 @@ class Sweep:
         self.program.read()
         show_progress(0, 0, "reference", {})
         self.about = self.program.read()
-        asked, can_join = set(request.methods), self.about.pop("can_join")
-        self.joined = [m for m in joined if can_join and m.joins(self) and (not asked or m.name in asked)]
-        for method in joined:
-            if method.name in asked and method not in self.joined:
-                raise InputError(f"--methods {method.name}: this method cannot join a sweep of the {self.about['title']}")
+        kind, self.subject = self.about.pop("kind"), self.about.pop("subject", None)
+        self.joined = [m for m in joined if m.kind == kind and (not request.methods or m.name in request.methods)]
         self.methods = [
             (each["name"], each["description"], [(dict(settings), cost) for settings, cost in each["candidates"]], None)
             for each in self.about.pop("methods")
@@ -110,6 +82,10 @@ class Sweep:
         answer, first = timed(run)
         count = max(1, min(MOST_RUNS, int(ENOUGH / max(first, 1e-6))))
         runs = [first] if first >= ENOUGH else [timed(run)[1] for _ in range(count)]
+        try:
+            json.dumps(answer, allow_nan=False)
+        except ValueError:
+            raise Failure("unstable") from None
         return {**self.program.ask(errors=answer), "seconds": statistics.median(runs), "cores": 1.0, "work": 0}
 
 
@@ -191,11 +167,12 @@ def draw(data, picture):
         raise Failure(str(error)) from None
 
 
-def act(request):
+def act(request, more=()):
+    """`more`: methods that join."""
     kind = "-time-precision.png" if request.time else "-work-precision.png"
     request.out = request.out or Path(request.scene).stem + kind
     check(request)
-    sweep = Sweep(request, JOINED)
+    sweep = Sweep(request, methods.joined() + list(more))
     measure_all(sweep, request.seconds)
     data = to_json(sweep)
     text = json.dumps(data, indent=1, ensure_ascii=False) + "\n"

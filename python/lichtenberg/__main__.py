@@ -4,12 +4,15 @@ this file by its path, and further with
     --describe [NAME ...]           prints the table of commands: JSON in quotes, as C++ and JSON have a text
     --draw MODULE.FUNCTION WORD ... calls a function of pictures/ with these words
 """
+import os
 import sys
 
-if not __package__:  # called by its path, which is then where modules are found
+if not __package__:  # called by its path: no other folder's modules come before the package
+    here = os.path.dirname(os.path.abspath(__file__))
+    sys.path.insert(0, here)
     import interrupted  # before all else
 
-    sys.path[0] = sys.path[0].rpartition("/")[0]
+    sys.path = [os.path.dirname(here)] + [path for path in sys.path if path != here]
 
 import importlib
 import json

@@ -52,8 +52,8 @@ def order(before, point):
     """Of the error in the first quantity, by work: error ~ work^-order, from one point of a method to its next."""
     if before is None or before["method"] != point["method"] or before["work"] == point["work"]:
         return ""
-    steps = point["work"] / before["work"]
-    return f"{-math.log(point['errors'][0] / before['errors'][0]) / math.log(steps):.2f}"
+    old, new = before["errors"][0], point["errors"][0]
+    return f"{-math.log(new / old) / math.log(point['work'] / before['work']):.2f}" if old > 0 and new > 0 else ""
 
 
 def lines_of_points(sweep):

@@ -1,10 +1,8 @@
 #include "src/commands/json_output.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -14,23 +12,12 @@
 
 #include "solvers/error.hpp"
 #include "src/commands/python.hpp"
+#include "src/commands/scratch_folder.hpp"
 #include "src/commands/streams.hpp"
 #include "src/record/atomic_file.hpp"
 
 namespace lichtenberg {
 namespace {
-
-/// A file of no name of one's own choosing, gone with this.
-struct TemporaryFile {
-  std::string path = (std::filesystem::temp_directory_path() / "lichtenberg-XXXXXX").string();
-  TemporaryFile() {
-    const int file = mkstemp(path.data());
-    if (file < 0) throw Failure(fmt::format("cannot draw: no file can be made at {}", path));
-    close(file);
-  }
-  ~TemporaryFile() { std::remove(path.c_str()); }
-  TemporaryFile(const TemporaryFile&) = delete;
-};
 
 bool is_same(const std::string& a, const std::string& b) {
   std::error_code error;
@@ -110,9 +97,10 @@ void answer_questions(const std::function<nlohmann::ordered_json(const nlohmann:
 
 void draw_json(const std::string& function, const nlohmann::ordered_json& json, const std::string& picture,
                bool silently) {
-  const TemporaryFile data;
-  write_json(data.path, json);
-  draw(function, {data.path, picture});
+  const ScratchFolder folder;
+  const std::string data = folder.file("data.json");
+  write_json(data, json);
+  draw(function, {data, picture});
   if (!silently) fmt::print("\n{} shows it\n", printable(picture));
 }
 

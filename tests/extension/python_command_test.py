@@ -48,6 +48,14 @@ class CommandFromOutside(unittest.TestCase):
         self.assertEqual(runs.program("count", runs.gas()), (0, "60\n", ""))
         self.assertEqual(runs.program("count", "--least=60", runs.gas()), (0, "60\n", ""))
 
+    def test_neither_the_working_folder_nor_a_safe_path_of_python_matters(self):
+        for name in ("json", "numpy", "lichtenberg"):
+            (runs.FOLDER / f"{name}.py").write_text("raise SystemExit(9)\n")
+            self.addCleanup((runs.FOLDER / f"{name}.py").unlink)
+        for safe in ("", "1"):
+            with mock.patch.dict(os.environ, PYTHONSAFEPATH=safe):
+                self.assertEqual(runs.program("count", runs.gas()), (0, "60\n", ""))
+
     def test_its_own_refusal_and_those_of_the_program_are_one_sentence(self):
         self.check_refused("gas.h5: too few bodies", "count", runs.gas(), "--least", 61)
         self.check_refused("RESULT is required; `lichtenberg help count` says what is allowed", "count")

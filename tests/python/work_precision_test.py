@@ -5,9 +5,9 @@ import unittest
 from types import SimpleNamespace
 
 import runs  # which knows where the package is
-from lichtenberg import InputError
+from lichtenberg import Failure, InputError
 from lichtenberg.commands.work_precision import Sweep, measure_all
-from lichtenberg.methods import Method
+from lichtenberg.methods import Method, freefem
 from lichtenberg.work_precision_report import price_list, printed, to_json
 
 
@@ -86,6 +86,28 @@ class Measuring(unittest.TestCase):
         self.assertRegex(text, r"only +1\.0e-03 +250 +1\.00 +1")
         self.assertIn("other                     no disks", text)
         self.assertIn("1e-4    none is that good", text)
+
+
+class FreeFem(unittest.TestCase):
+    # One sphere, alone: the integral of the square of its field's gradient is 4 pi in its radius (Jackson 1999, section 1.11).
+    SPHERE = {"permittivity": 4e-11, "spheres": [{"radius": 2e-3, "group": 0}]}
+    INTEGRALS = [4 * math.pi, 0, 0, 0, *[0] * 12, 0.5]
+
+    def answer(self, **group):
+        subject = {**self.SPHERE, "groups": [group]}
+        return freefem.answer_of(subject, [str(number) for number in self.INTEGRALS])
+
+    def test_potential_and_charge_of_a_sphere_are_those_of_coulombs_law(self):
+        capacitance = 4 * math.pi * 4e-11 * 2e-3
+        floating, seconds = self.answer(floating=True, charge=1e-12, potential=0)
+        self.assertAlmostEqual(floating["potential"][0] * capacitance / 1e-12, 1, places=12)
+        held, _ = self.answer(floating=False, charge=0, potential=50)
+        self.assertAlmostEqual(held["charge"][0] / (capacitance * 50), 1, places=12)
+        self.assertEqual((held["force"], seconds), ([[0, 0, 0]], 0.5))
+
+    def test_results_that_are_not_complete_are_a_failure(self):
+        with self.assertRaisesRegex(Failure, "not complete"):
+            freefem.answer_of({**self.SPHERE, "groups": [{}]}, ["1", "2"])
 
 
 if __name__ == "__main__":

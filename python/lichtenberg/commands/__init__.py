@@ -13,6 +13,8 @@ import importlib
 import os
 import pkgutil
 
+from ..errors import InputError
+
 __path__ += [folder for folder in os.environ.get("LICHTENBERG_COMMANDS", "").split(":") if folder]
 FIRST = ["plot", "film", "view", "export"]  # as they are listed, before the others
 KINDS = {"int": int, "ints": int, "float": float}
@@ -37,7 +39,13 @@ def names():
 
 
 def module_of(name):
-    return importlib.import_module(f"{__name__}.{name.replace('-', '_')}")
+    module = f"{__name__}.{name.replace('-', '_')}"
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name != module:
+            raise
+        raise InputError(f"there is no command `{name}` in Python: it is one of {', '.join(names())}") from None
 
 
 def describe(chosen):
@@ -48,8 +56,6 @@ def describe(chosen):
 
 class Parser(argparse.ArgumentParser):
     def error(self, message):
-        from ..errors import InputError
-
         raise InputError(message)
 
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "solvers/error.hpp"
+#include "src/effects/contact_discharge.hpp"
 #include "src/effects/leakage.hpp"
 #include "src/field_methods/field_method.hpp"
 #include "src/scene/effect_kind.hpp"
@@ -48,7 +49,7 @@ void check_sharing(const Scene& scene) {
         fmt::format("{}: effects.{} has a law of sharing, which grains do not follow: they have "
                     "Effect::exchange_charges",
                     scene.path, first->name));
-  if (!number_in(scene, &EffectKind::contact_gap))
+  if (!scene.effects.has<ContactDischargeOptions>())
     throw InputError(
         fmt::format("{}: effects.{} needs the table [effects.contact_discharge], which says who is in "
                     "contact: add it, or leave the effect out",

@@ -52,7 +52,7 @@ int sphere_beyond(const Scene& scene, const Resistor& resistor) {
 }
 
 /// Spheres that a contact's resistor joins have two groups and may touch, with potentials as near to each other as the
-/// field is known (Electrics::pressed_apart_in_potential ends a run otherwise). They are shown to the solver a share
+/// field is known (pressed_apart_in_potential ends a run otherwise). They are shown to the solver a share
 /// `accuracy` of the smaller radius apart, each smaller by half of that: what is charged there is wrong by as much, and
 /// so is the force, of which a difference dV has some pi eps dV^2 / accuracy in such a gap. Not below 1e-5, to which
 /// gaps keep their digits.

@@ -33,26 +33,21 @@ Solver default_solver(const Scene& scene) {
              : nullptr;
 }
 
-/// A scene's model, and those of its effects that the electrics must know; null where they are not in the scene.
-struct Made {
-  Model model;
-  effects::FloatingConductors* field;
-  effects::ContactDischarge* discharge;
-};
+Model make_model(const Scene& scene, Solver solver) {
+  if (!scene.effects.has<effects::FloatingConductorsOptions>()) return effects::make_model(scene);
+  if (solver)
+    return effects::make_model(scene,
+                               effects::made(std::make_unique<effects::FloatingConductors>(scene, std::move(solver))));
+  effects::check_can_run(scene);
+  return effects::make_model(scene);
+}
 
-Made make_model(const Scene& scene, Solver solver) {
-  std::unique_ptr<effects::FloatingConductors> field;
-  std::unique_ptr<effects::ContactDischarge> discharge;
-  if (scene.effects.has<effects::ContactDischargeOptions>())
-    discharge = std::make_unique<effects::ContactDischarge>(scene);
-  if (scene.effects.has<effects::FloatingConductorsOptions>() && !solver) effects::check_can_run(scene);
-  if (scene.effects.has<effects::FloatingConductorsOptions>())
-    field = solver ? std::make_unique<effects::FloatingConductors>(scene, std::move(solver))
-                   : effects::make_floating_conductors(scene);
-  auto* const field_effect = field.get();
-  auto* const discharge_effect = discharge.get();
-  return {effects::make_model(scene, effects::made(std::move(field), std::move(discharge))), field_effect,
-          discharge_effect};
+/// The model's effect of that class; null: none.
+template <class E>
+E* find(const Model& model) {
+  for (const auto& effect : model.effects)
+    if (auto* const found = dynamic_cast<E*>(effect.get())) return found;
+  return nullptr;
 }
 
 /// A helper for so many bodies: what it takes over of an event, some .6 ms, is ten times what it costs to wake it (5 us
@@ -68,8 +63,7 @@ int team_size(const Scene& scene) {
 }  // namespace
 
 struct Simulation::Implementation {
-  Implementation(const Scene& s, Solver solver) : Implementation(s, make_model(s, std::move(solver))) {}
-  Implementation(const Scene& s, Made made);
+  Implementation(const Scene& s, Solver solver);
   void begin();
   void advance(double end);
   ConductorFrame now();
@@ -99,10 +93,11 @@ struct Simulation::Implementation {
   std::function<bool()> pause;  ///< while it advances
 };
 
-Simulation::Implementation::Implementation(const Scene& s, Made made)
-    : scene(s), team(team_size(scene)), model(std::move(made.model)) {
+Simulation::Implementation::Implementation(const Scene& s, Solver solver)
+    : scene(s), team(team_size(scene)), model(make_model(scene, std::move(solver))) {
   model.team = &team;
-  if (made.field) electrics.emplace(scene, model, *made.field, made.discharge, counters);
+  if (auto* const field = find<effects::FloatingConductors>(model))
+    electrics.emplace(scene, model, *field, find<effects::ContactDischarge>(model), counters);
   const auto between_steps = [this] {
     if (pause && pause()) throw Paused();
   };

@@ -251,6 +251,13 @@ TEST_CASE("what is held at a supply's potential and touches the electrode behind
   CHECK_NOTHROW(one.now());
 }
 
+TEST_CASE("resistors: a coupling that cannot move their charge is refused in any scene") {
+  Scene scene = resistor_scene(1e9);
+  scene.mechanics.coupling = FieldCoupling::monolithic;
+  CHECK_THROWS_WITH_AS(Simulation(scene, std::make_unique<LineCharges>()), doctest::Contains("\"monolithic\""),
+                       InputError);
+}
+
 TEST_CASE("the energy of charging a capacitor through a resistor is balanced at any step: half of it is lost") {
   for (const double rc : {1e-9, 0.2, 100.0})
     for (const double tau : {0.0, 0.1}) {

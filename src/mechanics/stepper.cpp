@@ -32,6 +32,11 @@ void add_integrator(const IntegratorKind& kind, Maker make) {
 
 std::unique_ptr<Stepper> make_stepper(const Workplace& workplace) {
   const IntegratorKind& kind = workplace.scene.mechanics.kind();
+  if (workplace.electrics && !kind.carries_resistors && effects::has_resistors(workplace.scene))
+    throw InputError(fmt::format(
+        "{}: mechanics.integrator = \"{}\"{} cannot move the charge that resistors and contacts "
+        "carry at a finite rate: take \"cvode\" with coupling = \"split\"",
+        workplace.scene.path, kind.name, kind.solves_field_inside ? " with coupling = \"monolithic\"" : ""));
   const auto found = makers().find(&kind);
   if (found != makers().end()) return found->second(workplace);
   throw InputError(fmt::format("{}: mechanics.integrator = \"{}\" does not move conductors: {} do",

@@ -40,11 +40,11 @@ Phi::Phi(double z) : exponential(std::exp(-z)) {
 class Flight {
  public:
   /// `total_force`: N, [N * dimension], for those that are watched.
-  Flight(Bodies& bodies, parallel::Team& team, std::span<const double> drag, const effects::HeldField& held,
-         double start, std::vector<int> watched, std::span<double> total_force)
-      : bodies_(bodies),
-        team_(team),
-        drag_(drag),
+  Flight(Model& model, const effects::HeldField& held, double start, std::vector<int> watched,
+         std::span<double> total_force)
+      : bodies_(model.bodies),
+        team_(*model.team),
+        drag_(model.drag.linear()),
         held_(held),
         start_(start),
         watched_(std::move(watched)),
@@ -262,7 +262,7 @@ double first_event(Flight& flight, const Events& events, Lookout& lookout, Beyon
 
 double FreeFlight::advance(double start, double end, const effects::HeldField& held, const Events& events) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
-  Flight flight(model_.bodies, *model_.team, model_.drag.linear(), held, start, seen_by(events, model_.bodies), total_force_);
+  Flight flight(model_, held, start, seen_by(events, model_.bodies), total_force_);
   Lookout lookout(events);
   flight.show(start);
   lookout.beyond();
@@ -289,7 +289,7 @@ double FreeFlight::advance(double start, double end, const effects::HeldField& h
   std::vector<int> watched;
   for (const int i : events.watched)
     if (!std::ranges::binary_search(pushed, i)) watched.push_back(i);
-  Flight flight(model_.bodies, *model_.team, model_.drag.linear(), held, start, std::move(watched), total_force_);
+  Flight flight(model_, held, start, std::move(watched), total_force_);
   const auto place = [&](double t) { flight.show(t); };
   const auto forces = [&](double t) {
     flight.show(t);

@@ -26,8 +26,11 @@ void CoarseSolver::release() {
 }
 
 void CoarseSolver::factorize(const LaplaceProblem& problem, const Level& level) {
+  factorize(assemble(problem, level, true, !problem.has_ground()));
+}
+
+void CoarseSolver::factorize(SparseSystem system) {
   release();
-  SparseSystem system = assemble(problem, level, true, !problem.has_ground());
   if (system.unknowns() == 0) return;  // conductors of given potential cover all cells
   cholmod_sparse matrix{};
   matrix.nrow = matrix.ncol = system.unknowns();

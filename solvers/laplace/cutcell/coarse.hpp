@@ -10,7 +10,7 @@
 
 namespace lichtenberg::laplace {
 
-/// Sparse Cholesky factorization (CHOLMOD) of the cut-cell system of one level: fluid cells and floating groups.
+/// Sparse Cholesky factorization (CHOLMOD) of a coarsest grid's system: fluid cells and floating groups.
 class CoarseSolver {
  public:
   CoarseSolver();
@@ -18,7 +18,9 @@ class CoarseSolver {
   CoarseSolver(const CoarseSolver&) = delete;
   CoarseSolver& operator=(const CoarseSolver&) = delete;
 
-  /// Throws Failure if the matrix is not positive definite to working precision.
+  /// `system`: its upper triangle by columns. Throws Failure if the matrix is not positive definite to working
+  /// precision.
+  void factorize(SparseSystem system);
   void factorize(const LaplaceProblem& problem, const Level& level);
   /// v (by slot) and phi (by group) from f and charge; entries of fixed groups and covered cells are left as they are.
   void solve(const float* f, const float* charge, float* v, float* phi);

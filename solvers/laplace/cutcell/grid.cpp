@@ -340,7 +340,7 @@ void Grid::settle_coupled() {
   std::fill(flux_.begin(), flux_.end(), 0.0f);
   take_bound_as_relaxed();
   add_cell_fluxes(flux_);
-  relax_coupled_block();
+  relax_block();
 }
 
 void Grid::form_residual() {

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "solvers/laplace/cutcell/link_lists.hpp"
-#include "solvers/laplace/cutcell/sparse_factors.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -60,11 +59,9 @@ class Grid {
   void relax(int colour, int j);
   std::vector<char> strongly_paired(const std::vector<float>& group_diagonal) const;
   void choose_block(const Level& level, const std::vector<float>& group_diagonal);
-  void factorize_block(const std::vector<float>& group_diagonal);
-  void factorize_coupled_block(const Level& level, const std::vector<float>& group_diagonal);
+  void factorize_block(const Level& level, const std::vector<float>& group_diagonal);
   float flux_from_outside(int group) const;
   void relax_block();
-  void relax_coupled_block();
   void relax_groups(bool forward);
   void relax_groups_again(bool forward);
   void build_bound(const Level& level, std::vector<float>& group_diagonal);
@@ -98,11 +95,10 @@ class Grid {
   std::vector<float> group_inverse_diagonal_, flux_, phi_before_;
   GroupCoupling coupling_;
   std::vector<int> block_, place_in_block_;  // groups relaxed together; of each group its place in the block or -1
-  SparseFactors block_factors_;
   // If there are couplings, all coupled groups are in the block: factors, potentials, and what the
   // others and the cells brought them when they were relaxed last.
   bool is_coupled_ = false;
-  NetworkFactors coupled_factors_;
+  NetworkFactors block_factors_;
   std::vector<double> block_phi_, block_flux_;
   // Faces and absorbed groups as in Level.
   std::vector<float> east_, north_;

@@ -63,24 +63,10 @@ void Grid::choose_block(const Level& level, const std::vector<float>& group_diag
     place_in_block_[g] = static_cast<int>(block_.size());
     block_.push_back(g);
   }
-  if (is_coupled_)
-    factorize_coupled_block(level, group_diagonal);
-  else if (!block_.empty())
-    factorize_block(group_diagonal);
+  factorize_block(level, group_diagonal);
 }
 
-void Grid::factorize_block(const std::vector<float>& group_diagonal) {
-  std::vector<SparseFactors::Entry> entries;
-  for (const int g : block_) {
-    entries.push_back({place_in_block_[g], place_in_block_[g], group_diagonal[g]});
-    for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
-      if (const int h = coupling_.other[m]; place_in_block_[h] >= 0)
-        entries.push_back({place_in_block_[g], place_in_block_[h], -coupling_.conductance[m]});
-  }
-  block_factors_ = SparseFactors(static_cast<int>(block_.size()), entries);
-}
-
-void Grid::factorize_coupled_block(const Level& level, const std::vector<float>& group_diagonal) {
+void Grid::factorize_block(const Level& level, const std::vector<float>& group_diagonal) {
   std::vector<double> ground(block_.size());
   std::vector<NetworkLink> links;
   for (const int g : block_) {
@@ -98,7 +84,7 @@ void Grid::factorize_coupled_block(const Level& level, const std::vector<float>&
     links.push_back({place_in_block_[a], place_in_block_[b], conductance});
   for (const FixedCoupling& coupling : level.fixed_couplings)
     ground[place_in_block_[coupling.group]] += coupling.conductance_in_cycle;
-  coupled_factors_ = NetworkFactors(std::move(ground), links);
+  block_factors_ = NetworkFactors(std::move(ground), links);
   block_phi_.assign(block_.size(), 0.0);
   block_flux_.assign(block_.size(), 0.0);
 }
@@ -112,26 +98,12 @@ float Grid::flux_from_outside(int group) const {
 }
 
 void Grid::relax_block() {
-  if (block_.empty()) return;
-  if (is_coupled_) return relax_coupled_block();
-  std::vector<double> flux(block_.size());
-  for (std::size_t k = 0; k < block_.size(); ++k) {
-    const int g = block_[k];
-    flux[k] = charge[g] + flux_[g];
-    for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
-      if (const int h = coupling_.other[m]; place_in_block_[h] < 0) flux[k] += coupling_.conductance[m] * phi[h];
-  }
-  const std::vector<double> solution = block_factors_.solve(flux);
-  for (std::size_t k = 0; k < block_.size(); ++k) phi[block_[k]] = static_cast<float>(solution[k]);
-}
-
-void Grid::relax_coupled_block() {
   for (std::size_t k = 0; k < block_.size(); ++k) {
     const int g = block_[k];
     block_flux_[k] = flux_[g] + flux_from_outside(g);
     block_phi_[k] = charge[g] + block_flux_[k];
   }
-  coupled_factors_.solve(block_phi_.data());
+  block_factors_.solve(block_phi_.data());
   for (std::size_t k = 0; k < block_.size(); ++k) phi[block_[k]] = static_cast<float>(block_phi_[k]);
 }
 

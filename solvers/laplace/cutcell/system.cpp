@@ -15,10 +15,7 @@ struct Part {
   bool in_cycle;  // with couplings to fixed groups as the preconditioner takes them
 };
 
-struct Entry {
-  int column;
-  double value;
-};
+using Entry = SparseSystem::Entry;
 
 // Unknown of every slot and group; -1: none.
 struct Numbering {
@@ -85,20 +82,6 @@ Links collect_links(const LaplaceProblem& problem, const Level& level, const Spa
   return links;
 }
 
-/// Appends a row; several links between the same two unknowns become one entry.
-void append_row(std::vector<Entry>& row, SparseSystem& system) {
-  std::sort(row.begin(), row.end(), [](Entry x, Entry y) { return x.column < y.column; });
-  for (const Entry& entry : row) {
-    if (static_cast<int>(system.index.size()) > system.start.back() && system.index.back() == entry.column) {
-      system.value.back() += entry.value;
-      continue;
-    }
-    system.index.push_back(entry.column);
-    system.value.push_back(entry.value);
-  }
-  system.start.push_back(static_cast<int>(system.index.size()));
-}
-
 /// The cell of a layout's slot.
 struct Cell {
   int i, j;
@@ -137,7 +120,7 @@ void assemble_part(const LaplaceProblem& problem, const Level& level, Part part,
     }
     row.push_back({a, links.diagonal[a]});
     for (; coupling != links.couplings.end() && coupling->first == a; ++coupling) row.push_back(coupling->second);
-    append_row(row, system);
+    system.append(row);
   }
 }
 
@@ -168,6 +151,19 @@ SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level) 
       system.group.push_back(static_cast<int>(g));
   number_differences(problem, level, system);
   return system;
+}
+
+void SparseSystem::append(std::vector<Entry>& row) {
+  std::sort(row.begin(), row.end(), [](Entry x, Entry y) { return x.column < y.column; });
+  for (const Entry& entry : row) {
+    if (static_cast<int>(index.size()) > start.back() && index.back() == entry.column) {
+      value.back() += entry.value;
+      continue;
+    }
+    index.push_back(entry.column);
+    value.push_back(entry.value);
+  }
+  start.push_back(static_cast<int>(index.size()));
 }
 
 void SparseSystem::from_charges(double* b) const {

@@ -10,8 +10,8 @@ namespace lichtenberg::laplace {
 /// floating groups. Upper triangle by columns, or both triangles by rows: the matrix is symmetric, so these are the
 /// same arrays.
 struct SparseSystem {
-  std::vector<int> start;  ///< [rows + 1]
-  std::vector<int> index;  ///< [start.back()], ascending in each row
+  std::vector<int> start = {0};  ///< [rows + 1]
+  std::vector<int> index;        ///< [start.back()], ascending in each row
   std::vector<double> value;
   std::vector<std::ptrdiff_t> slot;  ///< layout slot of each cell unknown
   std::vector<int> group;            ///< group of each unknown after the cells
@@ -22,6 +22,12 @@ struct SparseSystem {
     int unknown, from;
   };
   std::vector<Difference> differences;
+  struct Entry {
+    int column;
+    double value;
+  };
+  /// Appends a row; entries of the same column are added. `row` becomes sorted.
+  void append(std::vector<Entry>& row);
   // Vectors by unknown: right-hand sides from groups' charges, unknowns from groups' potentials and back.
   void from_charges(double* b) const;
   void from_potentials(double* x) const;

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
+#include "solvers/laplace/cutcell/coarse.hpp"
 #include "solvers/laplace/cutcell/device/clustering.hpp"
 #include "solvers/laplace/cutcell/device/coarsest_system.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
@@ -305,17 +307,18 @@ class Coarsest {
   }
   /// What build() leaves to the host, of a system that is not on the device. Throws Failure if it is singular.
   void factorize(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
-    system_ = CoarsestSystem(download(problem, grid, numbers), !problem.has_ground());
+    solver_.factorize(assemble(download(problem, grid, numbers), !problem.has_ground()));
+    phi_.resize(problem.groups.size());
   }
 
   /// On the host: fluid cells of v and phi from f and charge.
   void solve(const GridView& grid, float* v) {
     const std::size_t cells = grid.layout.size();
     get(f_, grid.cycle.f, cells);
-    get(charge_, grid.cycle.charge, system_.groups());
+    get(charge_, grid.cycle.charge, phi_.size());
     v_.assign(cells, 0.0f);
-    phi_.assign(system_.groups(), 0.0f);
-    system_.solve(f_, charge_, v_, phi_);
+    std::fill(phi_.begin(), phi_.end(), 0.0f);
+    solver_.solve(f_.data(), charge_.data(), v_.data(), phi_.data());
     run_.to_device(v, v_.data(), cells * sizeof(float));
     if (!phi_.empty()) run_.to_device(grid.cycle.phi, phi_.data(), phi_.size() * sizeof(float));
   }
@@ -366,7 +369,7 @@ class Coarsest {
   bool on_device_ = true;
   std::size_t block_bytes_ = 0;  // 0: the elimination is in the device's memory
   parallel::Arrays<CoarsestView, Executor> arrays_;
-  CoarsestSystem system_;
+  CoarseSolver solver_;
   std::vector<float> f_, charge_, v_, phi_;
 };
 

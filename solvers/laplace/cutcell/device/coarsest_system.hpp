@@ -2,8 +2,7 @@
 
 #include <vector>
 
-#include "solvers/laplace/cutcell/layout.hpp"
-#include "solvers/laplace/cutcell/sparse_factors.hpp"
+#include "solvers/laplace/cutcell/system.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -21,23 +20,7 @@ struct CoarsestArrays {
   std::vector<double> group_diagonal;
 };
 
-/// The coarsest grid's system, factorized.
-class CoarsestSystem {
- public:
-  CoarsestSystem() = default;
-  /// `pin`: nothing is grounded, and the potential of one unknown is to be held. Throws Failure if the system is not
-  /// positive definite to working precision.
-  CoarsestSystem(const CoarsestArrays& arrays, bool pin);
-
-  std::size_t groups() const { return groups_; }
-  /// v (by slot) and phi (by group) of the unknowns.
-  void solve(const std::vector<float>& f, const std::vector<float>& charge, std::vector<float>& v,
-             std::vector<float>& phi) const;
-
- private:
-  SparseFactors factors_;
-  std::vector<int> unknown_;  // a cell's slot, or -1 - group
-  std::size_t groups_ = 0;
-};
+/// The upper triangle by columns. `pin`: nothing is grounded, and the potential of the last unknown is held.
+SparseSystem assemble(const CoarsestArrays& arrays, bool pin);
 
 }  // namespace lichtenberg::laplace::device

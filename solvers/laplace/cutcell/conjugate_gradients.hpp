@@ -7,13 +7,19 @@
 
 namespace lichtenberg::laplace {
 
-/// What the shell matrix, the shell preconditioner and the method below work on.
+/// Operator and preconditioner (Shell) and the vectors of the method below.
 struct MatrixFreeContext {
   CutCellOperator* op = nullptr;
   Multigrid* multigrid = nullptr;
   bool null_space = false;      ///< nothing is grounded: the matrix takes constants to zero
   double applications = 0;      ///< of the operator, counted up
   std::vector<double> r, p, q;  ///< residual (of the first guess before the solve), direction, A p
+
+  void multiply(const double* x, double* y) {
+    op->apply(x, y);
+    ++applications;
+  }
+  void precondition(const double* from, double* z) { multigrid->apply(from, z); }
 };
 
 /// KSP type: conjugate gradients as in KSPCG with the natural norm, but with the updates and products of vectors done

@@ -52,26 +52,28 @@ bool is_given(const char* option) {
   return given == PETSC_TRUE;
 }
 
+template <class Object>
+bool is_type(Object object, const char* type) {
+  PetscBool is = PETSC_FALSE;
+  parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(object), type, &is));
+  return is == PETSC_TRUE;
+}
+
 /// A direct method has no use for a guess and no norm to iterate by.
-bool is_direct(KSP ksp) {
-  PetscBool direct = PETSC_FALSE;
-  parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), KSPPREONLY, &direct));
-  return direct == PETSC_TRUE;
+bool is_direct(KSP ksp) { return is_type(ksp, KSPPREONLY); }
+
+PC preconditioner(KSP ksp) {
+  PC pc = nullptr;
+  parallel::check_petsc(KSPGetPC(ksp, &pc));
+  return pc;
 }
 
 /// Whether the preconditioner is the geometric multigrid.
-bool has_shell(KSP ksp) {
-  PC pc = nullptr;
-  PetscBool shell = PETSC_FALSE;
-  parallel::check_petsc(KSPGetPC(ksp, &pc));
-  parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCSHELL, &shell));
-  return shell == PETSC_TRUE;
-}
+bool has_shell(KSP ksp) { return is_type(preconditioner(ksp), PCSHELL); }
 
 /// Without ground the matrix is singular, and the last pivot of its factors is rounding or 0.
 void allow_singular_factors(KSP ksp) {
-  PC pc = nullptr;
-  parallel::check_petsc(KSPGetPC(ksp, &pc));
+  PC pc = preconditioner(ksp);
   PetscBool factors = PETSC_FALSE;
   parallel::check_petsc(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(pc), &factors, PCLU, PCCHOLESKY, ""));
   if (factors && !is_given("-pc_factor_shift_type")) parallel::check_petsc(PCFactorSetShiftType(pc, MAT_SHIFT_NONZERO));
@@ -86,6 +88,28 @@ void Krylov::release() {
   VecDestroy(&x);
   VecDestroy(&b);
   MatNullSpaceDestroy(&null_space);
+}
+
+bool Krylov::is(KSPType type) const { return is_type(ksp, type); }
+
+void Krylov::make_shell_matrix(const Shell& shell, PetscInt n) {
+  parallel::check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, shell.work, &matrix));
+  parallel::check_petsc(MatShellSetVecType(matrix, shell.vector_type));
+  for (const MatOperation operation : {MATOP_MULT, MATOP_MULT_TRANSPOSE})  // it is symmetric
+    parallel::check_petsc(MatShellSetOperation(matrix, operation, reinterpret_cast<void (*)()>(shell.multiply)));
+}
+
+void Krylov::make_shell_method(const Shell& shell, double tolerance, KSPType cg) {
+  parallel::check_petsc(KSPCreate(PETSC_COMM_SELF, &ksp));
+  PC pc = preconditioner(ksp);
+  parallel::check_petsc(PCSetType(pc, PCSHELL));
+  parallel::check_petsc(PCShellSetApply(pc, shell.precondition));
+  parallel::check_petsc(PCShellSetApplyTranspose(pc, shell.precondition));
+  parallel::check_petsc(PCShellSetContext(pc, shell.work));
+  parallel::check_petsc(PCShellSetName(pc, shell.name));
+  set_options(tolerance, cg);
+  require_shell();
+  if (is(cg) && !has_shell(ksp)) parallel::check_petsc(KSPSetType(ksp, KSPCG));
 }
 
 void Krylov::set_options(double tolerance, KSPType cg) {
@@ -138,9 +162,7 @@ double natural_norm(const Krylov& krylov, bool of_iterate) {
     parallel::check_petsc(MatMult(krylov.matrix, krylov.x, residual));
     parallel::check_petsc(VecAYPX(residual, -1, krylov.b));
   }
-  PC pc = nullptr;
-  parallel::check_petsc(KSPGetPC(krylov.ksp, &pc));
-  parallel::check_petsc(PCApply(pc, residual, preconditioned));
+  parallel::check_petsc(PCApply(preconditioner(krylov.ksp), residual, preconditioned));
   // Rounding leaves a constant in the residual, which a preconditioner of a singular matrix may magnify without bound.
   if (krylov.null_space) parallel::check_petsc(MatNullSpaceRemove(krylov.null_space, preconditioned));
   PetscScalar product = 0;
@@ -154,10 +176,8 @@ double natural_norm(const Krylov& krylov, bool of_iterate) {
 double Krylov::natural_norm_of_iterate() const { return natural_norm(*this, true); }
 
 void Krylov::require_shell() {
-  PC pc = nullptr;
   PCType type = nullptr;
-  parallel::check_petsc(KSPGetPC(ksp, &pc));
-  parallel::check_petsc(PCGetType(pc, &type));
+  parallel::check_petsc(PCGetType(preconditioner(ksp), &type));
   const std::string chosen = type;
   if (chosen == PCSHELL || chosen == PCNONE) return;
   release();

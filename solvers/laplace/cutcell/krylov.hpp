@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "solvers/laplace/cutcell/shell.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace {
@@ -60,22 +61,41 @@ struct Krylov {
   ~Krylov() { release(); }
   void release();
 
+  /// A shell matrix on vectors of n entries.
+  void make_shell_matrix(const Shell& shell, PetscInt n);
+  /// A KSP with a shell as preconditioner and the KSP type `cg`, which can have no other: with one of PETSc's, which
+  /// options may name, plain CG. Throws InputError, and releases everything, if an option asks for a preconditioner
+  /// that needs a matrix.
+  void make_shell_method(const Shell& shell, double tolerance, KSPType cg);
   /// CG, of the KSP type `cg`, with the criterion above, then what the options with prefix "field_" say: any method of
   /// PETSc's keeps the criterion, with a norm and a first guess that it supports. -field_ksp_rtol overrules the
   /// tolerance of every criterion.
   void set_options(double tolerance, KSPType cg = KSPCG);
   /// sqrt(r' M r) of the residual r while the method iterates.
   double natural_norm_of_iterate() const;
-  /// Throws InputError, and releases everything, if an option asks for a preconditioner that needs a matrix.
-  void require_shell();
   /// Takes over `space`; null: the matrix is regular.
   void set_null_space(MatNullSpace space);
+  /// The null space of equal potentials: mark(entries) writes 1 on every unknown, else 0.
+  template <class Mark>
+  void set_constant_null_space(Mark mark) {
+    ::Vec ones = nullptr;
+    parallel::check_petsc(VecDuplicate(x, &ones));
+    mark(static_cast<double*>(WriteAccess(ones)));
+    MatNullSpace space = nullptr;
+    parallel::check_petsc(VecNormalize(ones, nullptr));
+    parallel::check_petsc(MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_FALSE, 1, &ones, &space));
+    parallel::check_petsc(VecDestroy(&ones));
+    set_null_space(space);
+  }
+  /// Whether the method is of a KSP type.
+  bool is(KSPType type) const;
   /// Solves from the guess in x until the criterion is met; sets iterations and residual of `solution`. A method that
   /// stagnates or breaks down starts again from the true residual of its iterate (iterative refinement), as long as
   /// that halves the norm. Throws Failure without convergence.
   void solve(LaplaceSolution& solution);
 
  private:
+  void require_shell();
   void choose_norm();
   KSPConvergedReason solve_with_restarts();
 };

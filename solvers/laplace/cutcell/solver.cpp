@@ -44,16 +44,35 @@ int team_size(const CutCellOptions& options) {
 /// down to an eighth.
 constexpr int edge_sweeps = 4;
 
-}  // namespace
-
-struct CutCellSolver::Implementation {
-  explicit Implementation(CutCellOptions o) : options(o) {
+/// The solver on the CPU.
+class CpuSolver : public CutCellBackend {
+ public:
+  explicit CpuSolver(CutCellOptions o) : options(o) {
     static int solvers = 0;
     number = solvers++;
   }
-  ~Implementation() {
+  ~CpuSolver() override {
     if (assembled()) announce_end(number);
   }
+
+  LaplaceSolution solve(const LaplaceProblem& problem) override {
+    if (assembled()) announce_solve(number, options, problem);
+    try {
+      return solve_here(problem);
+    } catch (...) {
+      history.clear();  // it is of a geometry that has gone
+      throw;
+    }
+  }
+  Field field() const override;
+  void forget() override {
+    if (assembled()) announce_forgetting(number);
+    history.clear();
+  }
+  void follow(const CutCellBackend& coarser) override { followed = dynamic_cast<const CpuSolver*>(&coarser); }
+  void set_tolerance(double tolerance) override { options.tolerance = tolerance; }
+
+ private:
   bool assembled() const { return options.linear_solver == CutCellOptions::LinearSolver::assembled; }
 
   CutCellOptions options;
@@ -64,13 +83,13 @@ struct CutCellSolver::Implementation {
   std::unique_ptr<Level> level;
   CutCellOperator op;
   std::unique_ptr<LinearSystem> system;
-  std::vector<double> b, x, residual;        // layout + groups
-  double scale = 1;                          // V: x, b and the history are in units of it
-  History history;                           // bodies' potentials in the order of the problems
-  const Implementation* followed = nullptr;  // the solver on a coarser grid
-  Potentials followed_then;                  // its solution at the last solve here; of no body: none
+  std::vector<double> b, x, residual;   // layout + groups
+  double scale = 1;                     // V: x, b and the history are in units of it
+  History history;                      // bodies' potentials in the order of the problems
+  const CpuSolver* followed = nullptr;  // the solver on a coarser grid
+  Potentials followed_then;             // its solution at the last solve here; of no body: none
 
-  LaplaceSolution solve(const LaplaceProblem& problem);
+  LaplaceSolution solve_here(const LaplaceProblem& problem);
   void choose_scale(const LaplaceProblem& problem);
   double rounding_of_residual(const std::vector<double>& potentials) const;
   void prepare_grids(const LaplaceProblem& problem);
@@ -79,8 +98,6 @@ struct CutCellSolver::Implementation {
   Potentials potentials() const;
   void remember(const LaplaceProblem& problem, const LaplaceSolution& solution);
 };
-
-namespace {
 
 /// Whatever is thrown, no helper goes on with a problem that has gone.
 class Finished {
@@ -106,9 +123,7 @@ std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options, paralle
   return std::make_unique<AssembledSystem>(options.links, options.tolerance, options.device);
 }
 
-}  // namespace
-
-void CutCellSolver::Implementation::prepare_grids(const LaplaceProblem& problem) {
+void CpuSolver::prepare_grids(const LaplaceProblem& problem) {
   if (level && size == problem.size) return;
   const GridSize finest = finest_grid(problem, options.cells);
   level = std::make_unique<Level>(problem, finest.nx, finest.ny);
@@ -117,7 +132,7 @@ void CutCellSolver::Implementation::prepare_grids(const LaplaceProblem& problem)
   size = problem.size;
 }
 
-void CutCellSolver::Implementation::fix_mean(const LaplaceProblem& problem) {
+void CpuSolver::fix_mean(const LaplaceProblem& problem) {
   double mean = 0;
   for (const Body& body : problem.bodies) mean += x[level->layout.size() + body.group];
   mean /= static_cast<double>(std::max<std::size_t>(problem.bodies.size(), 1));
@@ -129,37 +144,35 @@ void CutCellSolver::Implementation::fix_mean(const LaplaceProblem& problem) {
   op.mask(x.data());
 }
 
-void CutCellSolver::Implementation::remember(const LaplaceProblem& problem, const LaplaceSolution& solution) {
+void CpuSolver::remember(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   std::vector<double> body_potential;
   for (const Body& body : problem.bodies) body_potential.push_back(solution.group_potential[body.group] / scale);
   for (const std::ptrdiff_t slot : level->covered) x[slot] = body_potential[order.index(level->cover[slot].body())];
   history.remember(x, std::move(body_potential));
 }
 
-/// Single precision holds 38 decades either way: enough for any right-hand side of about 1. The scale is kept while it
-/// is good enough, so that past solutions need no rescaling.
-void CutCellSolver::Implementation::choose_scale(const LaplaceProblem& problem) {
+void CpuSolver::choose_scale(const LaplaceProblem& problem) {
   double largest = 0;
   for (const Group& group : problem.groups)
     largest = std::max(largest, std::abs(group.floating ? group.charge / problem.permittivity : group.potential));
   for (const SideLink& link : level->side_links) largest = std::max(largest, std::abs(link.potential));
-  const double ratio = largest / scale;
-  if (!history.empty() && (largest == 0 || (ratio > 1e-6 && ratio < 1e6))) return;
-  history.clear();
-  scale = largest > 0 ? largest : 1;
+  if (const std::optional<double> unit = new_potential_unit(largest, scale, !history.empty())) {
+    history.clear();
+    scale = *unit;
+  }
 }
 
 /// A row adds some five potentials of at most |x|, which leaves a residual of about epsilon |x|, random from row to
 /// row. Its natural norm squared is the sum of that squared over the Laplacian's eigenvalues, 4 pi k of the k-th of n
 /// modes: epsilon^2 x^2 n (log n) / 4 pi, in which log n / 4 pi is about 1.
-double CutCellSolver::Implementation::rounding_of_residual(const std::vector<double>& potentials) const {
+double CpuSolver::rounding_of_residual(const std::vector<double>& potentials) const {
   const Eigen::Map<const Eigen::VectorXd> all(potentials.data(), static_cast<Eigen::Index>(potentials.size()));
   return std::numeric_limits<double>::epsilon() * std::sqrt(static_cast<double>(potentials.size())) *
          all.lpNorm<Eigen::Infinity>();
 }
 
 /// Returns its work, in evaluations of the operator.
-double CutCellSolver::Implementation::first_guess(const LaplaceProblem& problem) {
+double CpuSolver::first_guess(const LaplaceProblem& problem) {
   if (history.empty()) {
     system->finish();
     system->first_guess(order.sorted(), scale, x);
@@ -174,7 +187,7 @@ double CutCellSolver::Implementation::first_guess(const LaplaceProblem& problem)
   return 0;
 }
 
-Potentials CutCellSolver::Implementation::potentials() const {
+Potentials CpuSolver::potentials() const {
   if (history.empty()) return {};
   const Layout& at = level->layout;
   Potentials found{at.nx, at.ny, {}, history.newest_of_bodies()};
@@ -185,7 +198,7 @@ Potentials CutCellSolver::Implementation::potentials() const {
   return found;
 }
 
-LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& problem) {
+LaplaceSolution CpuSolver::solve_here(const LaplaceProblem& problem) {
   parallel::start_petsc();
   LaplaceSolution solution;
   auto start = std::chrono::steady_clock::now();
@@ -228,6 +241,20 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   return solution;
 }
 
+Field CpuSolver::field() const {
+  if (history.empty()) throw Failure("field solver: no field before the first solve");
+  Field field{level->layout.nx, level->layout.ny, level->h, {}, {}};
+  for (int j = 0; j < field.ny; ++j)
+    for (int i = 0; i < field.nx; ++i) {
+      const std::ptrdiff_t slot = level->layout(i, j);
+      field.value.push_back(scale * history.newest()[slot]);
+      field.body.push_back(level->cover[slot].is_fluid() ? -1 : order.index(level->cover[slot].body()));
+    }
+  return field;
+}
+
+}  // namespace
+
 CutCellSolver::CutCellSolver(CutCellOptions options) : options_(options) {
   if (options.links == LinkFormula::aperture && options.linear_solver == CutCellOptions::LinearSolver::multigrid)
     throw InputError(
@@ -238,9 +265,9 @@ CutCellSolver::CutCellSolver(CutCellOptions options) : options_(options) {
     throw InputError("device = \"cuda\": this program stands on a PETSc without CUDA (cmake/petsc-cuda.sh makes one)");
 #endif
   if (on_device && options.linear_solver == CutCellOptions::LinearSolver::multigrid)
-    on_device_ = device::make_cuda_solver(options);
+    backend_ = device::make_cuda_solver(options);
   else
-    implementation_ = std::make_unique<Implementation>(options);
+    backend_ = std::make_unique<CpuSolver>(options);
 }
 CutCellSolver::~CutCellSolver() = default;
 
@@ -283,52 +310,17 @@ LaplaceSolution CutCellSolver::solve(const LaplaceProblem& problem) {
 }
 
 LaplaceSolution CutCellSolver::solve_without_nodes(const LaplaceProblem& problem) {
-  if (implementation_ && implementation_->assembled())
-    announce_solve(implementation_->number, implementation_->options, problem);
-  const auto solve_here = [&] {
-    try {
-      return implementation_->solve(problem);
-    } catch (...) {
-      implementation_->history.clear();  // it is of a geometry that has gone
-      throw;
-    }
-  };
-  LaplaceSolution solution = on_device_ ? on_device_->solve(problem) : solve_here();
+  LaplaceSolution solution = backend_->solve(problem);
   check_petsc_options();
   return solution;
 }
 
-void CutCellSolver::forget() {
-  if (on_device_) return on_device_->forget();
-  if (implementation_->assembled()) announce_forgetting(implementation_->number);
-  implementation_->history.clear();
-}
+void CutCellSolver::forget() { backend_->forget(); }
 
-void CutCellSolver::follow(const CutCellSolver& coarser) {
-  if (implementation_) implementation_->followed = coarser.implementation_.get();
-  if (on_device_ && coarser.on_device_) on_device_->follow(*coarser.on_device_);
-}
+void CutCellSolver::follow(const CutCellSolver& coarser) { backend_->follow(*coarser.backend_); }
 
-void CutCellSolver::set_tolerance(double tolerance) {
-  if (on_device_)
-    on_device_->set_tolerance(tolerance);
-  else
-    implementation_->options.tolerance = tolerance;
-}
+void CutCellSolver::set_tolerance(double tolerance) { backend_->set_tolerance(tolerance); }
 
-Field CutCellSolver::field() const {
-  if (on_device_) return on_device_->field();
-  const Implementation& s = *implementation_;
-  if (s.history.empty()) throw Failure("field solver: no field before the first solve");
-  const Level& level = *s.level;
-  Field field{level.layout.nx, level.layout.ny, level.h, {}, {}};
-  for (int j = 0; j < field.ny; ++j)
-    for (int i = 0; i < field.nx; ++i) {
-      const std::ptrdiff_t slot = level.layout(i, j);
-      field.value.push_back(s.scale * s.history.newest()[slot]);
-      field.body.push_back(level.cover[slot].is_fluid() ? -1 : s.order.index(level.cover[slot].body()));
-    }
-  return field;
-}
+Field CutCellSolver::field() const { return backend_->field(); }
 
 }  // namespace lichtenberg::laplace

@@ -7,9 +7,7 @@
 
 namespace lichtenberg::laplace {
 
-namespace device {
-class DeviceSolver;
-}
+class CutCellBackend;
 
 struct CutCellOptions {
   int cells = 512;          ///< S: cells along the longer side of the box; the shorter one must hold whole cells
@@ -48,10 +46,8 @@ class CutCellSolver : public LaplaceSolver {
 
  private:
   LaplaceSolution solve_without_nodes(const LaplaceProblem& problem);
-  struct Implementation;
-  CutCellOptions options_;                           // as given
-  std::unique_ptr<Implementation> implementation_;   // on the CPU
-  std::unique_ptr<device::DeviceSolver> on_device_;  // or there
+  CutCellOptions options_;  // as given
+  std::unique_ptr<CutCellBackend> backend_;
 };
 
 }  // namespace lichtenberg::laplace

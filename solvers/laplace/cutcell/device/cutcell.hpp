@@ -20,7 +20,6 @@
 #include "solvers/laplace/cutcell/device/follow.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
 #include "solvers/laplace/cutcell/device/results.hpp"
-#include "solvers/laplace/cutcell/device/vector_memory.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
 #include "solvers/laplace/cutcell/krylov.hpp"
 #include "solvers/parallel/petsc.hpp"
@@ -87,7 +86,7 @@ class CutCell : public DeviceSolver {
   }
 
   void forget() override { past_count_ = 0; }
-  void follow(const DeviceSolver& coarser) override {
+  void follow(const CutCellBackend& coarser) override {
     followed_ = dynamic_cast<const CutCell*>(&coarser);  // null: one on another kind of device
     clear_recordings();
   }
@@ -266,16 +265,13 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
   balance.level = potential_.device + groups;
 }
 
-/// The unit of all potentials: single precision holds 38 decades either way, enough for any right-hand side of about 1.
-/// It is kept while it is good enough, so that past solutions need no rescaling.
 template <class Executor>
 void CutCell<Executor>::choose_scale() {
-  const double largest = problem_->largest(), ratio = largest / scale_;
-  if (past_count_ > 0 && (largest == 0 || (ratio > 1e-6 && ratio < 1e6))) return;
+  const std::optional<double> unit = new_potential_unit(problem_->largest(), scale_, past_count_ > 0);
+  if (!unit) return;
   forget();
-  const double scale = largest > 0 ? largest : 1;
-  if (scale != scale_) clear_recordings();
-  scale_ = scale;
+  if (*unit != scale_) clear_recordings();
+  scale_ = *unit;
 }
 
 /// The right-hand side and the first guess.

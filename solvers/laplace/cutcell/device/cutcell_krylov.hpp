@@ -7,20 +7,6 @@
 namespace lichtenberg::laplace::device {
 
 template <class Executor>
-PetscErrorCode multiply(Mat matrix, ::Vec x, ::Vec y) {
-  CutCell<Executor>* solver = nullptr;
-  PetscCall(MatShellGetContext(matrix, &solver));
-  return with_memory(x, y, [&](const double* from, double* to) { solver->multiply(from, to); });
-}
-
-template <class Executor>
-PetscErrorCode precondition(PC pc, ::Vec r, ::Vec z) {
-  CutCell<Executor>* solver = nullptr;
-  PetscCall(PCShellGetContext(pc, &solver));
-  return with_memory(r, z, [&](const double* from, double* to) { solver->precondition(from, to); });
-}
-
-template <class Executor>
 void CutCell<Executor>::make_ksp(PetscInt n) {
   release_vectors();
   parallel::check_petsc(VecCreate(PETSC_COMM_SELF, &krylov_.x));
@@ -29,32 +15,13 @@ void CutCell<Executor>::make_ksp(PetscInt n) {
   parallel::check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
   b_ = WriteAccess(krylov_.b);
   x_ = WriteAccess(krylov_.x);
-  parallel::check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, this, &krylov_.matrix));
-  parallel::check_petsc(MatShellSetVecType(krylov_.matrix, PetscSide<Executor>::vector_type));
-  parallel::check_petsc(
-      MatShellSetOperation(krylov_.matrix, MATOP_MULT, reinterpret_cast<void (*)(void)>(device::multiply<Executor>)));
-  parallel::check_petsc(KSPCreate(PETSC_COMM_SELF, &krylov_.ksp));
-  PC pc = nullptr;
-  parallel::check_petsc(KSPGetPC(krylov_.ksp, &pc));
-  parallel::check_petsc(PCSetType(pc, PCSHELL));
-  parallel::check_petsc(PCShellSetApply(pc, device::precondition<Executor>));
-  parallel::check_petsc(PCShellSetContext(pc, this));
-  parallel::check_petsc(PCShellSetName(pc, "cut-cell multigrid on the device"));
   const char* method = PetscSide<Executor>::method;
+  const Shell shell = Shell::of(this, "cut-cell multigrid on the device", PetscSide<Executor>::vector_type);
   register_conjugate_gradients<CutCell>(method);
-  krylov_.set_options(options_.tolerance, method);
-  krylov_.require_shell();
-  const auto is_type = [](auto object, const char* type) {
-    PetscBool is = PETSC_FALSE;
-    parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(object), type, &is));
-    return is == PETSC_TRUE;
-  };
-  is_fused_ = is_type(krylov_.ksp, method);
-  if (is_fused_ && !is_type(pc, PCSHELL)) {
-    parallel::check_petsc(KSPSetType(krylov_.ksp, KSPCG));
-    is_fused_ = false;
-  }
-  if (is_type(krylov_.ksp, fused_cg))
+  krylov_.make_shell_matrix(shell, n);
+  krylov_.make_shell_method(shell, options_.tolerance, method);
+  is_fused_ = krylov_.is(method);
+  if (krylov_.is(fused_cg))
     throw InputError(std::string("-field_ksp_type ") + fused_cg + " is the CPU's: leave the option out on a device");
   parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
   parallel::check_petsc(KSPSetUp(krylov_.ksp));
@@ -63,19 +30,9 @@ void CutCell<Executor>::make_ksp(PetscInt n) {
 /// For the methods of PETSc.
 template <class Executor>
 void CutCell<Executor>::set_null_space(const LaplaceProblem& problem) {
-  MatNullSpace space = nullptr;
-  if (!problem.has_ground()) {
-    ::Vec ones = nullptr;
-    parallel::check_petsc(VecDuplicate(krylov_.x, &ones));
-    {
-      const WriteAccess value(ones);
-      mark_unknowns(*run_, problem_->view(), finest().view(), static_cast<double*>(value));
-    }
-    parallel::check_petsc(VecNormalize(ones, nullptr));
-    parallel::check_petsc(MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_FALSE, 1, &ones, &space));
-    parallel::check_petsc(VecDestroy(&ones));
-  }
-  krylov_.set_null_space(space);
+  if (problem.has_ground()) return krylov_.set_null_space(nullptr);
+  krylov_.set_constant_null_space(
+      [this](double* value) { mark_unknowns(*run_, problem_->view(), finest().view(), value); });
 }
 
 /// An iteration: a V-cycle, and unless the residual is small enough by then, a step.

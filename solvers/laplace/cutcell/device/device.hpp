@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "solvers/laplace/cutcell/backend.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 
 namespace lichtenberg::laplace::device {
@@ -19,12 +20,9 @@ struct Profile {
 };
 
 /// The cut-cell solver with everything on an executor's device: links, grids, Krylov iterations and results. Only the
-/// bodies go there and only what belongs to a body or a group comes back. Problems have been checked (CutCellSolver).
-class DeviceSolver : public LaplaceSolver {
+/// bodies go there and only what belongs to a body or a group comes back.
+class DeviceSolver : public CutCellBackend {
  public:
-  virtual void set_tolerance(double tolerance) = 0;
-  /// CutCellSolver::follow.
-  virtual void follow(const DeviceSolver& coarser) = 0;
   /// Times the parts on the last solve's grids.
   virtual Profile profile(int repeats) = 0;
 };

@@ -78,23 +78,32 @@ LICHTENBERG_HOST_DEVICE inline InterpolationBase interpolation_base(Vec2 p) {
   return {static_cast<int>(std::floor(p.x - 0.5)), static_cast<int>(std::floor(p.y - 0.5))};
 }
 
+/// The cell of a box of nx x ny cells of which another one, perhaps beyond it, is the image: itself within. The
+/// potential changes sign at an electrode.
+struct MirroredCell {
+  int i, j;
+  float sign = 1;
+
+  /// `electrode`: by SideIndex.
+  LICHTENBERG_HOST_DEVICE static MirroredCell of(int nx, int ny, int i, int j, const bool* electrode) {
+    MirroredCell cell{i < 0 ? 0 : i < nx ? i : nx - 1, j < 0 ? 0 : j < ny ? j : ny - 1};
+    if (i < 0 ? electrode[0] : i >= nx && electrode[1]) cell.sign = -cell.sign;
+    if (j < 0 ? electrode[2] : j >= ny && electrode[3]) cell.sign = -cell.sign;
+    return cell;
+  }
+};
+
 /// `electrode`: by SideIndex.
 LICHTENBERG_HOST_DEVICE inline Interpolation interpolate(const Layout& at, Vec2 p, const bool* electrode) {
   const double x = p.x - 0.5, y = p.y - 0.5;
   const InterpolationBase base = interpolation_base(p);
   Interpolation result;
   for (int k = 0; k < 4; ++k) {
-    int i = base.i + k % 2, j = base.j + k / 2;
-    double weight = (k % 2 ? x - base.i : 1 - x + base.i) * (k / 2 ? y - base.j : 1 - y + base.j);
-    if (i < 0 && electrode[0]) weight = -weight;
-    if (i >= at.nx && electrode[1]) weight = -weight;
-    if (j < 0 && electrode[2]) weight = -weight;
-    if (j >= at.ny && electrode[3]) weight = -weight;
-    i = i < 0 ? 0 : i < at.nx ? i : at.nx - 1;
-    j = j < 0 ? 0 : j < at.ny ? j : at.ny - 1;
-    result.cell[k] = at(i, j);
-    result.row[k] = j;
-    result.weight[k] = static_cast<float>(weight);
+    const MirroredCell cell = MirroredCell::of(at.nx, at.ny, base.i + k % 2, base.j + k / 2, electrode);
+    const double weight = (k % 2 ? x - base.i : 1 - x + base.i) * (k / 2 ? y - base.j : 1 - y + base.j);
+    result.cell[k] = at(cell.i, cell.j);
+    result.row[k] = cell.j;
+    result.weight[k] = cell.sign * static_cast<float>(weight);
   }
   return result;
 }

@@ -202,10 +202,9 @@ void find_level(const Executor& run, ProblemView problem, GridView grid, const d
         }
         if (k < links + faces) {
           const int side = (k - links) / problem.faces, face = (k - links) % problem.faces;
-          const Layout& at = grid.layout;
-          if (!problem.electrode[side] || face >= (side < 2 ? at.ny : at.nx)) return LevelSums{};
-          const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
-          const int slot = side < 2 ? slot_of(at, far, face) : slot_of(at, face, far);
+          if (!problem.electrode[side] || face >= faces_of(grid.layout, side)) return LevelSums{};
+          const auto [i, j] = cell_at_face(grid.layout, side, face);
+          const int slot = slot_of(grid.layout, i, j);
           if (!grid.cells.cover[slot].is_fluid()) return LevelSums{};
           return LevelSums::of_link(2, problem.side_potential[k - links] / unit, x[slot]);
         }

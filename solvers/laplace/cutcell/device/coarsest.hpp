@@ -131,7 +131,29 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
   });
 }
 
-/// The inverse of the matrix, by Gauss and Jordan's elimination in the memory of one block, which must have enough.
+/// Inverts an n x n matrix by rows in a block's memory, by Gauss and Jordan's elimination; behind it are 2 n entries of
+/// scratch.
+template <class Block>
+LICHTENBERG_HOST_DEVICE void invert_in_block(const Block& block, double* matrix, int n, int* is_singular) {
+  double *row = matrix + n * n, *column = row + n;
+  for (int k = 0; k < n; ++k) {
+    block.each(n, [&](int a) {
+      row[a] = matrix[k * n + a];
+      column[a] = matrix[a * n + k];
+      if (a == k && !(row[a] > 0)) *is_singular = 1;
+    });
+    block.each(n * n, [&](int e) {
+      const int a = e / n, b = e % n;
+      const double of_pivot = 1 / row[k];
+      if (a == k)
+        matrix[e] = b == k ? of_pivot : row[b] * of_pivot;
+      else
+        matrix[e] = b == k ? -column[a] * of_pivot : matrix[e] - column[a] * row[b] * of_pivot;
+    });
+  }
+}
+
+/// The inverse of the coarsest grid's matrix in the memory of one block, which must have enough.
 struct InvertCoarsest {
   GridView grid;
   CoarsestView coarsest;
@@ -142,23 +164,9 @@ struct InvertCoarsest {
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     const int n = grid.number[Of::coarse_unknowns];
-    double *matrix = block.template memory<double>(), *row = matrix + n * n, *column = row + n;
+    double* matrix = block.template memory<double>();
     block.each(n * n, [&](int e) { matrix[e] = coarsest.matrix[e] * (pin && e == n * n - 1 ? 2 : 1); });
-    for (int k = 0; k < n; ++k) {
-      block.each(n, [&](int a) {
-        row[a] = matrix[k * n + a];
-        column[a] = matrix[a * n + k];
-        if (a == k && !(row[a] > 0)) *coarsest.is_singular = 1;
-      });
-      block.each(n * n, [&](int e) {
-        const int a = e / n, b = e % n;
-        const double of_pivot = 1 / row[k];
-        if (a == k)
-          matrix[e] = b == k ? of_pivot : row[b] * of_pivot;
-        else
-          matrix[e] = b == k ? -column[a] * of_pivot : matrix[e] - column[a] * row[b] * of_pivot;
-      });
-    }
+    invert_in_block(block, matrix, n, coarsest.is_singular);
     if (!coarsest.inverse) {
       block.each(n * n, [&](int e) { coarsest.precise_inverse[e] = matrix[e]; });
       return;
@@ -197,27 +205,10 @@ struct Panel {
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     const int n = own();
     if (n <= 0) return;
-    double *matrix = block.template memory<double>(), *pivot_row = matrix + width * width,
-           *pivot_column = pivot_row + width;
-    block.each(width, width, [&](int a, int b) {
-      if (a < n && b < n) matrix[a * width + b] = *entry(from + a, from + b);
-    });
-    for (int k = 0; k < n; ++k) {
-      block.each(n, [&](int a) {
-        pivot_row[a] = matrix[k * width + a];
-        pivot_column[a] = matrix[a * width + k];
-        if (a == k && !(pivot_row[a] > 0)) *coarsest.is_singular = 1;
-      });
-      block.each(n, n, [&](int a, int b) {
-        const double of_pivot = 1 / pivot_row[k];
-        double& e = matrix[a * width + b];
-        if (a == k)
-          e = b == k ? of_pivot : pivot_row[b] * of_pivot;
-        else
-          e = b == k ? -pivot_column[a] * of_pivot : e - pivot_column[a] * pivot_row[b] * of_pivot;
-      });
-    }
-    block.each(n, n, [&](int a, int b) { square()[a * width + b] = matrix[a * width + b]; });
+    double* matrix = block.template memory<double>();
+    block.each(n, n, [&](int a, int b) { matrix[a * n + b] = *entry(from + a, from + b); });
+    invert_in_block(block, matrix, n, coarsest.is_singular);
+    block.each(n, n, [&](int a, int b) { square()[a * width + b] = matrix[a * n + b]; });
   }
   static constexpr std::size_t bytes = (width + 2) * width * sizeof(double);
 

@@ -54,20 +54,6 @@ struct DirectFluxes {
   }
 };
 
-/// The same of what the cycle takes for direct links.
-struct CycleFluxes {
-  ProblemView problem;
-  GridView grid;
-  const float* phi;
-  LICHTENBERG_HOST_DEVICE int count(int g) const {
-    return grid.may_link_groups() ? grid.cycle_links_of(problem, g) : 0;
-  }
-  LICHTENBERG_HOST_DEVICE float value(int g, int t) const {
-    const DirectLink& link = grid.cycle_link(problem, g, t);
-    return link.is_to_electrode() ? 0.0f : static_cast<float>(link.conductance) * phi[problem.group_of[link.other]];
-  }
-};
-
 /// phi_next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly, those
 /// of a cluster as one. `more`: is added to phi; `z`: becomes the potentials too; null: nothing.
 template <class Executor>
@@ -96,20 +82,14 @@ void leave_group_residuals(const Executor& run, ProblemView problem, GridView fi
   const auto flux = [=] LICHTENBERG_HOST_DEVICE(int link) {
     return static_cast<float>(fine.links.conductance[link]) * static_cast<float>(v[fine.links.slot[link]]);
   };
-  if (fine.groups.clusters) {
-    run.sum_pieces(fine.link_pieces(problem), fine.cycle.partial, flux,
-                   FluxesSinceSweep{problem, fine, fine.cycle.phi, phi}, [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-                     const float inverse = fine.groups.inverse_diagonal[g];
-                     float own = fine.cycle.charge[g] - phi[g] / inverse;
-                     if (fine.groups.clusters->row[g] >= 0) own = fine.binds ? -fine.cycle.flux[g] : 0.0f;
-                     coarse.cycle.charge[g] = inverse > 0 ? sum + own : 0.0f;
-                   });
-    return;
-  }
-  run.sum_pieces(fine.link_pieces(problem), fine.cycle.partial, flux, CycleFluxes{problem, fine, phi},
+  const float* before = fine.groups.clusters ? fine.cycle.phi : nullptr;
+  run.sum_pieces(fine.link_pieces(problem), fine.cycle.partial, flux, CycleFluxes{problem, fine, phi, nullptr, before},
                  [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
                    const float inverse = fine.groups.inverse_diagonal[g];
-                   coarse.cycle.charge[g] = inverse > 0 ? fine.cycle.charge[g] + sum - phi[g] / inverse : 0.0f;
+                   float residual = fine.cycle.charge[g] + sum - phi[g] / inverse;
+                   if (before && fine.groups.clusters->row[g] >= 0)
+                     residual = fine.binds ? sum - fine.cycle.flux[g] : sum;
+                   coarse.cycle.charge[g] = inverse > 0 ? residual : 0.0f;
                  });
 }
 

@@ -42,8 +42,7 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
     grid.bodies.outline[body] = outline;
     const int g = problem.group_of[body];
     const auto is_alone = [&] {  // of coarse grids only: the sets are found from the finest grid's links
-      return problem.sets.is_alone ? problem.sets.is_alone[g] != 0
-                                   : problem.floating[g] && problem.first_rank[g + 1] - problem.first_rank[g] == 1;
+      return problem.sets.is_alone ? problem.sets.is_alone[g] != 0 : problem.floating[g] && problem.members(g) == 1;
     };
     const bool resolved = !grid.has_medium || is_resolved(outline, is_alone());
     grid.bodies.resolved[body] = resolved;

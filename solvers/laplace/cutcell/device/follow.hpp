@@ -81,16 +81,8 @@ void follow_change(const Executor& run, ProblemView problem, GridView grid, Past
     }
     x[slot] = value;
   });
-  run.sum_segments(
-      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.first_rank[g + 1] - problem.first_rank[g]; },
-      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const int body = problem.body_at[problem.first_rank[g] + t];
-        return newest.body[body] + change.body[body];
-      },
-      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-        const int members = problem.first_rank[g + 1] - problem.first_rank[g];
-        x[cells + g] = grid.groups.diagonal[g] > 0 ? sum / members : 0.0;
-      });
+  average_bodies(run, problem, grid, x + cells,
+                 [=] LICHTENBERG_HOST_DEVICE(int body) { return newest.body[body] + change.body[body]; });
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -51,6 +51,9 @@ struct ProblemView {
   SetsView sets;
   CouplingView couplings;
 
+  /// A group's bodies.
+  LICHTENBERG_HOST_DEVICE int members(int g) const { return first_rank[g + 1] - first_rank[g]; }
+  LICHTENBERG_HOST_DEVICE int member(int g, int t) const { return body_at[first_rank[g] + t]; }
   bool operator==(const ProblemView&) const = default;
 };
 
@@ -336,6 +339,11 @@ struct GridView {
   LICHTENBERG_HOST_DEVICE int joined_before(const ProblemView& problem, int g) const {
     return may_have(Of::joined_links) ? bound.joined_start[problem.first_rank[g]] : 0;
   }
+  /// Whether the k-th entry of a vector, by slot and then by group, is an unknown.
+  LICHTENBERG_HOST_DEVICE bool is_unknown(int k) const {
+    const int size = static_cast<int>(layout.size());
+    return k < size ? cells.inverse_diagonal[k] > 0 : groups.diagonal[k - size] > 0;
+  }
   LICHTENBERG_HOST_DEVICE bool may_have(Of::Kind kind) const { return room[kind] > 0; }
   /// Whether any groups may be linked to each other.
   LICHTENBERG_HOST_DEVICE bool may_link_groups() const {
@@ -379,6 +387,12 @@ LICHTENBERG_HOST_DEVICE inline CellIndex cell_of(const Layout& at, int slot) {
 LICHTENBERG_HOST_DEVICE inline int slot_of(const Layout& at, int i, int j) { return static_cast<int>(at(i, j)); }
 LICHTENBERG_HOST_DEVICE inline bool inside(const Layout& at, int i, int j) {
   return i >= 0 && i < at.nx && j >= 0 && j < at.ny;
+}
+/// The faces of a side of the box, and the cell at one of them.
+LICHTENBERG_HOST_DEVICE inline int faces_of(const Layout& at, int side) { return side < 2 ? at.ny : at.nx; }
+LICHTENBERG_HOST_DEVICE inline CellIndex cell_at_face(const Layout& at, int side, int face) {
+  const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
+  return side < 2 ? CellIndex{far, face} : CellIndex{face, far};
 }
 LICHTENBERG_HOST_DEVICE inline int step_i(int side) { return (side == 1) - (side == 0); }
 LICHTENBERG_HOST_DEVICE inline int step_j(int side) { return (side == 3) - (side == 2); }

@@ -157,7 +157,7 @@ void level_by_couplings(const Executor& run, ProblemView problem, GridView grid,
       });
   const TakeResidual take{grid};
   run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    if (k < cells ? grid.cells.inverse_diagonal[k] > 0 : grid.groups.diagonal[k - cells] > 0) x[k] += *level;
+    if (grid.is_unknown(k)) x[k] += *level;
     if (k < cells) return;
     r[k] -= *level * to_given(problem, k - cells, [](int) { return 1.0; });
     take(k, r[k]);
@@ -253,10 +253,9 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
   for (int first = 0; first < 4; first += 2)
     run.for_each(2, problem.faces, [=] LICHTENBERG_HOST_DEVICE(int row, int face) {
       const int side = first + row;
-      const Layout& at = grid.layout;
-      if (!problem.electrode[side] || face >= (side < 2 ? at.ny : at.nx)) return;
-      const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
-      const int slot = side < 2 ? slot_of(at, far, face) : slot_of(at, face, far);
+      if (!problem.electrode[side] || face >= faces_of(grid.layout, side)) return;
+      const auto [i, j] = cell_at_face(grid.layout, side, face);
+      const int slot = slot_of(grid.layout, i, j);
       if (grid.cells.cover[slot].is_fluid()) b[slot] += 2 * problem.side_potential[side * problem.faces + face] / unit;
     });
   run.sum_segments(
@@ -277,11 +276,8 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
 /// v: 1 on every unknown.
 template <class Executor>
 void mark_unknowns(const Executor& run, ProblemView problem, GridView grid, double* v) {
-  const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(cells,
-               [=] LICHTENBERG_HOST_DEVICE(int slot) { v[slot] = grid.cells.inverse_diagonal[slot] > 0 ? 1.0 : 0.0; });
-  run.for_each(problem.groups,
-               [=] LICHTENBERG_HOST_DEVICE(int g) { v[cells + g] = grid.groups.diagonal[g] > 0 ? 1.0 : 0.0; });
+  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups,
+               [=] LICHTENBERG_HOST_DEVICE(int k) { v[k] = grid.is_unknown(k) ? 1.0 : 0.0; });
 }
 
 /// A sum and how many it is of.
@@ -298,21 +294,18 @@ struct Mean {
 /// x - mean on every unknown.
 template <class Executor>
 void subtract(const Executor& run, ProblemView problem, GridView grid, const double* mean, double* x) {
-  const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(static_cast<long>(cells) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    if (k < cells ? grid.cells.inverse_diagonal[k] > 0 : grid.groups.diagonal[k - cells] > 0) x[k] -= *mean;
+  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (grid.is_unknown(k)) x[k] -= *mean;
   });
 }
 
 /// Takes from z, where nothing is grounded, what the operator takes to zero: its mean over all unknowns.
 template <class Executor>
 void level_out(const Executor& run, ProblemView problem, GridView grid, double* z, double* mean) {
-  const int cells = static_cast<int>(grid.layout.size());
   run.sum(
-      static_cast<long>(cells) + problem.groups,
+      static_cast<long>(grid.layout.size()) + problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
-        const bool unknown = k < cells ? grid.cells.inverse_diagonal[k] > 0 : grid.groups.diagonal[k - cells] > 0;
-        return unknown ? Mean{z[k], 1} : Mean{};
+        return grid.is_unknown(k) ? Mean{z[k], 1} : Mean{};
       },
       [=] LICHTENBERG_HOST_DEVICE(const Mean& all) { *mean = all.value(); });
   subtract(run, problem, grid, mean, z);
@@ -359,6 +352,17 @@ void remember(const Executor& run, ProblemView problem, GridView grid, const dou
   });
 }
 
+/// Of the unknowns' potentials, x by group: the mean of value(body) over a group's bodies.
+template <class Executor, class Value>
+void average_bodies(const Executor& run, ProblemView problem, GridView grid, double* x, Value value) {
+  run.sum_segments(
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.members(g); },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return value(problem.member(g, t)); },
+      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+        x[g] = grid.groups.diagonal[g] > 0 ? sum / problem.members(g) : 0.0;
+      });
+}
+
 /// The past solution on the present unknowns, less an older one (null: none): uncovered cells have their conductor's
 /// last potential, a new group the mean of its members'.
 template <class Executor>
@@ -369,16 +373,9 @@ void past_on_unknowns(const Executor& run, ProblemView problem, GridView grid, P
     const double value = older.cell ? past.cell[slot] - older.cell[slot] : past.cell[slot];
     v[slot] = grid.cells.inverse_diagonal[slot] > 0 ? value : 0.0;
   });
-  run.sum_segments(
-      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.first_rank[g + 1] - problem.first_rank[g]; },
-      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const int body = problem.body_at[problem.first_rank[g] + t];
-        return older.body ? past.body[body] - older.body[body] : past.body[body];
-      },
-      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-        const int members = problem.first_rank[g + 1] - problem.first_rank[g];
-        v[cells + g] = grid.groups.diagonal[g] > 0 ? sum / members : 0.0;
-      });
+  average_bodies(run, problem, grid, v + cells, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    return older.body ? past.body[body] - older.body[body] : past.body[body];
+  });
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -27,37 +27,25 @@ struct ClusterView {
   }
 };
 
-/// What a group's direct links to others that are not of its cluster bring, for sums over its links.
-template <class Real>
-struct FluxesFromOutside {
+/// What the cycle's direct links bring a group from others that are not of its cluster, for sums over its links.
+/// Groups of given potential have 0 in `phi`: the right-hand side knows of them.
+struct CycleFluxes {
   ProblemView problem;
   GridView grid;
-  const Real* phi;
-  const Real* more;  ///< is added to phi; null: nothing
-  LICHTENBERG_HOST_DEVICE int count(int g) const { return grid.cycle_links_of(problem, g); }
-  LICHTENBERG_HOST_DEVICE Real value(int g, int t) const {
-    const DirectLink& link = grid.cycle_link(problem, g, t);
-    if (link.is_to_electrode()) return 0;
-    const int other = problem.group_of[link.other];
-    if (grid.groups.clusters->join(g, other)) return 0;
-    return static_cast<Real>(link.conductance) * (more ? phi[other] + more[other] : phi[other]);
+  const float* phi;
+  const float* more = nullptr;    ///< is added to phi; null: nothing
+  const float* before = nullptr;  ///< is taken off for groups in a cluster, which were in balance then; null: nothing
+  LICHTENBERG_HOST_DEVICE int count(int g) const {
+    return grid.may_link_groups() ? grid.cycle_links_of(problem, g) : 0;
   }
-};
-
-/// The same of the difference of two sweeps for groups in a cluster, whose links among each other were in balance at
-/// the second; of the second alone, all links, for others.
-struct FluxesSinceSweep {
-  ProblemView problem;
-  GridView grid;
-  const float *before, *phi;
-  LICHTENBERG_HOST_DEVICE int count(int g) const { return grid.cycle_links_of(problem, g); }
   LICHTENBERG_HOST_DEVICE float value(int g, int t) const {
     const DirectLink& link = grid.cycle_link(problem, g, t);
     if (link.is_to_electrode()) return 0;
     const int other = problem.group_of[link.other];
-    if (grid.groups.clusters->join(g, other)) return 0;
-    const float change = grid.groups.clusters->row[g] < 0 ? phi[other] : phi[other] - before[other];
-    return static_cast<float>(link.conductance) * change;
+    if (grid.groups.clusters && grid.groups.clusters->join(g, other)) return 0;
+    float potential = more ? phi[other] + more[other] : phi[other];
+    if (before && grid.groups.clusters->row[g] >= 0) potential -= before[other];
+    return static_cast<float>(link.conductance) * potential;
   }
 };
 
@@ -93,7 +81,7 @@ void solve_exactly(const Executor& run, ProblemView problem, GridView grid, cons
 template <class Executor>
 void relax_clusters(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
                     const float* more, float* phi_next, double* z = nullptr) {
-  const FluxesFromOutside<float> outside{problem, grid, phi, more};
+  const CycleFluxes outside{problem, grid, phi, more};
   run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return outside.count(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return outside.value(g, t); },

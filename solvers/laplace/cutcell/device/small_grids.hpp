@@ -178,7 +178,7 @@ struct SmallGrids {
                                                   const float* phi, float* next) const {
     const int* own = here.groups.own;
     if (here.groups.clusters) {
-      const FluxesFromOutside<float> outside{problem, here, phi, nullptr};
+      const CycleFluxes outside{problem, here, phi};
       block.sum_segments(
           here.number[Of::own_groups], [&](int k) { return outside.count(own[k]); },
           [&](int k, int t) { return outside.value(own[k], t); },
@@ -253,36 +253,23 @@ struct SmallGrids {
       const float value = slot < black ? cells.f[slot] * cells.inverse[slot] : cells.v[slot];
       return static_cast<float>(conductance[link]) * value;
     };
-    if (fine.groups.clusters) {
-      const ClusterView& clusters = *fine.groups.clusters;
-      block.sum_pieces(fine.link_pieces(problem), fine.groups.own, fine.number[Of::own_groups], fine.cycle.partial,
-                       flux, FluxesSinceSweep{problem, fine, fine.cycle.phi_down, phi}, [&](int g, float sum) {
-                         const float own = clusters.row[g] < 0 ? charge[g] - phi[g] / inverse_diagonal[g] : 0.0f;
-                         coarse_charge[g] = sum + own;
-                       });
-      return;
-    }
+    const ClusterView* clusters = fine.groups.clusters;
+    const float* before = clusters ? fine.cycle.phi_down : nullptr;
     block.sum_pieces(fine.link_pieces(problem), fine.groups.own, fine.number[Of::own_groups], fine.cycle.partial, flux,
-                     CycleFluxes{problem, fine, phi},
-                     [&](int g, float sum) { coarse_charge[g] = charge[g] + sum - phi[g] / inverse_diagonal[g]; });
+                     CycleFluxes{problem, fine, phi, nullptr, before}, [&](int g, float sum) {
+                       const bool in_cluster = clusters && clusters->row[g] >= 0;
+                       coarse_charge[g] = in_cluster ? sum : charge[g] + sum - phi[g] / inverse_diagonal[g];
+                     });
   }
 
   /// The coarse f by full weighting.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void restrict_residual(const Block& block, int l) const {
     const Cells fine(block, *this, l), coarse(block, *this, l + 1);
-    const auto mirror = [&](int side) { return problem.electrode[side] ? -1.0f : 1.0f; };
     block.each(coarse.ny, coarse.nx, [&](int J, int I) {
-      // Red cell number m of fine row 2 J + j.
-      const auto red = [&](int m, int j) { return fine.v[fine.slot(0, 2 * J + j, m)]; };
-      const float own_lower = J == 0 ? 0.75f + 0.25f * mirror(2) : 0.75f;
-      const float own_upper = J == coarse.ny - 1 ? 0.75f + 0.25f * mirror(3) : 0.75f;
-      const auto even = [&](int m) { return own_lower * red(m, 0) + 0.25f * red(m, 2); };
-      const auto odd = [&](int m) { return 0.25f * red(m, -1) + own_upper * red(m, 1); };
-      const float own_even = even(I), own_odd = odd(I);
-      const float odd_before = I == 0 ? mirror(0) * own_even : odd(I - 1);
-      const float even_behind = I == coarse.nx - 1 ? mirror(1) * own_odd : even(I + 1);
-      coarse.f[coarse.slot_at(I, J)] = 0.75f * (own_even + own_odd) + 0.25f * (odd_before + even_behind);
+      coarse.f[coarse.slot_at(I, J)] = full_weighting(problem, coarse.nx, coarse.ny, I, J, [&](int x, int y) {
+        return fine.v[fine.slot(0, 2 * J + y, (2 * I + x) >> 1)];
+      });
     });
   }
 
@@ -374,14 +361,8 @@ struct SmallGrids {
 
   /// The potential of a cell; beyond the box are mirror images.
   LICHTENBERG_HOST_DEVICE float beyond(const Cells& cells, int i, int j) const {
-    float sign = 1;
-    if (i < 0 || i >= cells.nx || j < 0 || j >= cells.ny) {
-      if (i < 0 ? problem.electrode[0] : i >= cells.nx && problem.electrode[1]) sign = -sign;
-      if (j < 0 ? problem.electrode[2] : j >= cells.ny && problem.electrode[3]) sign = -sign;
-      i = i < 0 ? 0 : i < cells.nx ? i : cells.nx - 1;
-      j = j < 0 ? 0 : j < cells.ny ? j : cells.ny - 1;
-    }
-    return sign * cells.v[cells.slot_at(i, j)];
+    const MirroredCell cell = MirroredCell::of(cells.nx, cells.ny, i, j, problem.electrode);
+    return cell.sign * cells.v[cells.slot_at(cell.i, cell.j)];
   }
 };
 

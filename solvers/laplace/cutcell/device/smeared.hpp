@@ -47,9 +47,9 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
                    int* index) {
   const Absorb absorb{problem, grid, finer_absorbed, key, index};
   run.sum_segments(
-      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.first_rank[g + 1] - problem.first_rank[g]; },
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.members(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const int body = problem.body_at[problem.first_rank[g] + t];
+        const int body = problem.member(g, t);
         const Outline& outline = grid.bodies.outline[body];
         Extent extent;
         extent.resolved = grid.bodies.resolved[body];

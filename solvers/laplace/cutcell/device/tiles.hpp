@@ -103,6 +103,21 @@ struct Tiling {
   static int all(const GridView& coarse) { return in_a_row(coarse) * ((coarse.layout.ny + along - 1) / along); }
 };
 
+/// Full weighting of the residuals in red cells to coarse cell (I, J) of nx x ny: red(x, y) is that of the fine cell x
+/// columns and y rows from its lower left one. Beyond the box are mirror images.
+template <class Red>
+LICHTENBERG_HOST_DEVICE float full_weighting(const ProblemView& problem, int nx, int ny, int I, int J, Red red) {
+  const auto mirror = [&](int side) { return problem.electrode[side] ? -1.0f : 1.0f; };
+  const float own_lower = J == 0 ? 0.75f + 0.25f * mirror(2) : 0.75f;
+  const float own_upper = J == ny - 1 ? 0.75f + 0.25f * mirror(3) : 0.75f;
+  const auto even = [&](int x) { return own_lower * red(x, 0) + 0.25f * red(x, 2); };
+  const auto odd = [&](int x) { return 0.25f * red(x, -1) + own_upper * red(x, 1); };
+  const float own_even = even(0), own_odd = odd(1);
+  const float odd_before = I == 0 ? mirror(0) * own_even : odd(-1);
+  const float even_behind = I == nx - 1 ? mirror(1) * own_odd : even(2);
+  return 0.75f * (own_even + own_odd) + 0.25f * (odd_before + even_behind);
+}
+
 /// The way down: relaxes from zero, `phi` being the groups' potentials; leaves potentials where cells are linked to
 /// groups, and the coarse f by full weighting of the residuals.
 template <class V, class Tiles>
@@ -157,19 +172,10 @@ struct Descend {
       v[slot] = tile.value[at];
     }
   }
-  /// Of the residuals around coarse cell (I, J), whose lower left fine one `own` is. Beyond the box are mirror images.
+  /// Of the residuals around coarse cell (I, J), whose lower left fine one `own` is.
   LICHTENBERG_HOST_DEVICE float weighted(const float* own, int I, int J) const {
-    const Layout& at = coarse.layout;
-    const auto mirror = [&](int side) { return problem.electrode[side] ? -1.0f : 1.0f; };
-    const float own_lower = J == 0 ? 0.75f + 0.25f * mirror(2) : 0.75f;
-    const float own_upper = J == at.ny - 1 ? 0.75f + 0.25f * mirror(3) : 0.75f;
-    const auto red = [&](int x, int y) { return own[y * Cells::width + x]; };
-    const auto even = [&](int x) { return own_lower * red(x, 0) + 0.25f * red(x, 2); };
-    const auto odd = [&](int x) { return 0.25f * red(x, -1) + own_upper * red(x, 1); };
-    const float own_even = even(0), own_odd = odd(1);
-    const float odd_before = I == 0 ? mirror(0) * own_even : odd(-1);
-    const float even_behind = I == at.nx - 1 ? mirror(1) * own_odd : even(2);
-    return 0.75f * (own_even + own_odd) + 0.25f * (odd_before + even_behind);
+    return full_weighting(problem, coarse.layout.nx, coarse.layout.ny, I, J,
+                          [&](int x, int y) { return own[y * Cells::width + x]; });
   }
 };
 
@@ -182,15 +188,8 @@ LICHTENBERG_HOST_DEVICE inline float potential_at(const ProblemView& problem, co
 /// The coarse potential around a coarse cell, beyond the box its mirror image.
 LICHTENBERG_HOST_DEVICE inline float mirrored_potential(const ProblemView& problem, const GridView& grid, int i,
                                                         int j) {
-  const Layout& at = grid.layout;
-  float sign = 1;
-  if (!inside(at, i, j)) {
-    if (i < 0 ? problem.electrode[0] : i >= at.nx && problem.electrode[1]) sign = -sign;
-    if (j < 0 ? problem.electrode[2] : j >= at.ny && problem.electrode[3]) sign = -sign;
-    i = i < 0 ? 0 : i < at.nx ? i : at.nx - 1;
-    j = j < 0 ? 0 : j < at.ny ? j : at.ny - 1;
-  }
-  return sign * potential_at(problem, grid, slot_of(at, i, j));
+  const MirroredCell cell = MirroredCell::of(grid.layout.nx, grid.layout.ny, i, j, problem.electrode);
+  return cell.sign * potential_at(problem, grid, slot_of(grid.layout, cell.i, cell.j));
 }
 
 /// Bilinear interpolation to a red cell, which in even rows lies left and below in its coarse cell, in odd rows right

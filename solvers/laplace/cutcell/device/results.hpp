@@ -1,26 +1,11 @@
 #pragma once
 
-// Charges, forces and energy: results.cpp's arithmetic, a sum a body and a sum a part of each side.
+// Charges, forces and energy by the formulas of ../results.hpp: a sum a body, and a sum a part of each side.
 
 #include "solvers/laplace/cutcell/device/grid.hpp"
 #include "solvers/laplace/cutcell/results.hpp"
 
 namespace lichtenberg::laplace::device {
-
-/// What a link, a direct link or all of a body's give it.
-struct BodyResult {
-  double charge = 0, force_x = 0, force_y = 0;
-  LICHTENBERG_HOST_DEVICE BodyResult& operator+=(const BodyResult& other) {
-    charge += other.charge;
-    force_x += other.force_x;
-    force_y += other.force_y;
-    return *this;
-  }
-  LICHTENBERG_HOST_DEVICE void pull(double stress, Vec2 gradient) {
-    force_x += stress * gradient.x;
-    force_y += stress * gradient.y;
-  }
-};
 
 struct SideResult {
   double charge = 0, energy = 0;
@@ -41,35 +26,26 @@ struct SolvedView {
 
   LICHTENBERG_HOST_DEVICE double potential(int slot) const { return scale * cell[slot]; }
 
-  LICHTENBERG_HOST_DEVICE BodyResult link_result(int link) const {
-    const double eps = problem.permittivity, stress = 0.5 * eps / grid.h;
-    const double d = group_potential[grid.links.group[link]] - potential(grid.links.slot[link]);
-    BodyResult result;
-    result.charge = eps * grid.links.conductance[link] * d;
-    result.pull(stress * d * d, grid.links.gradient[link]);
-    if (const int partner = grid.links.partner_group[link]; partner >= 0) {
-      const double across = group_potential[partner] - potential(grid.links.slot[link]);
-      result.pull(stress * across * across, grid.links.partner_gradient[link]);
-    }
+  LICHTENBERG_HOST_DEVICE LinkResults of() const { return {problem.permittivity, grid.h}; }
+
+  LICHTENBERG_HOST_DEVICE BodyResult link_result(int m) const {
+    const LinkArrays& links = grid.links;
+    const double own = potential(links.slot[m]);
+    BodyResult result = of().link(links.conductance[m], group_potential[links.group[m]] - own, links.gradient[m]);
+    if (const int partner = links.partner_group[m]; partner >= 0)
+      result += of().force(group_potential[partner] - own, links.partner_gradient[m]);
     return result;
   }
 
   LICHTENBERG_HOST_DEVICE BodyResult direct_link_result(const DirectLink& link) const {
-    const double eps = problem.permittivity, stress = 0.5 * eps / grid.h;
     const double other =
         link.is_to_electrode() ? problem.side_potential[link.face()] : group_potential[problem.group_of[link.other]];
-    const double d = group_potential[problem.group_of[link.own]] - other;
-    BodyResult result;
-    result.charge = eps * link.conductance * d;
-    result.pull(stress * d * d, link.gradient);
-    return result;
+    return of().link(link.conductance, group_potential[problem.group_of[link.own]] - other, link.gradient);
   }
 
   LICHTENBERG_HOST_DEVICE SideResult face_result(int side, int face) const {
-    const Layout& at = grid.layout;
-    const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
-    const int i = side < 2 ? far : face, j = side < 2 ? face : far;
-    const int slot = slot_of(at, i, j);
+    const auto [i, j] = cell_at_face(grid.layout, side, face);
+    const int slot = slot_of(grid.layout, i, j);
     const Cover cover = grid.cells.cover[slot];
     const double given = problem.side_potential[side * problem.faces + face];
     double conductance = 2, other = 0;
@@ -80,7 +56,7 @@ struct SolvedView {
       conductance = channel_between(grid.bodies.outline[body], cell_centre(i, j), direction(side), 0.5, nullptr).value;
       other = group_potential[problem.group_of[body]];
     }
-    const double flux = problem.permittivity * conductance * (given - other);
+    const double flux = of().flux(conductance, given - other);
     return {flux, 0.5 * flux * given};
   }
 };
@@ -110,18 +86,17 @@ constexpr int side_parts = 64;
 /// By side and part: 4 side_parts.
 template <class Executor>
 void sum_sides(const Executor& run, SolvedView solved, SideResult* result) {
-  const ProblemView& problem = solved.problem;
   const Layout& at = solved.grid.layout;
+  const auto first = [at] LICHTENBERG_HOST_DEVICE(int segment, int next) {
+    return (segment % side_parts + next) * faces_of(at, segment / side_parts) / side_parts;
+  };
   run.sum_segments(
       4 * side_parts,
       [=] LICHTENBERG_HOST_DEVICE(int segment) {
-        const int side = segment / side_parts, part = segment % side_parts, faces = side < 2 ? at.ny : at.nx;
-        if (!problem.electrode[side]) return 0;
-        return (part + 1) * faces / side_parts - part * faces / side_parts;
+        return solved.problem.electrode[segment / side_parts] ? first(segment, 1) - first(segment, 0) : 0;
       },
       [=] LICHTENBERG_HOST_DEVICE(int segment, int t) {
-        const int side = segment / side_parts, part = segment % side_parts, faces = side < 2 ? at.ny : at.nx;
-        return solved.face_result(side, part * faces / side_parts + t);
+        return solved.face_result(segment / side_parts, first(segment, 0) + t);
       },
       [=] LICHTENBERG_HOST_DEVICE(int segment, SideResult sum) { result[segment] = sum; });
 }

@@ -91,14 +91,72 @@ class CutCell : public DeviceSolver {
     clear_recordings();
   }
   void set_tolerance(double tolerance) override { options_.tolerance = tolerance; }
-  Profile profile(int repeats) override;
+
+  Profile profile(int repeats) override {
+    Profile profile;
+    double *r = b_, *z = arrays_->view.z, *y = arrays_->view.q;
+    const auto per_call = [&](auto f) {
+      f();
+      return run_->seconds([&] {
+        for (int k = 0; k < repeats; ++k) f();
+      }) / repeats;
+    };
+    const double cells = static_cast<double>(finest().view().layout.size());
+    profile.apply_operator.seconds = per_call([&] { multiply(r, z); });
+    // x and 1 / diagonal read, y written
+    profile.apply_operator.bytes = cells * (8 + 4 + 8);
+    profile.cycle.seconds = per_call([&] { precondition(r, z); });
+    // A cell, half of the grid being red: the residual taken; f and 1 / diagonal to black; black and 1 / diagonal of
+    // red to residual; residual to coarse f; f, 1 / diagonal and coarse v to black; black, f and 1 / diagonal of red to
+    // red. Potentials of the finest grid are double. Coarser grids have a third of the cells together.
+    const auto bytes = [](double v) {
+      return (8 + v / 2) + (v / 2 + 2 + 2) + (2 + 1) + (8 + 1 + v / 2) + (v / 2 + 4 + v / 2);
+    };
+    profile.cycle.bytes = cells * (8 + 4 + bytes(8)) + cells / 3 * bytes(4);
+    profile.copy.seconds = per_call([&] { run_->copy(y, z, static_cast<std::size_t>(cells) * sizeof(double)); });
+    profile.copy.bytes = 16 * cells;
+    profile.levels = multigrid_->levels();
+    profile.coarse_unknowns = multigrid_->coarse_unknowns();
+    forget();
+    return profile;
+  }
 
   void multiply(const double* x, double* y) const {
     apply_operator(*run_, problem_->view(), finest().view(), x, y, finest().partial());
   }
   void precondition(const double* r, double* z) const { multigrid_->apply(r, z); }
+
   /// KSPSolve, and the results after it.
-  PetscErrorCode iterate(KSP ksp);
+  PetscErrorCode iterate(KSP ksp) {
+    Iterations* iterations = iterations_.device;
+    begin_iterations(*run_, krylov_.criterion.tolerance, static_cast<int>(ksp->max_it), iterations);
+    if (multigrid_->on_device()) {
+      run_->run(iterating_, [&] {
+        better_guess();
+        run_->repeat([this](auto again) { iterate_once(again); });
+      });
+    } else {
+      better_guess();
+      const auto host_asks = [] LICHTENBERG_HOST_DEVICE(bool) {};
+      int go_on = 1;
+      while (go_on) {
+        iterate_once(host_asks);
+        run_->to_host(&go_on, &iterations->go_on, sizeof go_on);
+      }
+    }
+    finish();
+    const Iterations& found = *iterations_.host;
+    for (ksp->its = 0; ksp->its <= std::min(found.done, Iterations::kept - 1); ++ksp->its) {
+      ksp->rnorm = found.norm[ksp->its];
+      PetscCall(KSPLogResidualHistory(ksp, ksp->rnorm));
+      PetscCall(KSPMonitor(ksp, ksp->its, ksp->rnorm));
+    }
+    ksp->its = found.done;
+    krylov_.criterion.scale = found.scale;
+    krylov_.criterion.last = found.scale > 0 ? ksp->rnorm / found.scale : 0.0;
+    ksp->reason = is_settled_ ? static_cast<KSPConvergedReason>(found.reason) : KSP_CONVERGED_ITS;
+    return 0;
+  }
 
  private:
   using Past = parallel::Arrays<PastView, Executor>;
@@ -118,24 +176,251 @@ class CutCell : public DeviceSolver {
   }
   const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
 
-  void prepare_grids(const LaplaceProblem& problem);
-  void check_room(const LaplaceProblem& problem) const;
-  void prepare_system(const LaplaceProblem& problem);
-  void make_ksp(PetscInt unknowns);
-  void set_null_space(const LaplaceProblem& problem);
-  void release_vectors();
-  void clear_recordings();
-  void choose_scale();
-  void begin();
-  void first_guess();
-  void better_guess();
+  void prepare_grids(const LaplaceProblem& problem) {
+    if (!run_) run_ = PetscSide<Executor>::make();
+    if (bodies_ != problem.bodies.size()) forget();
+    bodies_ = problem.bodies.size();
+    if (multigrid_ && size_ == problem.size) return;
+    const GridSize finest_size = finest_grid(problem, options_.cells);
+    nx_ = finest_size.nx;
+    ny_ = finest_size.ny;
+    release_vectors();
+    forget();
+    multigrid_.reset();
+    past_.clear();
+    check_room(problem);
+    const Executor& run = *run_;
+    problem_ = std::make_unique<DeviceProblem<Executor>>(run);
+    multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, nx_, ny_, options_.links);
+    generation_ = 0;
+    for (auto* moment : {&begun_, &discretized_, &iterated_}) *moment = std::make_unique<Moment>();
+    for (int k = 0; k < history_length; ++k) past_.emplace_back(run);
+    arrays_.emplace(run);
+    follower_.emplace(run);
+    report_.emplace(run);
+    size_ = problem.size;
+  }
+
+  /// Throws Failure if the device has no room for the grids, their links and vectors: about what they take.
+  void check_room(const LaplaceProblem& problem) const {
+    // In double: x, b, four of CG, the basis, its image and the past; the grids' cover, diagonals, v, f and media.
+    constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0;
+    // A disk of R cells has 8 R links, 5.7 R cells beside it and pi R^2 in it; the coarser grids' edges are as long
+    // together as the finest's; a quarter to spare.
+    constexpr double a_link = 68, a_boundary_cell = 36, a_covered_cell = 8, spare = 1.25;
+    double bytes = a_cell * nx_ * ny_;
+    const double h = problem.size.x / nx_;
+    for (const Body& body : problem.bodies) {
+      const Outline outline = outline_in_cells(body.shape, h);
+      const double radius = outline.round() ? outline.size : 0.5 * (outline.size + norm(outline.end - outline.centre));
+      bytes += spare * (2 * (8 * a_link + 5.7 * a_boundary_cell) * radius + 4.2 * a_covered_cell * radius * radius);
+    }
+    if (!problem.couplings
+             .empty()) {  // all groups in one cluster, on each grid from 8 cells a side on (clustering.hpp)
+      const auto floating = std::ranges::count(problem.groups, true, &Group::floating);
+      bytes += sizeof(double) * (std::log2(nx_ / 8.0) + 2) * static_cast<double>(floating) * floating;
+    }
+    const double room = static_cast<double>(run_->room());
+    if (bytes <= room) return;
+    const auto in_mib = [](double b) { return std::to_string(static_cast<long>(b / (1 << 20))) + " MiB"; };
+    throw Failure("the field on " + std::to_string(nx_) + " x " + std::to_string(ny_) + " cells around " +
+                  std::to_string(problem.bodies.size()) + " conductors needs " + in_mib(bytes + (1 << 20)) +
+                  " of the device's memory, of which " + in_mib(room) + " are free");
+  }
+
+  void release_vectors() {
+    if (!parallel::petsc_started()) return;
+    krylov_.release();
+  }
+
+  /// Vectors for as many groups as there is room for, and the KSP on them.
+  void prepare_system(const LaplaceProblem& problem) {
+    const int groups = problem_->view().groups;
+    const auto n = static_cast<PetscInt>(finest().view().layout.size()) + groups;
+    PetscInt have = -1;
+    if (krylov_.x) parallel::check_petsc(VecGetSize(krylov_.x, &have));
+    if (have != n) make_ksp(n);
+    if (!is_fused_) set_null_space(problem);
+    if (generation_ == multigrid_->generation()) return;
+    generation_ = multigrid_->generation();
+    clear_recordings();
+    Vectors& v = arrays_->view;
+    unknowns_ = n;
+    for (int k = 0; k < history_length; ++k) arrays_->resize(n, v.basis.vector[k], v.basis.image[k]);
+    arrays_->resize(n, v.r, v.z, v.p, v.q);
+    arrays_->zero(v.z);
+    arrays_->resize(1, v.shares);
+    BalanceView& balance = v.balance;
+    arrays_->resize(groups, v.next_potential, balance.residual, balance.shift, balance.hold, balance.held,
+                    balance.to_cells, balance.from_cells, balance.r, balance.p, balance.q, balance.is_linked);
+    arrays_->resize(SolveGroups::threads * ((groups + SolveGroups::threads - 1) / SolveGroups::threads),
+                    balance.linked);
+    std::tie(iterations_, potential_, body_result_, side_result_) =
+        report_->template divide<Iterations, double, BodyResult, SideResult>(
+            {1, static_cast<std::size_t>(groups) + 1, bodies_, 4 * side_parts});
+    balance.level = potential_.device + groups;
+  }
+
+  void choose_scale() {
+    const std::optional<double> unit = new_potential_unit(problem_->largest(), scale_, past_count_ > 0);
+    if (!unit) return;
+    forget();
+    if (*unit != scale_) clear_recordings();
+    scale_ = *unit;
+  }
+
+  /// The right-hand side and the first guess.
+  void begin() {
+    const Found ahead = followed_ ? followed_->found() : Found{};
+    const bool follows = past_count_ > 0 && follower_->knows(ahead);
+    if (follows) follower_->compare(ahead, scale_);
+    const auto both = [this, follows] {
+      right_hand_side(*run_, problem_->view(), finest().view(), b_, scale_);
+      if (follows)
+        follow_change(*run_, problem_->view(), finest().view(), past_[0].view, follower_->change(), x_);
+      else
+        first_guess();
+    };
+    if (follows)
+      run_recorded(following_[phase_], both);
+    else if (past_count_ == history_length)
+      run_recorded(begin_[phase_], both);
+    else
+      both();
+  }
+
+  void clear_recordings() {
+    for (auto* recordings : {&begin_, &following_})
+      for (auto& recording : *recordings) recording.clear();
+    for (auto* recording : {&iterating_, &end_}) recording->clear();
+  }
+
+  /// History::first_guess.
+  void first_guess() {
+    const ProblemView& problem = problem_->view();
+    const GridView& grid = finest().view();
+    Vectors& v = arrays_->view;
+    if (past_count_ == 0) return run_->fill(x_, 0, unknowns_ * sizeof(double));
+    v.basis.size = past_count_;
+    for (int p = 0; p < past_count_; ++p) {
+      past_on_unknowns(*run_, problem, grid, past_[p == 0 ? 0 : p - 1].view, p == 0 ? PastView{} : past_[p].view,
+                       v.basis.vector[p]);
+      multiply(v.basis.vector[p], v.basis.image[p]);
+    }
+    find_shares(*run_, unknowns_, v.basis, b_, v.shares);
+    combine(*run_, unknowns_, v.basis, v.shares, x_);
+  }
+
+  /// The guess made better where it is worst, and its residual.
+  void better_guess() {
+    constexpr int sweeps = 4;  // as on the CPU
+    const Vectors& v = arrays_->view;
+    const ProblemView& problem = problem_->view();
+    const GridView& grid = finest().view();
+    relax_edges(*run_, problem, grid, b_, x_, finest().partial(), v.next_potential, sweeps);
+    apply_field(*run_, problem, grid, x_, v.q, finest().partial());
+    take_guess(*run_, problem, grid, b_, v.q, x_, v.r, iterations_.device);
+    if (problem.couplings.only_ground)
+      level_by_couplings(*run_, problem, grid, x_, v.r, potential_.device + problem.groups, iterations_.device);
+  }
+
+  void finish() {
+    run_->mark(*iterated_);
+    run_recorded(end_, [this] { evaluate(); });
+    multigrid_->begin_to_settle();
+    report_->fetch();
+    is_settled_ = multigrid_->settle();
+  }
+
+  /// From x to all that is reported.
+  void evaluate() {
+    const ProblemView& problem = problem_->view();
+    const GridView& grid = finest().view();
+    balance_charges(*run_, problem, grid, b_, scale_, finest().partial(), arrays_->view.balance, x_);
+    if (!problem.grounded) fix_mean(*run_, problem, grid, x_, potential_.device + problem.groups);
+    group_potentials(*run_, problem, grid, x_, scale_, potential_.device);
+    const SolvedView solved{problem, grid, x_, scale_, potential_.device};
+    sum_bodies(*run_, solved, body_result_.device);
+    sum_sides(*run_, solved, side_result_.device);
+  }
+
+  void take_results(const LaplaceProblem& problem, LaplaceSolution& solution) const {
+    solution.unknowns = multigrid_->fluid_cells();
+    for (const Group& group : problem.groups) solution.unknowns += group.floating;
+    solution.group_potential.assign(potential_.host, potential_.host + problem.groups.size());
+    solution.side_charge = {};
+    double side_energy = 0;
+    for (int part = 0; part < 4 * side_parts; ++part) {
+      solution.side_charge[part / side_parts] += side_result_.host[part].charge;
+      side_energy += side_result_.host[part].energy;
+    }
+    laplace::take_results(problem, body_result_.host, side_energy, solution);
+  }
+
+  void keep() {
+    std::rotate(past_.begin(), past_.end() - 1, past_.end());
+    phase_ = (phase_ + 1) % history_length;
+    past_[0].resize(finest().view().layout.size(), past_[0].view.cell);
+    past_[0].resize(bodies_, past_[0].view.body);
+    remember(*run_, problem_->view(), finest().view(), x_, potential_.device, scale_, past_[0].view);
+    past_count_ = std::min(past_count_ + 1, history_length);
+    if (followed_) follower_->keep(followed_->found());
+  }
+
+  void make_ksp(PetscInt n) {
+    release_vectors();
+    parallel::check_petsc(VecCreate(PETSC_COMM_SELF, &krylov_.x));
+    parallel::check_petsc(VecSetSizes(krylov_.x, n, n));
+    parallel::check_petsc(VecSetType(krylov_.x, PetscSide<Executor>::vector_type));
+    parallel::check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
+    b_ = WriteAccess(krylov_.b);
+    x_ = WriteAccess(krylov_.x);
+    const char* method = PetscSide<Executor>::method;
+    const Shell shell = Shell::of(this, "cut-cell multigrid on the device", PetscSide<Executor>::vector_type);
+    register_conjugate_gradients<CutCell>(method);
+    krylov_.make_shell_matrix(shell, n);
+    krylov_.make_shell_method(shell, options_.tolerance, method);
+    is_fused_ = krylov_.is(method);
+    if (krylov_.is(fused_cg))
+      throw InputError(std::string("-field_ksp_type ") + fused_cg + " is the CPU's: leave the option out on a device");
+    parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
+    parallel::check_petsc(KSPSetUp(krylov_.ksp));
+  }
+
+  /// For the methods of PETSc.
+  void set_null_space(const LaplaceProblem& problem) {
+    if (problem.has_ground()) return krylov_.set_null_space(nullptr);
+    krylov_.set_constant_null_space(
+        [this](double* value) { mark_unknowns(*run_, problem_->view(), finest().view(), value); });
+  }
+
+  /// An iteration: a V-cycle, and unless the residual is small enough by then, a step.
   template <class Again>
-  void iterate_once(Again again);
-  void solve_by_petsc(LaplaceSolution& solution);
-  void evaluate();
-  void finish();
-  void take_results(const LaplaceProblem& problem, LaplaceSolution& solution) const;
-  void keep();
+  void iterate_once(Again again) {
+    const ProblemView& problem = problem_->view();
+    const GridView& grid = finest().view();
+    Iterations* iterations = iterations_.device;
+    const Vectors& v = arrays_->view;
+    multigrid_->cycle(v.z);
+    if (!problem.grounded) level_out(*run_, problem, grid, v.z, potential_.device + problem.groups);
+    judge(*run_, unknowns_, v.r, v.z, iterations);
+    turn_direction(*run_, problem, grid, v.z, v.p, iterations);
+    multiply(v.p, v.q);
+    find_step(*run_, unknowns_, v.p, v.q, iterations, again);
+    step_along(*run_, problem, grid, v.p, v.q, x_, v.r, iterations);
+  }
+
+  /// By a method that the user has asked for.
+  void solve_by_petsc(LaplaceSolution& solution) {
+    begin_iterations(*run_, 0, 0, iterations_.device);
+    better_guess();
+    report_->fetch();
+    krylov_.criterion.energy_norm = iterations_.host->energy_norm;
+    krylov_.criterion.rounding = iterations_.host->rounding;
+    krylov_.solve(solution);
+    finish();
+  }
+
   /// Records f as a graph, or does what it says where the host has a part in each cycle.
   template <class F>
   void run_recorded(typename Executor::Recording& recording, F f) {
@@ -178,238 +463,4 @@ class CutCell : public DeviceSolver {
   bool is_settled_ = false;
 };
 
-template <class Executor>
-void CutCell<Executor>::prepare_grids(const LaplaceProblem& problem) {
-  if (!run_) run_ = PetscSide<Executor>::make();
-  if (bodies_ != problem.bodies.size()) forget();
-  bodies_ = problem.bodies.size();
-  if (multigrid_ && size_ == problem.size) return;
-  const GridSize finest_size = finest_grid(problem, options_.cells);
-  nx_ = finest_size.nx;
-  ny_ = finest_size.ny;
-  release_vectors();
-  forget();
-  multigrid_.reset();
-  past_.clear();
-  check_room(problem);
-  const Executor& run = *run_;
-  problem_ = std::make_unique<DeviceProblem<Executor>>(run);
-  multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, nx_, ny_, options_.links);
-  generation_ = 0;
-  for (auto* moment : {&begun_, &discretized_, &iterated_}) *moment = std::make_unique<Moment>();
-  for (int k = 0; k < history_length; ++k) past_.emplace_back(run);
-  arrays_.emplace(run);
-  follower_.emplace(run);
-  report_.emplace(run);
-  size_ = problem.size;
-}
-
-/// Throws Failure if the device has no room for the grids, their links and vectors: about what they take.
-template <class Executor>
-void CutCell<Executor>::check_room(const LaplaceProblem& problem) const {
-  // In double: x, b, four of CG, the basis, its image and the past; the grids' cover, diagonals, v, f and media.
-  constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0;
-  // A disk of R cells has 8 R links, 5.7 R cells beside it and pi R^2 in it; the coarser grids' edges are as long
-  // together as the finest's; a quarter to spare.
-  constexpr double a_link = 68, a_boundary_cell = 36, a_covered_cell = 8, spare = 1.25;
-  double bytes = a_cell * nx_ * ny_;
-  const double h = problem.size.x / nx_;
-  for (const Body& body : problem.bodies) {
-    const Outline outline = outline_in_cells(body.shape, h);
-    const double radius = outline.round() ? outline.size : 0.5 * (outline.size + norm(outline.end - outline.centre));
-    bytes += spare * (2 * (8 * a_link + 5.7 * a_boundary_cell) * radius + 4.2 * a_covered_cell * radius * radius);
-  }
-  if (!problem.couplings.empty()) {  // all groups in one cluster, on each grid from 8 cells a side on (clustering.hpp)
-    const auto floating = std::ranges::count(problem.groups, true, &Group::floating);
-    bytes += sizeof(double) * (std::log2(nx_ / 8.0) + 2) * static_cast<double>(floating) * floating;
-  }
-  const double room = static_cast<double>(run_->room());
-  if (bytes <= room) return;
-  const auto in_mib = [](double b) { return std::to_string(static_cast<long>(b / (1 << 20))) + " MiB"; };
-  throw Failure("the field on " + std::to_string(nx_) + " x " + std::to_string(ny_) + " cells around " +
-                std::to_string(problem.bodies.size()) + " conductors needs " + in_mib(bytes + (1 << 20)) +
-                " of the device's memory, of which " + in_mib(room) + " are free");
-}
-
-template <class Executor>
-void CutCell<Executor>::release_vectors() {
-  if (!parallel::petsc_started()) return;
-  krylov_.release();
-}
-
-/// Vectors for as many groups as there is room for, and the KSP on them.
-template <class Executor>
-void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
-  const int groups = problem_->view().groups;
-  const auto n = static_cast<PetscInt>(finest().view().layout.size()) + groups;
-  PetscInt have = -1;
-  if (krylov_.x) parallel::check_petsc(VecGetSize(krylov_.x, &have));
-  if (have != n) make_ksp(n);
-  if (!is_fused_) set_null_space(problem);
-  if (generation_ == multigrid_->generation()) return;
-  generation_ = multigrid_->generation();
-  clear_recordings();
-  Vectors& v = arrays_->view;
-  unknowns_ = n;
-  for (int k = 0; k < history_length; ++k) arrays_->resize(n, v.basis.vector[k], v.basis.image[k]);
-  arrays_->resize(n, v.r, v.z, v.p, v.q);
-  arrays_->zero(v.z);
-  arrays_->resize(1, v.shares);
-  BalanceView& balance = v.balance;
-  arrays_->resize(groups, v.next_potential, balance.residual, balance.shift, balance.hold, balance.held,
-                  balance.to_cells, balance.from_cells, balance.r, balance.p, balance.q, balance.is_linked);
-  arrays_->resize(SolveGroups::threads * ((groups + SolveGroups::threads - 1) / SolveGroups::threads), balance.linked);
-  std::tie(iterations_, potential_, body_result_, side_result_) =
-      report_->template divide<Iterations, double, BodyResult, SideResult>(
-          {1, static_cast<std::size_t>(groups) + 1, bodies_, 4 * side_parts});
-  balance.level = potential_.device + groups;
-}
-
-template <class Executor>
-void CutCell<Executor>::choose_scale() {
-  const std::optional<double> unit = new_potential_unit(problem_->largest(), scale_, past_count_ > 0);
-  if (!unit) return;
-  forget();
-  if (*unit != scale_) clear_recordings();
-  scale_ = *unit;
-}
-
-/// The right-hand side and the first guess.
-template <class Executor>
-void CutCell<Executor>::begin() {
-  const Found ahead = followed_ ? followed_->found() : Found{};
-  const bool follows = past_count_ > 0 && follower_->knows(ahead);
-  if (follows) follower_->compare(ahead, scale_);
-  const auto both = [this, follows] {
-    right_hand_side(*run_, problem_->view(), finest().view(), b_, scale_);
-    if (follows)
-      follow_change(*run_, problem_->view(), finest().view(), past_[0].view, follower_->change(), x_);
-    else
-      first_guess();
-  };
-  if (follows)
-    run_recorded(following_[phase_], both);
-  else if (past_count_ == history_length)
-    run_recorded(begin_[phase_], both);
-  else
-    both();
-}
-
-template <class Executor>
-void CutCell<Executor>::clear_recordings() {
-  for (auto* recordings : {&begin_, &following_})
-    for (auto& recording : *recordings) recording.clear();
-  for (auto* recording : {&iterating_, &end_}) recording->clear();
-}
-
-/// History::first_guess.
-template <class Executor>
-void CutCell<Executor>::first_guess() {
-  const ProblemView& problem = problem_->view();
-  const GridView& grid = finest().view();
-  Vectors& v = arrays_->view;
-  if (past_count_ == 0) return run_->fill(x_, 0, unknowns_ * sizeof(double));
-  v.basis.size = past_count_;
-  for (int p = 0; p < past_count_; ++p) {
-    past_on_unknowns(*run_, problem, grid, past_[p == 0 ? 0 : p - 1].view, p == 0 ? PastView{} : past_[p].view,
-                     v.basis.vector[p]);
-    multiply(v.basis.vector[p], v.basis.image[p]);
-  }
-  find_shares(*run_, unknowns_, v.basis, b_, v.shares);
-  combine(*run_, unknowns_, v.basis, v.shares, x_);
-}
-
-/// The guess made better where it is worst, and its residual.
-template <class Executor>
-void CutCell<Executor>::better_guess() {
-  constexpr int sweeps = 4;  // as on the CPU
-  const Vectors& v = arrays_->view;
-  const ProblemView& problem = problem_->view();
-  const GridView& grid = finest().view();
-  relax_edges(*run_, problem, grid, b_, x_, finest().partial(), v.next_potential, sweeps);
-  apply_field(*run_, problem, grid, x_, v.q, finest().partial());
-  take_guess(*run_, problem, grid, b_, v.q, x_, v.r, iterations_.device);
-  if (problem.couplings.only_ground)
-    level_by_couplings(*run_, problem, grid, x_, v.r, potential_.device + problem.groups, iterations_.device);
-}
-
-template <class Executor>
-void CutCell<Executor>::finish() {
-  run_->mark(*iterated_);
-  run_recorded(end_, [this] { evaluate(); });
-  multigrid_->begin_to_settle();
-  report_->fetch();
-  is_settled_ = multigrid_->settle();
-}
-
-/// From x to all that is reported.
-template <class Executor>
-void CutCell<Executor>::evaluate() {
-  const ProblemView& problem = problem_->view();
-  const GridView& grid = finest().view();
-  balance_charges(*run_, problem, grid, b_, scale_, finest().partial(), arrays_->view.balance, x_);
-  if (!problem.grounded) fix_mean(*run_, problem, grid, x_, potential_.device + problem.groups);
-  group_potentials(*run_, problem, grid, x_, scale_, potential_.device);
-  const SolvedView solved{problem, grid, x_, scale_, potential_.device};
-  sum_bodies(*run_, solved, body_result_.device);
-  sum_sides(*run_, solved, side_result_.device);
-}
-
-template <class Executor>
-void CutCell<Executor>::take_results(const LaplaceProblem& problem, LaplaceSolution& solution) const {
-  solution.unknowns = multigrid_->fluid_cells();
-  for (const Group& group : problem.groups) solution.unknowns += group.floating;
-  solution.group_potential.assign(potential_.host, potential_.host + problem.groups.size());
-  solution.side_charge = {};
-  double side_energy = 0;
-  for (int part = 0; part < 4 * side_parts; ++part) {
-    solution.side_charge[part / side_parts] += side_result_.host[part].charge;
-    side_energy += side_result_.host[part].energy;
-  }
-  laplace::take_results(problem, body_result_.host, side_energy, solution);
-}
-
-template <class Executor>
-void CutCell<Executor>::keep() {
-  std::rotate(past_.begin(), past_.end() - 1, past_.end());
-  phase_ = (phase_ + 1) % history_length;
-  past_[0].resize(finest().view().layout.size(), past_[0].view.cell);
-  past_[0].resize(bodies_, past_[0].view.body);
-  remember(*run_, problem_->view(), finest().view(), x_, potential_.device, scale_, past_[0].view);
-  past_count_ = std::min(past_count_ + 1, history_length);
-  if (followed_) follower_->keep(followed_->found());
-}
-
-template <class Executor>
-Profile CutCell<Executor>::profile(int repeats) {
-  Profile profile;
-  double *r = b_, *z = arrays_->view.z, *y = arrays_->view.q;
-  const auto per_call = [&](auto f) {
-    f();
-    return run_->seconds([&] {
-      for (int k = 0; k < repeats; ++k) f();
-    }) / repeats;
-  };
-  const double cells = static_cast<double>(finest().view().layout.size());
-  profile.apply_operator.seconds = per_call([&] { multiply(r, z); });
-  // x and 1 / diagonal read, y written
-  profile.apply_operator.bytes = cells * (8 + 4 + 8);
-  profile.cycle.seconds = per_call([&] { precondition(r, z); });
-  // A cell, half of the grid being red: the residual taken; f and 1 / diagonal to black; black and 1 / diagonal of red
-  // to residual; residual to coarse f; f, 1 / diagonal and coarse v to black; black, f and 1 / diagonal of red to red.
-  // Potentials of the finest grid are double. Coarser grids have a third of the cells together.
-  const auto bytes = [](double v) {
-    return (8 + v / 2) + (v / 2 + 2 + 2) + (2 + 1) + (8 + 1 + v / 2) + (v / 2 + 4 + v / 2);
-  };
-  profile.cycle.bytes = cells * (8 + 4 + bytes(8)) + cells / 3 * bytes(4);
-  profile.copy.seconds = per_call([&] { run_->copy(y, z, static_cast<std::size_t>(cells) * sizeof(double)); });
-  profile.copy.bytes = 16 * cells;
-  profile.levels = multigrid_->levels();
-  profile.coarse_unknowns = multigrid_->coarse_unknowns();
-  forget();
-  return profile;
-}
-
 }  // namespace lichtenberg::laplace::device
-
-#include "solvers/laplace/cutcell/device/cutcell_krylov.hpp"

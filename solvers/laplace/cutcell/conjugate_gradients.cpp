@@ -133,20 +133,8 @@ PetscErrorCode solve(KSP ksp) {
   return 0;
 }
 
-PetscErrorCode do_nothing(KSP) { return 0; }
-
-PetscErrorCode create(KSP ksp) {
-  PetscCall(KSPSetSupportedNorm(ksp, KSP_NORM_NATURAL, PC_LEFT, 3));
-  ksp->ops->setup = do_nothing;
-  ksp->ops->solve = solve;
-  ksp->ops->destroy = KSPDestroyDefault;
-  ksp->ops->buildsolution = KSPBuildSolutionDefault;
-  ksp->ops->buildresidual = KSPBuildResidualDefault;
-  return 0;
-}
-
 }  // namespace
 
-void register_fused_cg() { parallel::check_petsc(KSPRegister(fused_cg, create)); }
+void register_fused_cg() { register_natural_method<solve>(fused_cg); }
 
 }  // namespace lichtenberg::laplace

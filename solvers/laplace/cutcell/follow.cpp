@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "solvers/laplace/cutcell/medium.hpp"
 #include "solvers/laplace/cutcell/wavefront.hpp"
 
 namespace lichtenberg::laplace {
@@ -21,17 +22,13 @@ struct Change {
 /// field is odd about it.
 Change change_between(const Potentials& before, const Potentials& now, const LaplaceProblem& problem, double scale) {
   Change change{now.nx, now.ny, std::vector<double>((now.nx + 2) * (now.ny + 2))};
-  for (int j = 0; j < now.ny; ++j)
-    for (int i = 0; i < now.nx; ++i) change.at(i, j) = (now.cell[j * now.nx + i] - before.cell[j * now.nx + i]) / scale;
-  const auto sign = [&](int side) { return problem.sides[side].kind == Side::Kind::electrode ? -1.0 : 1.0; };
-  for (int j = 0; j < now.ny; ++j) {
-    change.at(-1, j) = sign(left) * change.at(0, j);
-    change.at(now.nx, j) = sign(right) * change.at(now.nx - 1, j);
-  }
-  for (int i = -1; i <= now.nx; ++i) {
-    change.at(i, -1) = sign(bottom) * change.at(i, 0);
-    change.at(i, now.ny) = sign(top) * change.at(i, now.ny - 1);
-  }
+  const std::array<bool, 4> electrode = electrodes(problem);
+  for (int j = -1; j <= now.ny; ++j)
+    for (int i = -1; i <= now.nx; ++i) {
+      const MirroredCell cell = MirroredCell::of(now.nx, now.ny, i, j, electrode.data());
+      const int k = cell.j * now.nx + cell.i;
+      change.at(i, j) = cell.sign * ((now.cell[k] - before.cell[k]) / scale);
+    }
   return change;
 }
 

@@ -5,7 +5,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solvers/parallel/petsc.hpp"
+
 namespace lichtenberg::laplace {
+
+/// Registers solve(KSP) as a method that iterates by the natural norm, under `name`. Throws Failure.
+template <PetscErrorCode (*solve)(KSP)>
+void register_natural_method(const char* name) {
+  parallel::check_petsc(KSPRegister(name, [](KSP ksp) -> PetscErrorCode {
+    PetscCall(KSPSetSupportedNorm(ksp, KSP_NORM_NATURAL, PC_LEFT, 3));
+    ksp->ops->setup = [](KSP) -> PetscErrorCode { return 0; };
+    ksp->ops->solve = solve;
+    ksp->ops->destroy = KSPDestroyDefault;
+    ksp->ops->buildsolution = KSPBuildSolutionDefault;
+    ksp->ops->buildresidual = KSPBuildResidualDefault;
+    return 0;
+  }));
+}
 
 /// Tells monitors, history and the stop criterion about the natural norm squared.
 inline PetscErrorCode report_norm(KSP ksp, double squared) {

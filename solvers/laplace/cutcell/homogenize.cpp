@@ -21,12 +21,6 @@ struct Extent {
   Vec2 centre() const { return 0.5 * (low + high); }
 };
 
-std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
-  std::array<bool, 4> result;
-  for (int side = 0; side < 4; ++side) result[side] = problem.sides[side].kind == Side::Kind::electrode;
-  return result;
-}
-
 }  // namespace
 
 Sets strongly_coupled(const LaplaceProblem& problem, const std::vector<NetworkLink>& direct_links) {

@@ -93,6 +93,13 @@ struct MirroredCell {
   }
 };
 
+/// By SideIndex, whether a side of the box is one.
+inline std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
+  std::array<bool, 4> result;
+  for (int side = 0; side < 4; ++side) result[side] = problem.sides[side].kind == Side::Kind::electrode;
+  return result;
+}
+
 /// `electrode`: by SideIndex.
 LICHTENBERG_HOST_DEVICE inline Interpolation interpolate(const Layout& at, Vec2 p, const bool* electrode) {
   const double x = p.x - 0.5, y = p.y - 0.5;

@@ -29,10 +29,10 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, p
 void CutCellOperator::factorize_groups() {
   std::vector<double> ground = group_diagonal_;
   std::vector<NetworkLink> links = level_->couplings;
-  for (const GroupPair& pair : pairs_) {
+  for (const NetworkLink& pair : pairs_) {
     ground[pair.a] = std::max(0.0, ground[pair.a] - pair.conductance);
     ground[pair.b] = std::max(0.0, ground[pair.b] - pair.conductance);
-    links.push_back({pair.a, pair.b, pair.conductance});
+    links.push_back(pair);
   }
   for (const FixedCoupling& coupling : level_->fixed_couplings) ground[coupling.group] += coupling.conductance;
   group_factors_ = NetworkFactors(std::move(ground), links);
@@ -86,7 +86,7 @@ double CutCellOperator::apply_field_to_groups(const double* x, double* y_group) 
   const double* x_group = x + cells_;
   std::fill_n(y_group, groups_, 0.0);
   links_.add_to_groups(*team_, x, y_group);
-  for (const GroupPair& pair : pairs_) {
+  for (const NetworkLink& pair : pairs_) {
     y_group[pair.a] += pair.conductance * x_group[pair.b];
     y_group[pair.b] += pair.conductance * x_group[pair.a];
   }
@@ -207,7 +207,7 @@ void CutCellOperator::relax_groups(const double* b, double* x) const {
       if (group_diagonal_[g] > 0) x[cells_ + g] = flux[g];
     return;
   }
-  for (const GroupPair& pair : pairs_) {
+  for (const NetworkLink& pair : pairs_) {
     flux[pair.a] += pair.conductance * x[cells_ + pair.b];
     flux[pair.b] += pair.conductance * x[cells_ + pair.a];
   }

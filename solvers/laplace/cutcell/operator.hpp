@@ -62,11 +62,7 @@ class CutCellOperator {
   std::size_t cells_ = 0, groups_ = 0;
   LinkLists<double> links_;
   EdgeCells edges_;
-  struct GroupPair {
-    std::int32_t a, b;
-    double conductance;
-  };
-  std::vector<GroupPair> pairs_;
+  std::vector<NetworkLink> pairs_;      // direct links between floating groups
   std::vector<double> group_diagonal_;  // 0: fixed; couplings are not in it
   bool grounded_by_couplings_ = false;
   NetworkFactors group_factors_;  // of all links of groups, if any are linked to each other

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "solvers/disjoint_sets.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
 #include "solvers/laplace/cutcell/sets.hpp"
 
@@ -31,24 +32,20 @@ void add_up(std::vector<NetworkLink>& links) {
 /// Sets of groups, none of more than so many unless they are united without bound.
 class SmallSets {
  public:
-  SmallSets(int groups, int most) : parent_(groups), size_(groups, 1), most_(most) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-  int find(int g) {
-    while (parent_[g] != g) g = parent_[g] = parent_[parent_[g]];
-    return g;
-  }
+  SmallSets(int groups, int most) : sets_(groups), size_(groups, 1), most_(most) {}
+  int find(int g) { return sets_.find(g); }
   void unite(int g, int h, bool bounded) {
     g = find(g), h = find(h);
-    if (g == h || (bounded && size_[g] + size_[h] > most_)) return;
-    if (h < g) std::swap(g, h);
-    parent_[h] = g;
-    size_[g] += size_[h];
+    const int together = size_[g] + size_[h];
+    if (g == h || (bounded && together > most_)) return;
+    sets_.unite(g, h);
+    size_[find(g)] = together;
   }
   int size(int g) { return size_[find(g)]; }
 
  private:
-  std::vector<int> parent_, size_;
+  DisjointSets sets_;
+  std::vector<int> size_;
   int most_;
 };
 

@@ -3,13 +3,11 @@
 // Conjugate gradients with their scalars on the device: a loop that the host starts and reads the end of. As a KSP, so
 // that the stop criterion, monitors and options are those of any other; -field_ksp_type cg takes PETSc's own.
 
-#include <petsc/private/kspimpl.h>
-
 #include <cmath>
 #include <limits>
 
 #include "solvers/geometry/host_device.hpp"
-#include "solvers/parallel/petsc.hpp"
+#include "solvers/laplace/cutcell/fused_iteration.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -93,22 +91,12 @@ struct Iterations {
   static constexpr double infinite = std::numeric_limits<double>::infinity();
 };
 
-/// Registers the method under `name`; its preconditioner must be a shell whose context is a Solver.
+/// KSPSolve of the method; its preconditioner must be a shell whose context is a Solver.
 template <class Solver>
-void register_conjugate_gradients(const char* name) {
-  parallel::check_petsc(KSPRegister(name, [](KSP ksp) -> PetscErrorCode {
-    PetscCall(KSPSetSupportedNorm(ksp, KSP_NORM_NATURAL, PC_LEFT, 3));
-    ksp->ops->setup = [](KSP) -> PetscErrorCode { return 0; };
-    ksp->ops->solve = [](KSP method) -> PetscErrorCode {
-      Solver* solver = nullptr;
-      PetscCall(PCShellGetContext(method->pc, &solver));
-      return solver->iterate(method);
-    };
-    ksp->ops->destroy = KSPDestroyDefault;
-    ksp->ops->buildsolution = KSPBuildSolutionDefault;
-    ksp->ops->buildresidual = KSPBuildResidualDefault;
-    return 0;
-  }));
+PetscErrorCode iterate_on_device(KSP method) {
+  Solver* solver = nullptr;
+  PetscCall(PCShellGetContext(method->pc, &solver));
+  return solver->iterate(method);
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -215,8 +215,8 @@ class CutCell : public DeviceSolver {
       const double radius = outline.round() ? outline.size : 0.5 * (outline.size + norm(outline.end - outline.centre));
       bytes += spare * (2 * (8 * a_link + 5.7 * a_boundary_cell) * radius + 4.2 * a_covered_cell * radius * radius);
     }
-    if (!problem.couplings
-             .empty()) {  // all groups in one cluster, on each grid from 8 cells a side on (clustering.hpp)
+    if (!problem.couplings.empty()) {
+      // All groups in one cluster, on each grid from 8 cells a side on (clustering.hpp).
       const auto floating = std::ranges::count(problem.groups, true, &Group::floating);
       bytes += sizeof(double) * (std::log2(nx_ / 8.0) + 2) * static_cast<double>(floating) * floating;
     }
@@ -377,7 +377,7 @@ class CutCell : public DeviceSolver {
     x_ = WriteAccess(krylov_.x);
     const char* method = PetscSide<Executor>::method;
     const Shell shell = Shell::of(this, "cut-cell multigrid on the device", PetscSide<Executor>::vector_type);
-    register_conjugate_gradients<CutCell>(method);
+    register_natural_method<iterate_on_device<CutCell>>(method);
     krylov_.make_shell_matrix(shell, n);
     krylov_.make_shell_method(shell, options_.tolerance, method);
     is_fused_ = krylov_.is(method);

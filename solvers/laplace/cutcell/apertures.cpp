@@ -155,10 +155,8 @@ void link_sides(const LaplaceProblem& problem, Faces& faces, Level& level) {
   level.side_links.clear();
   const Layout& at = level.layout;
   for (int side = 0; side < 4; ++side) {
-    const bool upright = side == left || side == right;
-    for (int k = 0; k < (upright ? at.ny : at.nx); ++k) {
-      const int i = upright ? (side == left ? 0 : at.nx - 1) : k;
-      const int j = upright ? k : (side == bottom ? 0 : at.ny - 1);
+    for (int k = 0; k < faces_of(at, side); ++k) {
+      const auto [i, j] = cell_at_face(at, side, k);
       const double open = faces.open(i, j, side);
       if (open == 0) continue;
       if (problem.sides[side].kind == Side::Kind::insulating) {

@@ -9,6 +9,7 @@
 #include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
 #include "solvers/laplace/cutcell/sets.hpp"
+#include "solvers/laplace/cutcell/wavefront.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -140,22 +141,19 @@ void Level::fill_fluid(const std::vector<float>& permittivity, parallel::Team& t
     const std::ptrdiff_t b = layout(i, j);
     return !cover[b].is_fluid() ? 0.0f : face_conductance(permittivity[a], permittivity[b]);
   };
-  const int chunks = 4 * team.size();
-  team.for_each(chunks, [&](int chunk) {
-    for (int j = layout.ny * chunk / chunks; j < layout.ny * (chunk + 1) / chunks; ++j) {
-      for (int i = 0; i < layout.nx; ++i) {
-        const std::ptrdiff_t slot = layout(i, j);
-        diagonal[slot] = 0;
-        if (!cover[slot].is_fluid()) continue;
-        east[slot] = face(slot, i + 1, j);
-        north[slot] = face(slot, i, j + 1);
-        diagonal[slot] = east[slot] + north[slot] + face(slot, i - 1, j) + face(slot, i, j - 1);
-      }
-      for (int m = row_start[j]; m < row_start[j + 1]; ++m) {
-        RowLink& link = row_links[m];
-        if (resolves(link.body)) links[link.link].conductance = link.conductance *= permittivity[link.cell];
-        diagonal[link.cell] += link.conductance;
-      }
+  for_each_row(team, layout, [&](int j) {
+    for (int i = 0; i < layout.nx; ++i) {
+      const std::ptrdiff_t slot = layout(i, j);
+      diagonal[slot] = 0;
+      if (!cover[slot].is_fluid()) continue;
+      east[slot] = face(slot, i + 1, j);
+      north[slot] = face(slot, i, j + 1);
+      diagonal[slot] = east[slot] + north[slot] + face(slot, i - 1, j) + face(slot, i, j - 1);
+    }
+    for (int m = row_start[j]; m < row_start[j + 1]; ++m) {
+      RowLink& link = row_links[m];
+      if (resolves(link.body)) links[link.link].conductance = link.conductance *= permittivity[link.cell];
+      diagonal[link.cell] += link.conductance;
     }
   });
   for (SideLink& link : side_links)

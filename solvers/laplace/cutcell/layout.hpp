@@ -31,4 +31,29 @@ struct Layout {
   LICHTENBERG_HOST_DEVICE int row_length(int colour, int j) const { return (nx - parity(colour, j) + 1) / 2; }
 };
 
+struct CellIndex {
+  int i, j;
+};
+
+/// Which cell a slot holds.
+LICHTENBERG_HOST_DEVICE inline CellIndex cell_of(const Layout& at, int slot) {
+  const int colour_size = static_cast<int>(at.colour_size()), stride = static_cast<int>(at.stride);
+  const int colour = slot >= colour_size;
+  const int inner = slot - colour * colour_size;
+  const int j = inner / stride - 1;
+  return {2 * (inner - (j + 1) * stride - Layout::pad) + Layout::parity(colour, j), j};
+}
+
+LICHTENBERG_HOST_DEVICE inline bool inside(const Layout& at, int i, int j) {
+  return i >= 0 && i < at.nx && j >= 0 && j < at.ny;
+}
+/// The faces of a side of the box, and the cell at one of them.
+LICHTENBERG_HOST_DEVICE inline int faces_of(const Layout& at, int side) { return side < 2 ? at.ny : at.nx; }
+LICHTENBERG_HOST_DEVICE inline CellIndex cell_at_face(const Layout& at, int side, int face) {
+  const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
+  return side < 2 ? CellIndex{far, face} : CellIndex{face, far};
+}
+LICHTENBERG_HOST_DEVICE inline int step_i(int side) { return (side == 1) - (side == 0); }
+LICHTENBERG_HOST_DEVICE inline int step_j(int side) { return (side == 3) - (side == 2); }
+
 }  // namespace lichtenberg::laplace

@@ -7,6 +7,7 @@
 
 #include "solvers/laplace/cutcell/apertures.hpp"
 #include "solvers/laplace/cutcell/sets.hpp"
+#include "solvers/laplace/cutcell/wavefront.hpp"
 #include "solvers/parallel/huge_pages.hpp"
 
 namespace lichtenberg::laplace {
@@ -196,18 +197,13 @@ void Level::sort_by_row(parallel::Team& team) {
 }
 
 void Level::sum_diagonal(parallel::Team& team) {
-  const int chunks = 4 * team.size();
-  team.for_each(chunks, [&](int chunk) {
-    for (int j = layout.ny * chunk / chunks; j < layout.ny * (chunk + 1) / chunks; ++j) {
-      for (int colour = 0; colour < 2; ++colour) {
-        const std::ptrdiff_t row = layout.row(colour, j);
-        for (int k = 0; k < layout.row_length(colour, j); ++k)
-          diagonal[row + k] = cover[row + k].is_fluid() ? 4.0 : 0.0;
-      }
-      // In place of the conductance 1 to a fluid neighbour.
-      for (int m = row_start[j]; m < row_start[j + 1]; ++m)
-        diagonal[row_links[m].cell] += row_links[m].conductance - 1.0;
+  for_each_row(team, layout, [&](int j) {
+    for (int colour = 0; colour < 2; ++colour) {
+      const std::ptrdiff_t row = layout.row(colour, j);
+      for (int k = 0; k < layout.row_length(colour, j); ++k) diagonal[row + k] = cover[row + k].is_fluid() ? 4.0 : 0.0;
     }
+    // In place of the conductance 1 to a fluid neighbour.
+    for (int m = row_start[j]; m < row_start[j + 1]; ++m) diagonal[row_links[m].cell] += row_links[m].conductance - 1.0;
   });
 }
 
@@ -220,12 +216,10 @@ void Level::link_shared_cell(const LaplaceProblem& problem, SharedCell cell) {
 void Level::link_sides(const LaplaceProblem& problem) {
   side_links.clear();
   for (int side = 0; side < 4; ++side) {
-    const bool vertical = side == left || side == right;
     const bool electrode = problem.sides[side].kind == Side::Kind::electrode;
     const Vec2 e = direction(side);
-    for (int k = 0; k < (vertical ? layout.ny : layout.nx); ++k) {
-      const Cell cell =
-          vertical ? Cell{side == left ? 0 : layout.nx - 1, k} : Cell{k, side == bottom ? 0 : layout.ny - 1};
+    for (int k = 0; k < faces_of(layout, side); ++k) {
+      const Cell cell = cell_at_face(layout, side, k);
       const std::ptrdiff_t slot = layout(cell.i, cell.j);
       const bool fluid = cover[slot].is_fluid();
       if (!electrode) {

@@ -132,9 +132,7 @@ class Level {
   friend void build_by_apertures(const LaplaceProblem& problem, Level& level);
 
  private:
-  struct Cell {
-    int i, j;
-  };
+  using Cell = CellIndex;
   /// A disk that covers no cell's centre, in a cell that belongs to another body.
   struct SharedCell {
     int body, owner;
@@ -211,7 +209,7 @@ class Level {
   void link_thin_conductors(const LaplaceProblem& problem, int group, Part& part) const;
   bool resolves(int body) const { return is_resolved_.empty() || is_resolved_[body]; }
   Vec2 centre(Cell c) const { return cell_centre(c.i, c.j); }
-  bool inside(Cell c) const { return c.i >= 0 && c.i < layout.nx && c.j >= 0 && c.j < layout.ny; }
+  bool inside(Cell c) const { return laplace::inside(layout, c.i, c.j); }
 
   std::vector<Outline> outlines_;       // of the bodies
   std::vector<char> is_resolved_;       // by body; empty: all are

@@ -120,15 +120,14 @@ std::array<std::ptrdiff_t, 4> Level::slots_beside(int i, int j) const {
 /// `beside`: slots of the cells around.
 void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell,
                       const std::array<std::ptrdiff_t, 4>& beside, int body, Part& part) {
-  constexpr int step_i[4] = {-1, 1, 0, 0}, step_j[4] = {0, 0, -1, 1};
   const bool in_batches = takes_batches(body, formula);
   for (int d = 0; d < 4; ++d) {
     const std::ptrdiff_t slot = beside[d];
-    const Cell next{cell.i + step_i[d], cell.j + step_j[d]};
+    const Cell next{cell.i + step_i(d), cell.j + step_j(d)};
     if (cover[slot].is(body) || !inside(next)) continue;
     const Vec2 e = direction(d);
     if (cover[slot].is_fluid()) {
-      const Cell beyond{next.i + step_i[d], next.j + step_j[d]};
+      const Cell beyond{next.i + step_i(d), next.j + step_j(d)};
       const Cover behind = inside(beyond) ? cover[layout(beyond.i, beyond.j)] : Cover();
       const int link = static_cast<int>(part.links.size());
       if (!behind.is_fluid() && problem.bodies[behind.body()].group != problem.bodies[body].group)

@@ -82,17 +82,6 @@ Links collect_links(const LaplaceProblem& problem, const Level& level, const Spa
   return links;
 }
 
-/// The cell of a layout's slot.
-struct Cell {
-  int i, j;
-};
-
-Cell cell_of(const Layout& at, std::ptrdiff_t slot) {
-  const int colour = slot >= at.colour_size();
-  const int j = static_cast<int>(slot % at.colour_size() / at.stride) - 1;
-  return {2 * static_cast<int>(slot - at.row(colour, j)) + Layout::parity(colour, j), j};
-}
-
 void assemble_part(const LaplaceProblem& problem, const Level& level, Part part, SparseSystem& system) {
   const Numbering number = invert(problem, level, system);
   const Links links = collect_links(problem, level, system, number, part);
@@ -107,7 +96,7 @@ void assemble_part(const LaplaceProblem& problem, const Level& level, Part part,
   for (int a = part.begin; a < part.end; ++a) {
     row.clear();
     if (a < static_cast<int>(system.slot.size())) {
-      const auto [i, j] = cell_of(at, system.slot[a]);
+      const auto [i, j] = cell_of(at, static_cast<int>(system.slot[a]));
       const auto neighbour = [&](int ni, int nj, std::ptrdiff_t face, const std::vector<float>& conductance) {
         if (ni < 0 || ni >= at.nx || nj < 0 || nj >= at.ny) return;
         const int b = number.of_slot[at(ni, nj)];

@@ -137,12 +137,13 @@ class DeviceProblem {
     if (same) return;
     view_.faces = faces;
     const double h = problem.size.x / nx;
+    const Layout finest(nx, ny);
     std::vector<double> potential(4 * static_cast<std::size_t>(faces), 0.0);
     for (int side = 0; side < 4; ++side) {
       if (!view_.electrode[side]) continue;
-      for (int k = 0; k < (side < 2 ? ny : nx); ++k) {
-        const int far = side == right ? nx - 1 : side == top ? ny - 1 : 0;
-        const Vec2 centre = side < 2 ? cell_centre(far, k) : cell_centre(k, far);
+      for (int k = 0; k < faces_of(finest, side); ++k) {
+        const auto [i, j] = cell_at_face(finest, side, k);
+        const Vec2 centre = cell_centre(i, j);
         potential[side * faces + k] = problem.sides[side].potential_at(h * (centre + 0.5 * direction(side)));
       }
     }

@@ -3,8 +3,10 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "solvers/laplace/cutcell/closest_shares.hpp"
 #include "solvers/laplace/cutcell/device/cutcell.hpp"
 #include "solvers/laplace/cutcell/device/follow.hpp"
 #include "solvers/laplace/cutcell/follow.hpp"
@@ -95,6 +97,34 @@ TEST_CASE("a guess that follows a coarser grid's change is the CPU's") {
                         follower.change(), device_x.data());
   // Weights in single precision, their sum 1, of changes of at most 6 V.
   for (std::size_t k = 0; k < op.size(); ++k) REQUIRE(std::abs(device_x[k] - x[k]) <= 6 / scale * 0x1p-24 + 1e-14);
+}
+
+TEST_CASE("closest shares: a dependent basis vector leaves the error orthogonal") {
+  // Vectors in the metric diag(1, 2, 3, 4); the third is the sum of the others, or independent.
+  constexpr int n = 4, m = history_length;
+  const std::array<double, n> exact{1, -2, 0.5, 3};
+  for (const bool dependent : {true, false}) {
+    CAPTURE(dependent);
+    std::array<std::array<double, n>, m> v{{{1, 2, -1, 0.5}, {0.3, -1, 2, 1}, {0, 1, 1, -2}}};
+    for (int k = 0; k < n && dependent; ++k) v[2][k] = v[0][k] + v[1][k];
+    GuessProducts products;
+    for (int p = 0; p < m; ++p)
+      for (int k = 0; k < n; ++k) {
+        products.rhs[p] += v[p][k] * (k + 1) * exact[k];
+        for (int q = 0; q <= p; ++q) products.gram[p][q] += v[p][k] * (k + 1) * v[q][k];
+      }
+    const Shares share = closest_shares(products, m);
+    for (int p = 0; p < m; ++p) {
+      double product = 0;  // of the error with a basis vector
+      for (int k = 0; k < n; ++k) {
+        double guess = 0;
+        for (int q = 0; q < m; ++q) guess += share.of[q] * v[q][k];
+        product += v[p][k] * (k + 1) * (exact[k] - guess);
+      }
+      CHECK(std::abs(product) < 1e-13);  // sums of products below 30, some hundred roundings
+    }
+    CHECK(std::ranges::count(share.of, 0.0) == (dependent ? 1 : 0));
+  }
 }
 
 TEST_CASE("only the same bodies are followed, after something was found") {

@@ -60,7 +60,7 @@ class Grid {
   std::vector<char> strongly_paired(const std::vector<float>& group_diagonal) const;
   void choose_block(const Level& level, const std::vector<float>& group_diagonal);
   void factorize_block(const Level& level, const std::vector<float>& group_diagonal);
-  float flux_from_outside(int group) const;
+  double flux_from_outside(int group) const;
   void relax_block();
   void relax_groups(bool forward);
   void relax_groups_again(bool forward);

@@ -90,8 +90,8 @@ void Grid::factorize_block(const Level& level, const std::vector<float>& group_d
 }
 
 /// What groups outside the block bring a group in it.
-float Grid::flux_from_outside(int group) const {
-  float flux = 0;
+double Grid::flux_from_outside(int group) const {
+  double flux = 0;
   for (int m = coupling_.start[group]; m < coupling_.start[group + 1]; ++m)
     if (const int h = coupling_.other[m]; place_in_block_[h] < 0) flux += coupling_.conductance[m] * phi[h];
   return flux;
@@ -100,7 +100,7 @@ float Grid::flux_from_outside(int group) const {
 void Grid::relax_block() {
   for (std::size_t k = 0; k < block_.size(); ++k) {
     const int g = block_[k];
-    block_flux_[k] = flux_[g] + flux_from_outside(g);
+    block_flux_[k] = static_cast<double>(flux_[g]) + flux_from_outside(g);
     block_phi_[k] = charge[g] + block_flux_[k];
   }
   block_factors_.solve(block_phi_.data());

@@ -348,13 +348,20 @@ class CutCell : public DeviceSolver {
     solution.unknowns = multigrid_->fluid_cells();
     for (const Group& group : problem.groups) solution.unknowns += group.floating;
     solution.group_potential.assign(potential_.host, potential_.host + problem.groups.size());
+    solution.energy = 0;
+    solution.body_charge.resize(bodies_);
+    solution.body_force.resize(bodies_);
+    for (std::size_t k = 0; k < bodies_; ++k) {
+      const BodyResult& body = body_result_.host[k];
+      solution.energy += 0.5 * body.charge * solution.group_potential[problem.bodies[k].group];
+      solution.body_charge[k] = body.charge;
+      solution.body_force[k] = {body.force_x, body.force_y};
+    }
     solution.side_charge = {};
-    double side_energy = 0;
     for (int part = 0; part < 4 * side_parts; ++part) {
       solution.side_charge[part / side_parts] += side_result_.host[part].charge;
-      side_energy += side_result_.host[part].energy;
+      solution.energy += side_result_.host[part].energy;
     }
-    laplace::take_results(problem, body_result_.host, side_energy, solution);
   }
 
   void keep() {

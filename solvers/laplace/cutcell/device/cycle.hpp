@@ -86,7 +86,7 @@ void leave_group_residuals(const Executor& run, ProblemView problem, GridView fi
   run.sum_pieces(fine.link_pieces(problem), fine.cycle.partial, flux, CycleFluxes{problem, fine, phi, nullptr, before},
                  [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
                    const float inverse = fine.groups.inverse_diagonal[g];
-                   float residual = fine.cycle.charge[g] + sum - phi[g] / inverse;
+                   float residual = sum + (fine.cycle.charge[g] - phi[g] / inverse);
                    if (before && fine.groups.clusters->row[g] >= 0)
                      residual = fine.binds ? sum - fine.cycle.flux[g] : sum;
                    coarse.cycle.charge[g] = inverse > 0 ? residual : 0.0f;

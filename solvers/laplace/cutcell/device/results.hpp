@@ -1,11 +1,25 @@
 #pragma once
 
-// Charges, forces and energy by the formulas of ../results.hpp: a sum a body, and a sum a part of each side.
+// Charges, forces and energy: results.cpp's arithmetic, a sum a body and a sum a part of each side.
 
 #include "solvers/laplace/cutcell/device/grid.hpp"
-#include "solvers/laplace/cutcell/results.hpp"
 
 namespace lichtenberg::laplace::device {
+
+/// Charge (C/m) of a body and force (N/m) on it, by some of its links or by all.
+struct BodyResult {
+  double charge = 0, force_x = 0, force_y = 0;
+  LICHTENBERG_HOST_DEVICE BodyResult& operator+=(const BodyResult& other) {
+    charge += other.charge;
+    force_x += other.force_x;
+    force_y += other.force_y;
+    return *this;
+  }
+  LICHTENBERG_HOST_DEVICE void pull(double stress, Vec2 gradient) {
+    force_x += stress * gradient.x;
+    force_y += stress * gradient.y;
+  }
+};
 
 struct SideResult {
   double charge = 0, energy = 0;
@@ -26,21 +40,29 @@ struct SolvedView {
 
   LICHTENBERG_HOST_DEVICE double potential(int slot) const { return scale * cell[slot]; }
 
-  LICHTENBERG_HOST_DEVICE LinkResults of() const { return {problem.permittivity, grid.h}; }
-
   LICHTENBERG_HOST_DEVICE BodyResult link_result(int m) const {
     const LinkArrays& links = grid.links;
-    const double own = potential(links.slot[m]);
-    BodyResult result = of().link(links.conductance[m], group_potential[links.group[m]] - own, links.gradient[m]);
-    if (const int partner = links.partner_group[m]; partner >= 0)
-      result += of().force(group_potential[partner] - own, links.partner_gradient[m]);
+    const double eps = problem.permittivity, stress = 0.5 * eps / grid.h, own = potential(links.slot[m]);
+    const double d = group_potential[links.group[m]] - own;
+    BodyResult result;
+    result.charge = eps * links.conductance[m] * d;
+    result.pull(stress * d * d, links.gradient[m]);
+    if (const int partner = links.partner_group[m]; partner >= 0) {
+      const double across = group_potential[partner] - own;
+      result.pull(stress * across * across, links.partner_gradient[m]);
+    }
     return result;
   }
 
   LICHTENBERG_HOST_DEVICE BodyResult direct_link_result(const DirectLink& link) const {
+    const double eps = problem.permittivity, stress = 0.5 * eps / grid.h;
     const double other =
         link.is_to_electrode() ? problem.side_potential[link.face()] : group_potential[problem.group_of[link.other]];
-    return of().link(link.conductance, group_potential[problem.group_of[link.own]] - other, link.gradient);
+    const double d = group_potential[problem.group_of[link.own]] - other;
+    BodyResult result;
+    result.charge = eps * link.conductance * d;
+    result.pull(stress * d * d, link.gradient);
+    return result;
   }
 
   LICHTENBERG_HOST_DEVICE SideResult face_result(int side, int face) const {
@@ -56,7 +78,7 @@ struct SolvedView {
       conductance = channel_between(grid.bodies.outline[body], cell_centre(i, j), direction(side), 0.5, nullptr).value;
       other = group_potential[problem.group_of[body]];
     }
-    const double flux = of().flux(conductance, given - other);
+    const double flux = problem.permittivity * conductance * (given - other);
     return {flux, 0.5 * flux * given};
   }
 };

@@ -258,7 +258,7 @@ struct SmallGrids {
     block.sum_pieces(fine.link_pieces(problem), fine.groups.own, fine.number[Of::own_groups], fine.cycle.partial, flux,
                      CycleFluxes{problem, fine, phi, nullptr, before}, [&](int g, float sum) {
                        const bool in_cluster = clusters && clusters->row[g] >= 0;
-                       coarse_charge[g] = in_cluster ? sum : charge[g] + sum - phi[g] / inverse_diagonal[g];
+                       coarse_charge[g] = in_cluster ? sum : sum + (charge[g] - phi[g] / inverse_diagonal[g]);
                      });
   }
 

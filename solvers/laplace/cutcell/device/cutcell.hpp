@@ -42,14 +42,14 @@ class CutCell : public DeviceSolver {
     const auto start = std::chrono::steady_clock::now();
     LaplaceSolution solution;
     prepare_grids(problem);
-    problem_->upload(problem, nx_, ny_);
+    problem_->upload(problem, cells_.nx, cells_.ny);
     double before = 0;
     do {
       before = since(start);
-      run_->mark(*begun_);
+      run_->mark(moments_->begun);
       multigrid_->build(problem, problem_->view());
       prepare_system(problem);
-      run_->mark(*discretized_);
+      run_->mark(moments_->discretized);
       choose_scale();
       begin();
       krylov_.criterion = {options_.tolerance, 0, 0, 0};
@@ -61,8 +61,8 @@ class CutCell : public DeviceSolver {
 
     keep();
     take_results(problem, solution);
-    solution.seconds.setup = before + discretized_->seconds_since(*begun_);
-    solution.seconds.solve = iterated_->seconds_since(*discretized_);
+    solution.seconds.setup = before + moments_->discretized.seconds_since(moments_->begun);
+    solution.seconds.solve = moments_->iterated.seconds_since(moments_->discretized);
     solution.seconds.forces = std::max(0.0, since(start) - solution.seconds.setup - solution.seconds.solve);
     return solution;
   }
@@ -75,9 +75,9 @@ class CutCell : public DeviceSolver {
     std::vector<Cover> cover(at.size());
     run_->to_host(cell.data(), past_[0].view.cell, cell.size() * sizeof(double));
     run_->to_host(cover.data(), grid.cells.cover, cover.size() * sizeof(Cover));
-    Field field{nx_, ny_, grid.h, {}, {}};
-    for (int j = 0; j < ny_; ++j)
-      for (int i = 0; i < nx_; ++i) {
+    Field field{cells_.nx, cells_.ny, grid.h, {}, {}};
+    for (int j = 0; j < cells_.ny; ++j)
+      for (int i = 0; i < cells_.nx; ++i) {
         const std::ptrdiff_t slot = at(i, j);
         field.value.push_back(scale_ * cell[slot]);
         field.body.push_back(cover[slot].is_fluid() ? -1 : cover[slot].body());
@@ -88,7 +88,7 @@ class CutCell : public DeviceSolver {
   void forget() override { past_count_ = 0; }
   void follow(const CutCellBackend& coarser) override {
     followed_ = dynamic_cast<const CutCell*>(&coarser);  // null: one on another kind of device
-    clear_recordings();
+    recordings_.clear();
   }
   void set_tolerance(double tolerance) override { options_.tolerance = tolerance; }
 
@@ -128,10 +128,10 @@ class CutCell : public DeviceSolver {
 
   /// KSPSolve, and the results after it.
   PetscErrorCode iterate(KSP ksp) {
-    Iterations* iterations = iterations_.device;
+    Iterations* iterations = report_->iterations.device;
     begin_iterations(*run_, krylov_.criterion.tolerance, static_cast<int>(ksp->max_it), iterations);
     if (multigrid_->on_device()) {
-      run_->run(iterating_, [&] {
+      run_->run(recordings_.iterating, [&] {
         better_guess();
         run_->repeat([this](auto again) { iterate_once(again); });
       });
@@ -145,7 +145,7 @@ class CutCell : public DeviceSolver {
       }
     }
     finish();
-    const Iterations& found = *iterations_.host;
+    const Iterations& found = *report_->iterations.host;
     for (ksp->its = 0; ksp->its <= std::min(found.done, Iterations::kept - 1); ++ksp->its) {
       ksp->rnorm = found.norm[ksp->its];
       PetscCall(KSPLogResidualHistory(ksp, ksp->rnorm));
@@ -160,6 +160,32 @@ class CutCell : public DeviceSolver {
 
  private:
   using Past = parallel::Arrays<PastView, Executor>;
+  using Moment = typename Executor::Moment;
+  using Recording = typename Executor::Recording;
+  template <class T>
+  using Part = typename parallel::Parcel<Executor>::template Part<T>;
+  struct Moments {
+    Moment begun, discretized, iterated;
+  };
+  struct Recordings {
+    Recording begin[history_length], following[history_length];  ///< by phase_
+    Recording iterating, end;
+    void clear() {
+      for (auto* all : {&begin, &following})
+        for (Recording& recording : *all) recording.clear();
+      iterating.clear();
+      end.clear();
+    }
+  };
+  /// What the host is told at the end of a solve.
+  struct Report {
+    explicit Report(const Executor& run) : parcel(run) {}
+    parallel::Parcel<Executor> parcel;
+    Part<Iterations> iterations;
+    Part<double> potential;  ///< by group; then a mean or level of x
+    Part<BodyResult> body_result;
+    Part<SideResult> side_result;
+  };
   /// Arrays of a solve; x and b are the KSP's.
   struct Vectors {
     double *r, *z, *p, *q, *next_potential;
@@ -181,9 +207,7 @@ class CutCell : public DeviceSolver {
     if (bodies_ != problem.bodies.size()) forget();
     bodies_ = problem.bodies.size();
     if (multigrid_ && size_ == problem.size) return;
-    const GridSize finest_size = finest_grid(problem, options_.cells);
-    nx_ = finest_size.nx;
-    ny_ = finest_size.ny;
+    cells_ = finest_grid(problem, options_.cells);
     release_vectors();
     forget();
     multigrid_.reset();
@@ -191,9 +215,9 @@ class CutCell : public DeviceSolver {
     check_room(problem);
     const Executor& run = *run_;
     problem_ = std::make_unique<DeviceProblem<Executor>>(run);
-    multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, nx_, ny_, options_.links);
+    multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, cells_.nx, cells_.ny, options_.links);
     generation_ = 0;
-    for (auto* moment : {&begun_, &discretized_, &iterated_}) *moment = std::make_unique<Moment>();
+    moments_.emplace();
     for (int k = 0; k < history_length; ++k) past_.emplace_back(run);
     arrays_.emplace(run);
     follower_.emplace(run);
@@ -208,8 +232,8 @@ class CutCell : public DeviceSolver {
     // A disk of R cells has 8 R links, 5.7 R cells beside it and pi R^2 in it; the coarser grids' edges are as long
     // together as the finest's; a quarter to spare.
     constexpr double a_link = 68, a_boundary_cell = 36, a_covered_cell = 8, spare = 1.25;
-    double bytes = a_cell * nx_ * ny_;
-    const double h = problem.size.x / nx_;
+    double bytes = a_cell * cells_.nx * cells_.ny;
+    const double h = problem.size.x / cells_.nx;
     for (const Body& body : problem.bodies) {
       const Outline outline = outline_in_cells(body.shape, h);
       const double radius = outline.round() ? outline.size : 0.5 * (outline.size + norm(outline.end - outline.centre));
@@ -218,12 +242,12 @@ class CutCell : public DeviceSolver {
     if (!problem.couplings.empty()) {
       // All groups in one cluster, on each grid from 8 cells a side on (clustering.hpp).
       const auto floating = std::ranges::count(problem.groups, true, &Group::floating);
-      bytes += sizeof(double) * (std::log2(nx_ / 8.0) + 2) * static_cast<double>(floating) * floating;
+      bytes += sizeof(double) * (std::log2(cells_.nx / 8.0) + 2) * static_cast<double>(floating) * floating;
     }
     const double room = static_cast<double>(run_->room());
     if (bytes <= room) return;
     const auto in_mib = [](double b) { return std::to_string(static_cast<long>(b / (1 << 20))) + " MiB"; };
-    throw Failure("the field on " + std::to_string(nx_) + " x " + std::to_string(ny_) + " cells around " +
+    throw Failure("the field on " + std::to_string(cells_.nx) + " x " + std::to_string(cells_.ny) + " cells around " +
                   std::to_string(problem.bodies.size()) + " conductors needs " + in_mib(bytes + (1 << 20)) +
                   " of the device's memory, of which " + in_mib(room) + " are free");
   }
@@ -243,7 +267,7 @@ class CutCell : public DeviceSolver {
     if (!is_fused_) set_null_space(problem);
     if (generation_ == multigrid_->generation()) return;
     generation_ = multigrid_->generation();
-    clear_recordings();
+    recordings_.clear();
     Vectors& v = arrays_->view;
     unknowns_ = n;
     for (int k = 0; k < history_length; ++k) arrays_->resize(n, v.basis.vector[k], v.basis.image[k]);
@@ -255,17 +279,17 @@ class CutCell : public DeviceSolver {
                     balance.to_cells, balance.from_cells, balance.r, balance.p, balance.q, balance.is_linked);
     arrays_->resize(SolveGroups::threads * ((groups + SolveGroups::threads - 1) / SolveGroups::threads),
                     balance.linked);
-    std::tie(iterations_, potential_, body_result_, side_result_) =
-        report_->template divide<Iterations, double, BodyResult, SideResult>(
+    std::tie(report_->iterations, report_->potential, report_->body_result, report_->side_result) =
+        report_->parcel.template divide<Iterations, double, BodyResult, SideResult>(
             {1, static_cast<std::size_t>(groups) + 1, bodies_, 4 * side_parts});
-    balance.level = potential_.device + groups;
+    balance.level = report_->potential.device + groups;
   }
 
   void choose_scale() {
     const std::optional<double> unit = new_potential_unit(problem_->largest(), scale_, past_count_ > 0);
     if (!unit) return;
     forget();
-    if (*unit != scale_) clear_recordings();
+    if (*unit != scale_) recordings_.clear();
     scale_ = *unit;
   }
 
@@ -282,17 +306,11 @@ class CutCell : public DeviceSolver {
         first_guess();
     };
     if (follows)
-      run_recorded(following_[phase_], both);
+      run_recorded(recordings_.following[phase_], both);
     else if (past_count_ == history_length)
-      run_recorded(begin_[phase_], both);
+      run_recorded(recordings_.begin[phase_], both);
     else
       both();
-  }
-
-  void clear_recordings() {
-    for (auto* recordings : {&begin_, &following_})
-      for (auto& recording : *recordings) recording.clear();
-    for (auto* recording : {&iterating_, &end_}) recording->clear();
   }
 
   /// History::first_guess.
@@ -319,16 +337,17 @@ class CutCell : public DeviceSolver {
     const GridView& grid = finest().view();
     relax_edges(*run_, problem, grid, b_, x_, finest().partial(), v.next_potential, sweeps);
     apply_field(*run_, problem, grid, x_, v.q, finest().partial());
-    take_guess(*run_, problem, grid, b_, v.q, x_, v.r, iterations_.device);
+    take_guess(*run_, problem, grid, b_, v.q, x_, v.r, report_->iterations.device);
     if (problem.couplings.only_ground)
-      level_by_couplings(*run_, problem, grid, x_, v.r, potential_.device + problem.groups, iterations_.device);
+      level_by_couplings(*run_, problem, grid, x_, v.r, report_->potential.device + problem.groups,
+                         report_->iterations.device);
   }
 
   void finish() {
-    run_->mark(*iterated_);
-    run_recorded(end_, [this] { evaluate(); });
+    run_->mark(moments_->iterated);
+    run_recorded(recordings_.end, [this] { evaluate(); });
     multigrid_->begin_to_settle();
-    report_->fetch();
+    report_->parcel.fetch();
     is_settled_ = multigrid_->settle();
   }
 
@@ -337,30 +356,30 @@ class CutCell : public DeviceSolver {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     balance_charges(*run_, problem, grid, b_, scale_, finest().partial(), arrays_->view.balance, x_);
-    if (!problem.grounded) fix_mean(*run_, problem, grid, x_, potential_.device + problem.groups);
-    group_potentials(*run_, problem, grid, x_, scale_, potential_.device);
-    const SolvedView solved{problem, grid, x_, scale_, potential_.device};
-    sum_bodies(*run_, solved, body_result_.device);
-    sum_sides(*run_, solved, side_result_.device);
+    if (!problem.grounded) fix_mean(*run_, problem, grid, x_, report_->potential.device + problem.groups);
+    group_potentials(*run_, problem, grid, x_, scale_, report_->potential.device);
+    const SolvedView solved{problem, grid, x_, scale_, report_->potential.device};
+    sum_bodies(*run_, solved, report_->body_result.device);
+    sum_sides(*run_, solved, report_->side_result.device);
   }
 
   void take_results(const LaplaceProblem& problem, LaplaceSolution& solution) const {
     solution.unknowns = multigrid_->fluid_cells();
     for (const Group& group : problem.groups) solution.unknowns += group.floating;
-    solution.group_potential.assign(potential_.host, potential_.host + problem.groups.size());
+    solution.group_potential.assign(report_->potential.host, report_->potential.host + problem.groups.size());
     solution.energy = 0;
     solution.body_charge.resize(bodies_);
     solution.body_force.resize(bodies_);
     for (std::size_t k = 0; k < bodies_; ++k) {
-      const BodyResult& body = body_result_.host[k];
+      const BodyResult& body = report_->body_result.host[k];
       solution.energy += 0.5 * body.charge * solution.group_potential[problem.bodies[k].group];
       solution.body_charge[k] = body.charge;
       solution.body_force[k] = {body.force_x, body.force_y};
     }
     solution.side_charge = {};
     for (int part = 0; part < 4 * side_parts; ++part) {
-      solution.side_charge[part / side_parts] += side_result_.host[part].charge;
-      solution.energy += side_result_.host[part].energy;
+      solution.side_charge[part / side_parts] += report_->side_result.host[part].charge;
+      solution.energy += report_->side_result.host[part].energy;
     }
   }
 
@@ -369,7 +388,7 @@ class CutCell : public DeviceSolver {
     phase_ = (phase_ + 1) % history_length;
     past_[0].resize(finest().view().layout.size(), past_[0].view.cell);
     past_[0].resize(bodies_, past_[0].view.body);
-    remember(*run_, problem_->view(), finest().view(), x_, potential_.device, scale_, past_[0].view);
+    remember(*run_, problem_->view(), finest().view(), x_, report_->potential.device, scale_, past_[0].view);
     past_count_ = std::min(past_count_ + 1, history_length);
     if (followed_) follower_->keep(followed_->found());
   }
@@ -406,10 +425,10 @@ class CutCell : public DeviceSolver {
   void iterate_once(Again again) {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
-    Iterations* iterations = iterations_.device;
+    Iterations* iterations = report_->iterations.device;
     const Vectors& v = arrays_->view;
     multigrid_->cycle(v.z);
-    if (!problem.grounded) level_out(*run_, problem, grid, v.z, potential_.device + problem.groups);
+    if (!problem.grounded) level_out(*run_, problem, grid, v.z, report_->potential.device + problem.groups);
     judge(*run_, unknowns_, v.r, v.z, iterations);
     turn_direction(*run_, problem, grid, v.z, v.p, iterations);
     multiply(v.p, v.q);
@@ -419,11 +438,11 @@ class CutCell : public DeviceSolver {
 
   /// By a method that the user has asked for.
   void solve_by_petsc(LaplaceSolution& solution) {
-    begin_iterations(*run_, 0, 0, iterations_.device);
+    begin_iterations(*run_, 0, 0, report_->iterations.device);
     better_guess();
-    report_->fetch();
-    krylov_.criterion.energy_norm = iterations_.host->energy_norm;
-    krylov_.criterion.rounding = iterations_.host->rounding;
+    report_->parcel.fetch();
+    krylov_.criterion.energy_norm = report_->iterations.host->energy_norm;
+    krylov_.criterion.rounding = report_->iterations.host->rounding;
     krylov_.solve(solution);
     finish();
   }
@@ -436,37 +455,27 @@ class CutCell : public DeviceSolver {
     else
       f();
   }
-  using Moment = typename Executor::Moment;
-  template <class T>
-  using Part = typename parallel::Parcel<Executor>::template Part<T>;
-
   CutCellOptions options_;
   std::unique_ptr<Executor> run_;
-  int nx_ = 0, ny_ = 0;
+  GridSize cells_{};  // of the finest grid
   Vec2 size_;
   std::size_t bodies_ = 0;
   std::unique_ptr<DeviceProblem<Executor>> problem_;
   std::unique_ptr<DeviceMultigrid<Executor>> multigrid_;
-  std::unique_ptr<Moment> begun_, discretized_, iterated_;
+  std::optional<Moments> moments_;
   int generation_ = 0;  // of the grids that the recordings are for
   Krylov krylov_;
   bool is_fused_ = true;                // the KSP is iterate()
   double *b_ = nullptr, *x_ = nullptr;  // of krylov_
   long unknowns_ = 0;                   // entries of a vector
   std::optional<parallel::Arrays<Vectors, Executor>> arrays_;
-  typename Executor::Recording begin_[history_length], following_[history_length];  // by phase_
-  typename Executor::Recording iterating_, end_;
+  Recordings recordings_;
   double scale_ = 1;                            // V: x, b and the past are in units of it
   std::vector<Past> past_;                      // newest first
   int past_count_ = 0, phase_ = 0;              // phase_: says where in memory the newest is
   const CutCell* followed_ = nullptr;           // the solver on a coarser grid
   std::optional<Follower<Executor>> follower_;  // what it had found at the last solve here
-  // What the host is told at the end of a solve.
-  std::optional<parallel::Parcel<Executor>> report_;
-  Part<Iterations> iterations_;
-  Part<double> potential_;  // by group; then a mean or level of x
-  Part<BodyResult> body_result_;
-  Part<SideResult> side_result_;
+  std::optional<Report> report_;
   bool is_settled_ = false;
 };
 

@@ -151,6 +151,35 @@ std::vector<Real> group_diagonals(const LaplaceProblem& problem, const Level& le
   return diagonal;
 }
 
+/// All links of unknowns to given potentials (V): to_cell(slot, conductance, potential) and to_group(group,
+/// conductance, potential).
+template <class ToCell, class ToGroup>
+void for_each_given(const LaplaceProblem& problem, const Level& level, const ToCell& to_cell, const ToGroup& to_group) {
+  const auto group_of = [&](int body) { return problem.bodies[body].group; };
+  const auto add_to_body = [&](int body, double conductance, double potential) {
+    if (problem.groups[group_of(body)].floating) to_group(group_of(body), conductance, potential);
+  };
+  for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
+    const Group& own = problem.groups[group_of(static_cast<int>(body))];
+    if (own.floating) continue;
+    for (int m = level.link_start[body]; m < level.link_start[body + 1]; ++m)
+      to_cell(level.links[m].cell, level.links[m].conductance, own.potential);
+  }
+  for (const PairLink& pair : level.pairs) {
+    const Group &a = problem.groups[group_of(pair.body_a)], &b = problem.groups[group_of(pair.body_b)];
+    if (!b.floating) add_to_body(pair.body_a, pair.conductance, b.potential);
+    if (!a.floating) add_to_body(pair.body_b, pair.conductance, a.potential);
+  }
+  for (const SideLink& link : level.side_links) {
+    if (link.cell >= 0)
+      to_cell(link.cell, link.conductance, link.potential);
+    else
+      add_to_body(link.body, link.conductance, link.potential);
+  }
+  for (const FixedCoupling& coupling : level.fixed_couplings)
+    to_group(coupling.group, coupling.conductance, coupling.potential);
+}
+
 /// The right-hand side of a level's system, by slot into `cell` and by group into `group`: charges / permittivity and
 /// what groups and sides of given potential bring, in units of `scale` (V).
 template <class Real>
@@ -159,29 +188,9 @@ void write_right_hand_side(const LaplaceProblem& problem, const Level& level, do
   std::fill_n(cell, level.layout.size(), Real{0});
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
     group[g] = problem.groups[g].floating ? in_units(problem.groups[g].charge / problem.permittivity) : Real{0};
-  const auto group_of = [&](int body) { return problem.bodies[body].group; };
-  const auto add_to_body = [&](int body, double value) {
-    if (problem.groups[group_of(body)].floating) group[group_of(body)] += in_units(value);
-  };
-  for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
-    const Group& own = problem.groups[group_of(static_cast<int>(body))];
-    if (own.floating || own.potential == 0) continue;
-    for (int m = level.link_start[body]; m < level.link_start[body + 1]; ++m)
-      cell[level.links[m].cell] += in_units(level.links[m].conductance * own.potential);
-  }
-  for (const PairLink& pair : level.pairs) {
-    const Group &a = problem.groups[group_of(pair.body_a)], &b = problem.groups[group_of(pair.body_b)];
-    if (!b.floating) add_to_body(pair.body_a, pair.conductance * b.potential);
-    if (!a.floating) add_to_body(pair.body_b, pair.conductance * a.potential);
-  }
-  for (const SideLink& link : level.side_links) {
-    if (link.cell >= 0)
-      cell[link.cell] += in_units(link.conductance * link.potential);
-    else
-      add_to_body(link.body, link.conductance * link.potential);
-  }
-  for (const FixedCoupling& coupling : level.fixed_couplings)
-    group[coupling.group] += in_units(coupling.conductance * coupling.potential);
+  for_each_given(
+      problem, level, [&](std::ptrdiff_t slot, double c, double given) { cell[slot] += in_units(c * given); },
+      [&](int g, double c, double given) { group[g] += in_units(c * given); });
 }
 
 }  // namespace lichtenberg::laplace

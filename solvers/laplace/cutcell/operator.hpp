@@ -52,7 +52,6 @@ class CutCellOperator {
   /// Whether groups are linked to each other, by couplings or directly.
   bool are_linked() const { return level_->is_coupled() || !pairs_.empty(); }
   void solve_groups(double* flow) const;
-  std::vector<double> hold_of_groups(const LaplaceProblem& problem) const;
   void shift_cells(double value, double* x) const;
   void relax_groups(const double* b, double* x) const;
   void relax_edges_of_row(int colour, int j, const double* b, double* x) const;

@@ -9,8 +9,6 @@
 #include <vector>
 
 #include "solvers/error.hpp"
-#include "solvers/periodic/dipoles.hpp"
-#include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/mesh.hpp"
 
 namespace lichtenberg::periodic {
@@ -48,6 +46,7 @@ struct Way {
   double charge, row;                       ///< a charge on the mesh, and each row of the mesh that it meets
   std::function<double(int points)> point;  ///< one of a mesh of points^3, for each doubling of their number, there and
                                             ///< back
+  bool compares_windows = false;            ///< of those that reach the accuracy the ones with the least work are taken
 };
 
 Way in_double_precision(Vec3 lengths, int lowest_order) {
@@ -96,7 +95,8 @@ Way on_device(Vec3 lengths, const std::vector<Window>& windows) {
           near,
           0.1,
           0.006,
-          [](int) { return 0.0025; }};
+          [](int) { return 0.0025; },
+          true};
 }
 
 /// What a cloud loses of the forces of charges and their dipoles.
@@ -264,8 +264,8 @@ std::vector<double> cutoffs_of(const Meshes& meshes, double most, const MeshRequ
   return all;
 }
 
-/// Those that leave the error `most`, squared, to near part and mesh each, with less work than `least`, which is theirs
-/// then; none if there are none.
+/// Parameters that leave the error `most`, squared, to near part and mesh each, with less work than `least`, which is
+/// theirs then; none if there are none.
 std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequest& request, const Way& way,
                                       double& least) {
   const Meshes meshes{request, Points(request, way), window};
@@ -291,17 +291,14 @@ std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequ
   return best;
 }
 
+/// With the first windows that reach the accuracy, or with those that take the least work.
 std::optional<MeshChoice> choose(double most, const MeshRequest& request, const Way& way) {
-  for (const Window window : way.windows)
-    if (double least = INFINITY; const auto choice = choose_with(window, most, request, way, least)) return choice;
-  return {};
-}
-/// With the windows that take least work.
-std::optional<MeshChoice> choose_of_all(double most, const MeshRequest& request, const Way& way) {
   std::optional<MeshChoice> best;
   double least = INFINITY;
-  for (const Window window : way.windows)
+  for (const Window window : way.windows) {
     if (const auto choice = choose_with(window, most, request, way, least)) best = choice;
+    if (best && !way.compares_windows) break;
+  }
   return best;
 }
 
@@ -408,7 +405,7 @@ MeshChoice choose_quick_mesh(const MeshRequest& request) {
   const double most = 0.5 * (request.accuracy * request.accuracy - own2) * force2(request.contact);
   std::optional<MeshChoice> best;
   if (request.on_device && !request.polarizability) {
-    best = choose_of_all(most, request, on_device(request.lengths, windows_of(request)));
+    best = choose(most, request, on_device(request.lengths, windows_of(request)));
     if (best) best->error = std::hypot(error_of(*best, request), error_of_single_precision);
     if (best) return *best;
   }
@@ -421,132 +418,6 @@ MeshChoice choose_quick_mesh(const MeshRequest& request) {
   best->single = true;
   best->error = error_of(*best, request);
   return *best;
-}
-
-namespace {
-
-constexpr int few = 200;  ///< charges, whose Ewald sum costs nothing
-
-/// Some sources and the forces on them.
-struct Exact {
-  std::vector<int> sample;
-  std::vector<double> force;
-};
-
-std::vector<int> spread_over(int size, int most) {
-  std::vector<int> sample;
-  for (int s = 0; s < std::min(size, most); ++s)
-    sample.push_back(static_cast<int>(static_cast<std::int64_t>(s) * size / std::min(size, most)));
-  return sample;
-}
-
-std::vector<Pair> pairs_for(const Sum& sum, const Sources& sources) {
-  if (sum.cutoff() == 0) return {};
-  Box<3> box{sources.lengths};
-  box.sides.fill(Boundary::periodic);
-  const std::vector<double> radius(sources.charge.size());
-  return pairs_closer_than(Spheres<3>{sources.position, radius, box}, sum.cutoff());
-}
-
-Response evaluated(Sum& sum, const Sources& sources) {
-  Response response;
-  sum.evaluate(sources, pairs_for(sum, sources), parallel::Team::single(), response);
-  return response;
-}
-
-/// To a thirtieth of what is asked for.
-Exact exact_forces(const MeshRequest& request, const Sources& sources) {
-  constexpr double share = 1.0 / 30;
-  const double finer = request.accuracy * share;
-  if (sources.size() > few && finer >= 1e-8) {
-    try {
-      MeshRequest exact = request;
-      exact.accuracy = finer, exact.only_double = true, exact.by_hand = {}, exact.longest_cutoff = INFINITY;
-      const MeshChoice choice = choose_quick_mesh(exact);
-      return {spread_over(sources.size(), sources.size()), evaluated(*make_mesh_sum(choice), sources).force};
-    } catch (const InputError&) {  // no mesh is so fine
-    }
-  }
-  constexpr int enough = 64;
-  Response response;
-  const std::vector<int> sample = spread_over(sources.size(), sources.size() > few ? enough : few);
-  Ewald(splitting_for(sources, std::max(0.1 * finer, 1e-12)))
-      .evaluate_at(sample, sources, parallel::Team::single(), response);
-  return {sample, response.force};
-}
-
-/// Those that the charges induce on this mesh; none where that has no end, of which a run says more.
-std::vector<double> induced_dipoles(const MeshChoice& choice, const MeshRequest& request, const Sources& sources) {
-  std::vector<double> dipole;
-  if (!request.polarizability) return dipole;
-  const auto sum = make_mesh_sum(choice);
-  Response response;
-  try {
-    InducedDipoles(*sum, DipoleSum::ewald, *request.polarizability, request.accuracy)
-        .evaluate(sources, pairs_for(*sum, sources), parallel::Team::single(), dipole, response);
-  } catch (const InputError&) {
-    dipole.clear();
-  }
-  return dipole;
-}
-
-/// Where one charge alone is not 0, what it feels is rounding, and no error is a part of that.
-bool has_forces(const Exact& exact, const Sources& sources, double contact) {
-  double charge2 = 0, squares = 0;
-  for (const double q : sources.charge) charge2 += q * q;
-  for (const double f : exact.force) squares += f * f;
-  constexpr double rounding = 1e-9;
-  const double random = random_force(charge2, sources.size(), sources.volume(), contact);
-  return std::sqrt(squares / static_cast<double>(exact.sample.size())) > rounding * random;
-}
-
-double found_error(const MeshChoice& choice, const Sources& sources, const Exact& exact) {
-  const Response found = evaluated(*make_mesh_sum(choice), sources);
-  double error = 0, size = 0;
-  for (std::size_t s = 0; s < exact.sample.size(); ++s)
-    for (int k = 0; k < 3; ++k) {
-      error += std::pow(found.force[3 * exact.sample[s] + k] - exact.force[3 * s + k], 2);
-      size += std::pow(exact.force[3 * s + k], 2);
-    }
-  return std::sqrt(error / size);
-}
-
-}  // namespace
-
-MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given) {
-  if (request.by_hand.complete() || given.size() < 2) return choose_quick_mesh(request);
-  std::vector<double> charge(given.charge.begin(), given.charge.end());
-  if (std::ranges::all_of(charge, [](double q) { return q == 0; }))
-    for (std::size_t i = 0; i < charge.size(); ++i) charge[i] = i % 2 == 0 ? 1 : -1;
-  MeshChoice best = choose_quick_mesh(request);  // throws if that is out of reach
-  Sources sources{given.lengths, given.position, charge};
-  const std::vector<double> dipole = induced_dipoles(best, request, sources);
-  sources.dipole = dipole;
-  const Exact exact = exact_forces(request, sources);
-  constexpr int rounds = 4;
-  if (!has_forces(exact, sources, request.contact)) return best;
-  MeshRequest now = request;
-  now.accuracy = std::max(0.5 * request.accuracy, 1e-8);
-  constexpr double least_single = 7e-7;  // nearly twice its own error
-  if (request.accuracy > least_single) now.accuracy = std::max(now.accuracy, least_single);
-  for (int round = 0; round < rounds; ++round) {
-    MeshChoice found = best;
-    try {
-      found = choose_quick_mesh(now);
-    } catch (const InputError&) {  // so fine is out of reach
-      if (round > 0) return best;
-    }
-    found.error = found_error(found, sources, exact);
-    if (round == 0 || found.error <= request.accuracy || found.error < best.error) best = found;
-    if (!(found.error > request.accuracy) && !(found.error < request.accuracy / 3)) return best;
-    now.accuracy = std::clamp(now.accuracy * std::clamp(0.6 * request.accuracy / found.error, 0.1, 10.0), 1e-8, 0.1);
-  }
-  return best;
-}
-
-std::unique_ptr<Sum> make_mesh_sum(const MeshChoice& choice) {
-  if (choice.single) return std::make_unique<SingleMesh>(choice.mesh, choice.cloud());
-  return std::make_unique<ParticleMesh>(choice.mesh, choice.cloud());
 }
 
 }  // namespace lichtenberg::periodic

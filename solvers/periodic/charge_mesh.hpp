@@ -16,7 +16,7 @@ constexpr int lowest_dipole_order = 5;
 /// Returns the mesh. Throws InputError unless there are windows of its order and enough points for them.
 const Mesh& checked(const Mesh& mesh, int highest_order);
 
-/// How far the points that a charge is spread to are from it along an axis, at most: half a window.
+/// The largest distance along an axis from a charge to the points that it is spread to: half a window.
 double reach_of(const Mesh& mesh);
 
 /// Charges and dipoles taken for clouds, on a mesh: `spread` them, `solve` for the potential, `add` it at their places,
@@ -35,7 +35,7 @@ class ChargeMesh {
   /// The columns' reach is at least this one's, their unit of length the cut-off.
   void spread(const Columns<Real>& columns, Kind kind, parallel::Team& team);
   void solve(parallel::Team& team) { grid_.apply(team); }
-  /// Leaves out what a source sees of its own cloud at its centre. Units as of Near::compute.
+  /// Adds fields and forces without those of a source's own cloud. Units as of Near::compute.
   void add(const Columns<Real>& columns, Kind kind, const FeltSums<Real>& sums, parallel::Team& team) const;
 
  private:

@@ -40,8 +40,8 @@ int part(Place place, int count) {
 }
 
 /// Sources sorted into columns along z, each going up z bin by bin, with an array for each coordinate and component.
-/// Columns make up tiles, at least twice a reach wide along x and y, so that what reaches no farther than that from a
-/// tile's sources reaches half of each tile around it. Charges are in units of charge_unit(), dipoles in that times
+/// Columns make up tiles, at least twice a reach wide along x and y, so that interactions up to that reach from a
+/// tile's sources involve half of each tile around it. Charges are in units of charge_unit(), dipoles in that times
 /// `length_unit`.
 template <class Real>
 class Columns {

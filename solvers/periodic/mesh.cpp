@@ -76,15 +76,15 @@ void MeshSum<Real>::compute(const Sources& sources, Kind kind, bool potentials, 
   mesh_.add(columns_, kind, sums, team);
 }
 
-/// A force is `factor` times a field: that on a unit charge less its share of what is taken off.
+/// A force is `factor` times a field: `on_unit` less `share` of the mean that is taken off.
 template <class Real>
 struct MeshSum<Real>::Acting {
   const Real* on_unit;
   double factor, share;
 };
 
-/// What is taken off a source goes by its charge squared. A dipole counts as two charges that are the mesh's reach
-/// apart.
+/// The mean force is taken off in proportion to the charge squared. A dipole counts as two charges that are the mesh's
+/// reach apart.
 template <class Real>
 typename MeshSum<Real>::Acting MeshSum<Real>::acting_on(const Sources& sources, int i) const {
   const std::size_t at = 4 * static_cast<std::size_t>(columns_.sorted()[i]);

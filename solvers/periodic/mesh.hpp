@@ -9,10 +9,10 @@
 namespace lichtenberg::periodic {
 
 /// Coulomb sums by a near part, pair by pair, and a smooth part on a mesh (Hockney and Eastwood 1988): the work grows
-/// with N log N. Potential, field and force are what its energy says, but for the mean force of the mesh, which is
-/// taken off the forces: they add up to 0. `choose_mesh` finds parameters for an accuracy. It finds its pairs itself.
-/// Single precision does charges, to relative errors of error_of_single_precision; positions are rounded to 2^-32 of
-/// the box, and the processor's instructions change the last digits of the result.
+/// with N log N. Potential, field and force are derivatives of its energy, except for the mean force of the mesh,
+/// which is taken off the forces: they add up to 0. `choose_mesh` finds parameters for an accuracy. It finds its pairs
+/// itself. Single precision does charges, to relative errors of error_of_single_precision; positions are rounded to
+/// 2^-32 of the box, and the processor's instructions change the last digits of the result.
 template <class Real>
 class MeshSum : public Sum {
  public:

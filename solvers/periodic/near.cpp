@@ -16,7 +16,7 @@ namespace lichtenberg::periodic {
 
 namespace {
 
-// As many others as the processor has lanes.
+// Bytes of the processor's vectors.
 #if defined(__AVX512F__)
 constexpr int bytes_wide = 64;
 #else
@@ -143,11 +143,11 @@ struct Near<Real>::Cluster {
   std::array<Real, 3> half;  ///< of the box around them, in cut-offs
 };
 
-/// A column that may hold something near another's sources.
+/// A column whose sources may be near those of another.
 template <class Real>
 struct Near<Real>::NearColumn {
   const int* first = nullptr;  ///< Columns::first of its bins
-  Real reach = 0;              ///< along z, of what is near, in parts of the box
+  Real reach = 0;              ///< along z, in parts of the box
 };
 
 /// Gathers the sources that follow a cluster in the order of the columns and are near it, some hundred at a time, and
@@ -158,7 +158,7 @@ class Near<Real>::Neighbourhood {
   static constexpr int n = width<Real>;
   using Many = periodic::Many<Real>;
   using Places = periodic::Places<Real>;
-  /// Of Columns::quantity: what interacts.
+  /// Columns::quantity that interact.
   static constexpr int first_quantity = kind == Kind::dipoles ? 1 : 0;
   static constexpr int quantities = kind == Kind::charges ? 1 : kind == Kind::dipoles ? 3 : 4;
   static constexpr int rows = 3 + quantities;
@@ -203,7 +203,7 @@ class Near<Real>::Neighbourhood {
       for (Many& sum : sums) sum = Many{};
   }
 
-  /// Adds what is within a column's reach of the cluster's box along z.
+  /// Adds the sources of a column that are within its reach of the cluster's box along z.
   void add_column(const NearColumn& column) {
     const int bins = columns_.bins();
     const Real reach = column.reach + cluster_.half[2] * (Real(1.00001) / near_.scale_[2]);
@@ -242,14 +242,14 @@ class Near<Real>::Neighbourhood {
     }
   }
 
-  /// Computes the interactions with what is gathered.
+  /// Computes the interactions with the gathered sources.
   void act() {
     fill_up();
     for (int block = 0; block < count_; block += n) meet<false>(block);
     count_ = 0;
   }
 
-  /// Computes the interactions with the rest of what is gathered, and of the cluster's sources with each other. Two at
+  /// Computes the interactions with the rest of the gathered sources, and of the cluster's with each other. Two at
   /// one place make the sums infinite.
   void add_own() {
     const int others = count_, mixed = others / n * n;
@@ -344,7 +344,7 @@ class Near<Real>::Neighbourhood {
   alignas(64) std::array<std::array<Real, together>, rows> at_;
   Many sum_[together][fields];
   int count_ = 0;
-  /// The same of what is near, and its place in the order of the columns.
+  /// Places and quantities of the gathered sources, and their index in the order of the columns.
   alignas(64) std::array<std::array<Real, most + 3 * n>, rows> near_by_;
   alignas(64) std::array<Difference<Real>, most + 3 * n> number_;
 };
@@ -395,7 +395,7 @@ bool Near<Real>::too_long(const std::array<Difference<Real>, 3>& low,
   return false;
 }
 
-/// As many sources from `first` on as are not too far apart.
+/// Takes sources from `first` on until they are too far apart.
 template <class Real>
 typename Near<Real>::Cluster Near<Real>::cluster_from(const Columns<Real>& columns, int first, int end) const {
   Cluster cluster{.first = first, .size = std::min(together, end - first), .centre = {}, .half = {}};

@@ -15,7 +15,7 @@ template <class Real>
 class Near {
  public:
   static constexpr int together = 8;  ///< sources of a cluster
-  /// Of a cloud's polynomial.
+  /// Highest degree of a cloud's polynomial.
   static constexpr int highest_degree = sizeof(Real) == 4 ? 18 : 30;
 
   /// Throws InputError for a cutoff beyond longest_cutoff, and for a cloud that needs a higher degree.

@@ -14,7 +14,8 @@ namespace {
 
 constexpr int lowest_degree = 4, highest_degree = 30;
 
-/// Of the smooth part as a series of Chebyshev polynomials of 2 (r / cutoff)^2 - 1, with far more terms than needed.
+/// Expands the cloud's potential in a series of Chebyshev polynomials of 2 (r / cutoff)^2 - 1, with far more terms than
+/// needed.
 std::vector<double> chebyshev_series(const Cloud& cloud) {
   constexpr int nodes = 48;
   std::vector<double> series(nodes);
@@ -30,9 +31,9 @@ std::vector<double> chebyshev_series(const Cloud& cloud) {
 /// of the cutoff: the force is 4 r / cutoff^2 times its slope, which is n^2 at most.
 double force_of_charges(double n) { return n * n; }
 
-/// The same of the derivatives of that force, which act between dipoles, in units of the charges' potential and its
-/// curvature in the middle: a dipole is as two charges so far apart. Second and third derivatives of the polynomial are
-/// n^2 (n^2 - 1) / 3 and n^2 (n^2 - 1) (n^2 - 4) / 15 at most, each with 4 r / cutoff^2 more.
+/// Like force_of_charges, for the derivatives of that force, which act between dipoles, in units of the charges'
+/// potential and its curvature in the middle: a dipole is as two charges so far apart. Second and third derivatives of
+/// the polynomial are n^2 (n^2 - 1) / 3 and n^2 (n^2 - 1) (n^2 - 4) / 15 at most, each with 4 r / cutoff^2 more.
 double force_of_dipoles(double n, const Cloud& cloud) {
   const double apart = std::sqrt(cloud.potential(0) / (3 * cloud.dipole_field)) / cloud.cutoff;
   const double n2 = n * n, second = 4 * n2 * (n2 - 1) / 3, third = 16 * n2 * (n2 - 1) * (n2 - 4) / 15;

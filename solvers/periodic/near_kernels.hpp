@@ -13,11 +13,12 @@
 namespace lichtenberg::periodic {
 
 /// Coefficients of powers of 2 (r / cutoff)^2 - 1 of a polynomial that stands for the cloud's potential within the
-/// cutoff, of the lowest degree that changes the force between charges by less than .3 of the cloud's own loss, both
-/// rms over the ball of the cutoff: errors add up in squares, so it adds 2 % to that of the whole.
+/// cutoff. Its degree, 4 to 30, is the lowest at which the square of the change of the force between unit charges,
+/// integrated over the ball of the cutoff, is at most .09 of Cloud::lost. Errors add up in squares: that of the near
+/// part grows by 4 %, that of a sum to which the mesh contributes as much by 2 %.
 std::vector<double> cloud_polynomial(const Cloud& cloud);
-/// The same for double precision: the largest error of the force, or of its derivatives that act between dipoles, is a
-/// tenth of that loss. An even degree, at most 30.
+/// A polynomial for double precision and devices: terms that are left out change the force, or its derivatives that act
+/// between dipoles, by less than a tenth of the root mean square of that loss. An even degree, at most 30.
 std::vector<double> cloud_polynomial(const Cloud& cloud, Kind kind);
 
 /// Returns the cutoff. Throws InputError for a box whose lengths are not positive, and for a cutoff of more than half

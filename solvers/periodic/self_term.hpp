@@ -1,11 +1,9 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 
 #include "solvers/geometry/host_device.hpp"
 #include "solvers/periodic/influence.hpp"
-#include "solvers/periodic/lanes.hpp"
 
 // The potential of a unit charge's own cloud at its place, by a mesh. It is a little stronger at some places than at
 // others: two waves along each axis are taken off.
@@ -27,28 +25,6 @@ LICHTENBERG_HOST_DEVICE SelfTerm<Number> self_term(const Number& cosine, const N
   const Number twice = 2 * cosine * cosine - 1;
   return {first * cosine + second * twice, half_turn * (first + 4 * second * cosine) * over_spacing,
           minus_4_pi2 * (first * cosine + 4 * second * twice) * over_spacing * over_spacing};
-}
-
-/// The same of four axes. cos(2 pi s) and its derivative by s^2 are Taylor series: off by 2e-7 (single precision: 2e-3)
-/// at the mesh's points, half a spacing from the middle, of an effect that is itself an error of the mesh.
-template <class Real>
-SelfTerm<Lanes<4, Real>> self_term_by_series(const Lanes<4, Real>& s, const Lanes<4, Real>& first,
-                                             const Lanes<4, Real>& second, const Lanes<4, Real>& over_spacing) {
-  constexpr int terms = sizeof(Real) == sizeof(double) ? 9 : 7;
-  constexpr auto series = [] {  // in powers of s^2
-    std::array<Real, terms> of{};
-    double term = 1;
-    for (int k = 0; k < terms; term *= -4 * M_PI * M_PI / ((2 * k + 2) * (2 * k + 1)), ++k)
-      of[k] = static_cast<Real>(term);
-    return of;
-  }();
-  const Lanes<4, Real> s2 = s * s;
-  Lanes<4, Real> cosine{}, slope{};
-  for (int term = terms - 1; term >= 0; --term) {
-    slope = slope * s2 + cosine;
-    cosine = cosine * s2 + series[term];
-  }
-  return self_term<Real, Lanes<4, Real>>(cosine, slope * s, first, second, over_spacing);
 }
 
 /// Influence::self_wave as seen from the middle between two points, by wave and axis. Half a spacing turns the first

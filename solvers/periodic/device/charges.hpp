@@ -50,36 +50,36 @@ class ChargeSums {
   /// Partners beyond the cutoff change nothing. Without potentials their energy is not computed either.
   void evaluate(const Charged* charges, const TableView& partners, bool potentials) {
     // Spreading fills a device by itself; transforms do not.
-    mesh_.spread(charges);
+    mesh_.template spread<Kind::charges>(charges);
     run_->beside([&] { mesh_.solve(); },
                  [&] {
                    totals_.zero();
                    compute_near(*run_, n_, tables_.near, potentials, partners, charges, felt_.data());
                  });
-    mesh_.gather(charges, felt_.data(), totals_.data());
+    mesh_.template gather<Kind::charges>({charges, nullptr, felt_.data(), nullptr}, totals_.data());
   }
   /// The same of charges with dipoles, and the forces on them.
   void evaluate(const Charged* charges, const Moment* moments, const TableView& partners) {
     run_->beside(
         [&] {
-          mesh_.spread(charges, moments, true);
+          mesh_.template spread<Kind::multipoles>(charges, moments);
           mesh_.solve();
         },
         [&] {
           totals_.zero();
           compute_near_force(*run_, n_, tables_.multipoles, partners, charges, moments, felt_.data(), force_.data());
         });
-    mesh_.gather_forces(charges, moments, felt_.data(), force_.data(), totals_.data());
+    mesh_.template gather<Kind::multipoles>({charges, moments, felt_.data(), force_.data()}, totals_.data());
   }
   /// Overwrites `field` with that of the dipoles alone.
   void dipole_field(const Charged* charges, const Moment* moments, const TableView& partners, Felt* field) {
     run_->beside(
         [&] {
-          mesh_.spread(charges, moments, false);
+          mesh_.template spread<Kind::dipoles>(charges, moments);
           mesh_.solve();
         },
         [&] { compute_near_field(*run_, n_, tables_.multipoles, partners, charges, moments, field); });
-    mesh_.gather_field(charges, moments, field);
+    mesh_.template gather<Kind::dipoles>({charges, moments, field, nullptr}, nullptr);
   }
   /// Overwrites `field` with that of near dipoles alone, less what the mesh has of them.
   void near_dipole_field(const Charged* charges, const Moment* moments, const TableView& partners, Felt* field) {
@@ -182,9 +182,11 @@ class DeviceMeshOn final : public DeviceMesh {
     totals.resize(1);
     profile.near =
         timed([&] { compute_near(*run_, n, tables.near, false, table_.view(), charges_.data(), felt.data()); });
-    profile.spread = timed([&] { sums_.mesh().spread(charges_.data()); });
+    profile.spread = timed([&] { sums_.mesh().template spread<Kind::charges>(charges_.data()); });
     profile.transforms = timed([&] { sums_.mesh().solve(); });
-    profile.gather = timed([&] { sums_.mesh().gather(charges_.data(), felt.data(), totals.data()); });
+    profile.gather = timed([&] {
+      sums_.mesh().template gather<Kind::charges>({charges_.data(), nullptr, felt.data(), nullptr}, totals.data());
+    });
     typename Executor::Recording forces, potentials;
     profile.forces = timed([&] { run_->run(forces, [&] { sums_.evaluate(charges_.data(), table_.view(), false); }); });
     profile.with_potentials =

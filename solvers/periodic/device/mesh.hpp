@@ -90,17 +90,13 @@ class MeshPart {
 
   // Spread, solve, gather, in this order.
 
-  void spread(const Charged* charges) {
+  /// Spreads charges, dipoles (`moments`) alone, or both.
+  template <Kind kind>
+  void spread(const Charged* charges, const Moment* moments = nullptr) {
     with_window([&]<int order>(const Weigher<order>& window) {
-      run_->template for_each_block<512>(tiles_.count(), Spread<order>::bytes(tiles_),
-                                         Spread<order>{tiles_, window, charges, whole_.data(), unit_});
-    });
-  }
-  /// Of dipoles alone, or of charges with dipoles.
-  void spread(const Charged* charges, const Moment* moments, bool with_charges) {
-    with_window([&]<int order>(const Weigher<order>& window) {
-      with_charges ? spread_with<order, Kind::multipoles>(window, charges, moments)
-                   : spread_with<order, Kind::dipoles>(window, charges, moments);
+      Spread<order, kind> spread{tiles_, window, charges, whole_.data(), unit_, moments, {}};
+      for (int k = 0; k < 3; ++k) spread.over_spacing[k] = tables_.over_spacing[k];
+      run_->template for_each_block<512>(tiles_.count(), Spread<order, kind>::bytes(tiles_), spread);
     });
   }
   void solve() {
@@ -118,48 +114,30 @@ class MeshPart {
     });
     fft_.backward(modes, real);
   }
-  /// Adds to what the charges feel, and all that up. The mesh's background is not in the potential.
-  void gather(const Charged* charges, Felt* felt, Totals* totals) {
-    with_window([&]<int order>(const Weigher<order>& window) {
-      run_->template for_each_block<512>(tiles_.count(), Gather<order>::bytes(tiles_),
-                                         gather_of(window, charges, felt, totals));
-    });
-  }
-  /// Adds the field of dipoles alone.
-  void gather_field(const Charged* charges, const Moment* moments, Felt* field) {
-    with_window([&]<int order>(const Weigher<order>& window) {
-      Gather<order> gather = gather_of(window, charges, field);
-      gather.moments = moments, gather.self_field = tables_.self_field;
-      run_->template for_each_block<512>(tiles_.count(), Gather<order>::bytes(tiles_), gather);
-    });
-  }
-  /// Adds to what charges with dipoles feel, and to the forces on them, and all that up.
-  void gather_forces(const Charged* charges, const Moment* moments, Felt* felt, Felt* force, Totals* totals) {
+  /// Arrays of sources and of the fields and forces that are added to; `moments` and `force` only with dipoles.
+  struct Gathered {
+    const Charged* charges;
+    const Moment* moments;
+    Felt *felt, *force;
+  };
+  /// Adds to fields, and potentials and forces, and all up to `totals` (null: not). The mesh's background is not in the
+  /// potential.
+  template <Kind kind>
+  void gather(const Gathered& to, Totals* totals) {
     const auto over_apart2 = static_cast<float>(1 / (tables_.reach * tables_.reach));
     with_window([&]<int order>(const Weigher<order>& window) {
-      run_->template for_each_block<512>(tiles_.count(), GatherForces<order>::bytes(tiles_),
-                                         GatherForces<order>{gather_of(window, charges, felt, totals), moments, force,
-                                                             tables_.self_field, over_apart2});
+      Gather<order, kind> gather{tiles_,     window,       to.charges, real_.data(), to.felt,  totals,
+                                 {},         tables_.self, {},         to.moments,   to.force, tables_.self_field,
+                                 over_apart2};
+      for (int k = 0; k < 3; ++k) {
+        gather.over_spacing[k] = tables_.over_spacing[k];
+        gather.wave[0][k] = tables_.wave[0][k], gather.wave[1][k] = tables_.wave[1][k];
+      }
+      run_->template for_each_block<512>(tiles_.count(), Gather<order, kind>::bytes(tiles_), gather);
     });
   }
 
  private:
-  template <int order, Kind kind>
-  void spread_with(const Weigher<order>& window, const Charged* charges, const Moment* moments) {
-    Spread<order, kind> spread{tiles_, window, charges, whole_.data(), unit_, moments, {}};
-    for (int k = 0; k < 3; ++k) spread.over_spacing[k] = tables_.over_spacing[k];
-    run_->template for_each_block<512>(tiles_.count(), Spread<order, kind>::bytes(tiles_), spread);
-  }
-  template <int order>
-  Gather<order> gather_of(const Weigher<order>& window, const Charged* charges, Felt* felt,
-                          Totals* totals = nullptr) const {
-    Gather<order> gather{tiles_, window, charges, real_.data(), felt, totals, {}, tables_.self, {}};
-    for (int k = 0; k < 3; ++k) {
-      gather.over_spacing[k] = tables_.over_spacing[k];
-      gather.wave[0][k] = tables_.wave[0][k], gather.wave[1][k] = tables_.wave[1][k];
-    }
-    return gather;
-  }
   /// work(Weigher) of the mesh's order.
   template <class Work>
   void with_window(Work&& work) const {

@@ -1,6 +1,6 @@
 #pragma once
 
-// The near part on an executor: each charge adds up what its partners within the cutoff do to it.
+// The near part on an executor: each charge adds up the fields of its partners within the cutoff.
 
 #include <cmath>
 
@@ -104,7 +104,7 @@ LICHTENBERG_HOST_DEVICE FeltSum near_field(const NearTable& table, const Charged
           on_grid(along * b.z - moment.z * b.kernel(1)), 0};
 }
 
-/// What a charge with its dipole does to another with its own: field, potential, and (q + mu.grad) of the field.
+/// Field and potential of a charge with its dipole at another, and the force on that one, (q + mu.grad) of the field.
 template <int terms>
 LICHTENBERG_HOST_DEVICE ForceSum near_force(const NearTable& table, const Charged& at, const Moment& mine,
                                             const Charged& from, const Moment& moment) {
@@ -186,14 +186,14 @@ void compute_near_field(const Executor& run, int n, const NearTable& table, cons
   with_terms(table.kernels.terms,
              [&]<int terms>() { add_near_field<terms>(run, n, table, partners, charges, moments, field); });
 }
-/// Overwrites `felt` and `force` with what near charges and dipoles do.
+/// Overwrites `felt` and `force` with the near part of charges with dipoles.
 template <class Executor>
 void compute_near_force(const Executor& run, int n, const NearTable& table, const TableView& partners,
                         const Charged* charges, const Moment* moments, Felt* felt, Felt* force) {
   with_terms(table.kernels.terms,
              [&]<int terms>() { add_near_force<terms>(run, n, table, partners, charges, moments, felt, force); });
 }
-/// Overwrites `felt` with what near charges do. Partners beyond the cutoff change nothing.
+/// Overwrites `felt` with the near part of charges. Partners beyond the cutoff change nothing.
 template <class Executor>
 void compute_near(const Executor& run, int n, const NearTable& table, bool potentials, const TableView& partners,
                   const Charged* charges, Felt* felt) {

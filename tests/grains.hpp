@@ -109,11 +109,18 @@ struct Run {
 
   void step(double end) {
     end = std::min(end, gas.stage_end());
-    const double left = end - gas.time(), count = std::ceil(left / integrator->longest_step(gas));
-    integrator->step(gas, count <= 1 ? end : gas.time() + left / count);
+    const double left = end - gas.time(), count = std::ceil(left / longest_step());
+    step_to(count <= 1 ? end : gas.time() + left / count);
     if (gas.time() < gas.stage_end()) return;
-    gas.leave_stage();
+    now = gas.leave_stage(std::move(now));
     integrator->begin_anew();
+  }
+  double longest_step() { return integrator->longest_step(gas, now); }
+  void step_to(double end) { now = integrator->step(gas, std::move(now), end, granular::Want::forces); }
+  void restore(const Checkpoint& checkpoint) {
+    gas.restore(checkpoint);
+    integrator->restore(checkpoint);
+    now = gas.look();
   }
   void to(double end) {
     while (gas.time() < end) step(end);
@@ -121,6 +128,7 @@ struct Run {
 
   granular::Gas gas;
   std::unique_ptr<granular::GasIntegrator> integrator;
+  granular::Instant now = gas.look();
 };
 
 /// Two grains that meet along x at this relative speed, their surfaces `gap` apart, in the middle of the box.

@@ -47,8 +47,7 @@ std::int64_t check_restored(Scene scene, int threads = 1) {
   whole.to(1);
   scene.mechanics.threads = threads;
   Run resumed(scene);
-  resumed.gas.restore(checkpoint);
-  resumed.integrator->restore(checkpoint);
+  resumed.restore(checkpoint);
   resumed.to(1);
   check_same_bits(end_of(whole), end_of(resumed));
   return whole.gas.collisions;

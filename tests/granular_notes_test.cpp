@@ -115,7 +115,7 @@ TEST_CASE("what theory expects of a gas: collisions in the warm-up, Haff's law a
   const double omega = theory::collision_frequency(density, 1);
   const double duration =
       theory::impact_mean(1, [&](double speed, double) { return expected_collision(law, 0.5, 1, speed).duration; });
-  gas.follow_contacts(0.04);
+  gas.follow_contacts(gas.look(), 0.04);
   theory->follow(gas, gas.time(), 1);
   // Elastic, so as warm as before: omega / (1 + omega t_c) N t / 2, to the quadrature's 1e-13 and rounding.
   CHECK(theory->collisions() == Approx(omega / (1 + omega * duration) * 60 * 0.04).epsilon(1e-10).scale(0));
@@ -136,7 +136,7 @@ TEST_CASE("what theory expects of a gas: collisions in the warm-up, Haff's law a
   const double start = theory->temperature();
   const std::vector<double> times = {0.06};
   for (const double end : {0.05, 0.08, 0.1}) {
-    gas.follow_contacts(end);
+    gas.follow_contacts(gas.look(), end);
     theory->follow(gas, gas.time(), 0.5);
   }
   // In three parts as in one: cool() is good to 1e-9.

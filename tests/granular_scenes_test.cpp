@@ -145,7 +145,7 @@ TEST_CASE("a stage of stiffer contacts has their restitution, and the book knows
     }
     const double before = gas.energy().total();
     CHECK_FALSE(gas.in_elastic_stage());
-    gas.follow_contacts(0.2);
+    gas.follow_contacts(gas.look(), 0.2);
     REQUIRE(!gas.contacts().empty());
     const double followed = gas.energy().total();
     const double stored = gas.energy().contact;

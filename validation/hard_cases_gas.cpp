@@ -91,7 +91,7 @@ void sums(Report& report) {
   granular::Gas gas(scene);
   Vec3 net{};
   double magnitudes = 0;
-  const std::vector<double>& force = gas.smooth_forces();
+  const std::vector<double> force = gas.smooth_forces();
   for (int i = 0; i < 500; ++i) {
     const Vec3 f = {force[3 * i], force[3 * i + 1], force[3 * i + 2]};
     net += f, magnitudes += norm(f);
@@ -203,7 +203,7 @@ void elastic_gas(Report& report, bool all) {
 double change_of(const gas_cases::BoundPair& pair, double dissipative, double part) {
   const double period = pair.period();
   Run run(pair.scene(dissipative, {.sum = effects::CoulombSum::minimum_image}));
-  const auto step = [&] { run.integrator->step(run.gas, run.gas.time() + part * period); };
+  const auto step = [&] { run.step_to(run.gas.time() + part * period); };
   step();  // a contact is known from then on
   const double start = run.gas.energy().total();
   while (run.gas.time() < 50 * period) step();
@@ -416,8 +416,7 @@ void bits(Report& report) {
       Checkpoint checkpoint = run->gas.save();
       run->integrator->save(checkpoint);
       run = std::make_unique<Run>(scene);
-      run->gas.restore(checkpoint);
-      run->integrator->restore(checkpoint);
+      run->restore(checkpoint);
     }
     run->to(0.5);
     return run->gas.bodies().momentum;

@@ -220,7 +220,8 @@ std::string why_so_long(const granular::Gas& gas, double step) {
 void explain_integrator(granular::Gas& gas) {
   const Scene& scene = gas.scene();
   const double asked = scene.mechanics.step;
-  const double contact = gas.time_to_resolve(gas.fastest_impact()) / scene.mechanics.contact_steps;
+  granular::Instant now = gas.look();
+  const double contact = gas.time_to_resolve(gas.fastest_impact(now)) / scene.mechanics.contact_steps;
   // Without the forces of the first instant, which nothing else here needs.
   const auto by_accuracy = [&] {
     return granular::longest_step_within(
@@ -228,7 +229,7 @@ void explain_integrator(granular::Gas& gas) {
         [&](double) { return contact; });
   };
   const double step =
-      std::isinf(asked) ? by_accuracy() : granular::make_integrator(scene.mechanics.integrator)->longest_step(gas);
+      std::isinf(asked) ? by_accuracy() : granular::make_integrator(scene.mechanics.integrator)->longest_step(gas, now);
   fmt::print(
       "  integrator           {}, steps {}\n", name_of(scene.mechanics.integrator),
       std::isinf(asked) ? std::string("as the accuracy of forces asks for") : fmt::format("of at most {:g} t0", asked));

@@ -38,9 +38,10 @@ class GasTrial : public Trial {
     granular::Gas gas(scene_);
     const auto integrator = granular::make_integrator(scene_.mechanics.integrator);
     const double energy = gas.energy().total(), end = scene_.stop.time;
+    granular::Instant now = gas.look();
     while (gas.time() < end) {
-      const double left = end - gas.time(), count = std::ceil(left / integrator->longest_step(gas));
-      integrator->step(gas, count <= 1 ? end : gas.time() + left / count);
+      const double left = end - gas.time(), count = std::ceil(left / integrator->longest_step(gas, now));
+      now = integrator->step(gas, std::move(now), count <= 1 ? end : gas.time() + left / count, granular::Want::forces);
     }
     look(gas, energy);
     seconds_ = seconds_of_thread() - start;

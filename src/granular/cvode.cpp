@@ -16,17 +16,20 @@ namespace {
 /// the time since the last touch in place of time: a contact is smooth in it. Charges move at the instant of touch.
 class Cvode final : public GasIntegrator {
  public:
-  double longest_step(Gas& gas) const override { return gas.scene().mechanics.step; }
+  double longest_step(Gas& gas, Instant&) const override { return gas.scene().mechanics.step; }
 
-  void step(Gas& gas, double end) override {
+  Instant step(Gas& gas, Instant now, double end, Want) override {
     const double begin = gas.time(), half = 0.5 * (end - begin);
-    gas.drive(begin, half);
+    gas.drive(now, begin, half);
     for (Progress progress{begin}; gas.time() < end;) {
       progress.check(gas, end - begin);
       visit_spheres(gas.bodies(), [&]<int d>(const Spheres<d>&) { Segment<d>(gas).advance(end); });
-      gas.settle_contacts();
+      now = {};
+      gas.settle_contacts(now);
     }
-    gas.drive(begin + half, half);
+    now = gas.look();
+    gas.drive(now, begin + half, half);
+    return now;
   }
 
  private:
@@ -88,7 +91,7 @@ class Cvode final : public GasIntegrator {
    private:
     /// Puts the gas where the variables have it.
     void put(std::span<const double> y, double time) {
-      Bodies& b = gas_.model_to_change().bodies;
+      Bodies& b = gas_.model().bodies;
       const std::size_t n = b.momentum.size();
       b.position = start_.position, b.image = start_.image;
       gas_.move(y.first(n), time);
@@ -99,8 +102,9 @@ class Cvode final : public GasIntegrator {
       put(y, origin_ + sigma * sigma);
       const Bodies& b = gas_.bodies();
       const ContactLoad load = gas_.contact_load(touching_);
-      const std::vector<double>& smooth = gas_.smooth_forces();
       const std::size_t n = b.momentum.size();
+      std::vector<double> smooth = gas_.smooth_forces();
+      smooth.resize(n);
       for (std::size_t k = 0; k < n; ++k) {
         rate[k] = 2 * sigma * b.momentum[k] / b.mass[k / d];
         rate[n + k] = 2 * sigma * (load.force[k] + smooth[k]);

@@ -68,19 +68,10 @@ Gas::Gas(const Scene& scene)
   set_law();
 }
 
-const Survey& Gas::surveyed() const {
-  if (!survey_) survey_ = survey(model_.bodies, *team_);
-  return *survey_;
-}
-
-void Gas::change_velocities(double most) {
-  survey_.reset();
-  kicked_ += most;
-}
-
-void Gas::forget_smooth_forces() {
-  smooth_force_.clear();
-  smooth_acceleration_.reset();
+Instant Gas::look(Want want) {
+  Instant now = look();
+  find_forces(now, want);
+  return now;
 }
 
 GasEnergy Gas::energy(std::optional<double> potential) {
@@ -108,17 +99,21 @@ double Gas::potential_energy() {
   return energy;
 }
 
-const std::vector<double>& Gas::smooth_forces() {
-  if (!smooth_force_.empty()) return smooth_force_;
-  smooth_force_.assign(model_.bodies.momentum.size(), 0);
-  if (!has_smooth_forces()) return smooth_force_;
-  const State now = state();
-  const Stopwatch stopwatch(seconds_.forces);
-  for (const auto& effect : model_.effects) {
-    if (time_ >= energy_at_) effect->stored_energy(now);  // which then has found the forces too
-    effect->add_forces(now, smooth_force_);
+void Gas::find_forces(Instant& now, Want want) {
+  if (!now.force.empty() || !has_smooth_forces()) return;
+  now.force.assign(model_.bodies.momentum.size(), 0);
+  {
+    const State state = this->state();
+    const Stopwatch stopwatch(seconds_.forces);
+    double energy = 0;
+    for (const auto& effect : model_.effects) {
+      // The energy comes first: an effect that finds both together then has the forces.
+      if (want == Want::energy) energy += effect->stored_energy(state);
+      effect->add_forces(state, now.force);
+    }
+    if (want == Want::energy) now.potential = energy;
   }
-  return smooth_force_;
+  now.acceleration = largest_acceleration(model_.bodies, now.force, *team_);
 }
 
 double Gas::seconds_of_forces(const Effect& effect) {
@@ -132,16 +127,8 @@ double Gas::seconds_of_forces(const Effect& effect) {
   return seconds;
 }
 
-double Gas::largest_smooth_acceleration() {
-  if (!smooth_acceleration_) smooth_acceleration_ = largest_acceleration(model_.bodies, smooth_forces(), *team_);
-  return *smooth_acceleration_;
-}
-
-void Gas::kick(double dt) {
-  if (!has_smooth_forces()) return;
-  const std::vector<double>& force = smooth_forces();
+void Gas::push(double dt, std::span<const double> force) {
   for (std::size_t k = 0; k < force.size(); ++k) model_.bodies.momentum[k] += dt * force[k];
-  change_velocities(dt * largest_smooth_acceleration());
 }
 
 bool Gas::has_smooth_forces() const {
@@ -149,8 +136,9 @@ bool Gas::has_smooth_forces() const {
                              [](const auto& effect) { return effect->kind().make.overrides().add_forces; });
 }
 
-void Gas::drive(double begin, double dt) {
+void Gas::drive(Instant& now, double begin, double dt) {
   if (in_elastic_stage()) return;
+  bool driven = false;
   for (const auto& effect : model_.effects) {
     std::vector<double> push;
     if (effect->kind().make.overrides().drive) push = model_.bodies.momentum;
@@ -158,27 +146,29 @@ void Gas::drive(double begin, double dt) {
     if (!given) continue;
     book_.driven += *given;
     for (std::size_t k = 0; k < push.size(); ++k) push[k] -= model_.bodies.momentum[k];
-    change_velocities(push.empty() ? INFINITY : largest_acceleration(model_.bodies, push, *team_));
+    now.kicked += push.empty() ? INFINITY : largest_acceleration(model_.bodies, push, *team_);
+    driven = true;
   }
+  if (driven) now.survey = survey(model_.bodies, *team_);
 }
 
-std::span<const Pair> Gas::near(double dt, double gain) {
+std::span<const Pair> Gas::near(double dt) {
   const Stopwatch stopwatch(seconds_.lists);
-  // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
-  const double travel = 2 * (fastest() + gain) * dt;
+  const double speed = fastest();
   try {
-    return list_.pairs(model_.bodies, travel, *team_);
+    // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
+    return list_.pairs(model_.bodies, 2 * speed * dt, *team_);
   } catch (const InputError&) {  // farther than lists of pairs go in the box
-    refuse_travel(dt, gain);
+    refuse_travel(dt, speed, 0);
   }
 }
 
-void Gas::refuse_travel(double dt, double gain) const {
+void Gas::refuse_travel(double dt, double fastest, double gain) const {
   throw Failure(fmt::format(
       "{}: from t = {:.6g} t0 on a grain may come {:.3g} d0 far within a step of {:.3g} t0, with a speed of up to "
       "{:.3g} v0 and up to {:.3g} v0 more by what acts on it, too far for the box: a shorter mechanics.step, smaller "
       "charges, a smaller effects.coulomb.strength or a larger domain.size is needed",
-      scene_.path, time_, 2 * (fastest() + gain) * dt, dt, fastest(), gain));
+      scene_.path, time_, 2 * (fastest + gain) * dt, dt, fastest, gain));
 }
 
 ContactLoad Gas::contact_load(std::span<const Pair> pairs) {
@@ -186,38 +176,36 @@ ContactLoad Gas::contact_load(std::span<const Pair> pairs) {
   return granular::contact_load(law_, model_.bodies, pairs);
 }
 
-double Gas::fastest_impact() const {
-  const double impact = 2 * fastest();
+double Gas::fastest_impact(const Instant& now) const {
+  const double impact = 2 * now.survey.fastest;
   constexpr double rounding = 1e-6;
-  if (release_ && (1 + rounding) * *release_ < impact) return impact;
+  if (now.release && (1 + rounding) * *now.release < impact) return impact;
   return std::max(impact, fastest_release(law_, model_.bodies, contacts_));
 }
 
-ContactsFollowed Gas::advance_contacts(std::span<const double> held, double dt, int times, double gain) {
-  const double path = (fastest() + gain) * dt / times, room = 0.5 * longest_travel(model_.bodies);
+ContactsFollowed Gas::advance_contacts(const Instant& now, double dt, int times, double gain) {
+  const double fastest = now.survey.fastest;
+  const double path = (fastest + gain) * dt / times, room = 0.5 * longest_travel(model_.bodies);
   // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
-  if (path > room) refuse_travel(dt / times, gain);
+  if (path > room) refuse_travel(dt / times, fastest, gain);
   const ContactSteps all{.begin = time_,
                          .time = dt,
                          .steps = times,
-                         .fastest = fastest(),
-                         .kicked = std::exchange(kicked_, INFINITY),
+                         .fastest = fastest,
+                         .kicked = now.kicked,
                          .gain = gain,
                          .way = std::min(way_a_search, room)};
   const Stopwatch stopwatch(seconds_.contacts);
-  ContactsFollowed followed = contact_motion_->advance(model_.bodies, contacts_, held, all, *team_);
+  ContactsFollowed followed = contact_motion_->advance(model_.bodies, contacts_, now.force, all, *team_);
   searches_ += followed.searches;
-  change_velocities(0);
-  kicked_ = 0;
-  release_ = followed.fastest_release;
   book_.contact_error += followed.stored_at_end - followed.stored_at_start;
   return followed;
 }
 
 double Gas::time_to_resolve(double impact) const { return granular::time_to_resolve(law_, impact, grains_seen_); }
 
-int Gas::contact_steps_within(double dt, double gain) const {
-  const double step = time_to_resolve(fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
+int Gas::contact_steps_within(const Instant& now, double dt, double gain) const {
+  const double step = time_to_resolve(fastest_impact(now) + 2 * gain) / scene_.mechanics.contact_steps;
   constexpr double most = 1e8;
   if (!(dt / step < most))
     throw Failure(
@@ -228,33 +216,31 @@ int Gas::contact_steps_within(double dt, double gain) const {
   return std::max(1, static_cast<int>(std::ceil(dt / step)));
 }
 
-void Gas::follow_contacts(double end) {
-  const double dt = end - time_, gain = has_smooth_forces() ? largest_smooth_acceleration() * dt : 0;
-  const int count = contact_steps_within(dt, gain);
-  held_.clear();
-  if (has_smooth_forces()) held_.swap(smooth_force_);
-  forget_smooth_forces();
-  book_.contact_error -= kinetic_energy();
-  ContactsFollowed followed = advance_contacts(held_, dt, count, gain);
-  book_.contact_error += kinetic_energy() + followed.record.dissipated - followed.work;
+Instant Gas::follow_contacts(const Instant& now, double end, Want want) {
+  const double dt = end - time_, gain = now.acceleration * dt;
+  const int count = contact_steps_within(now, dt, gain);
+  book_.contact_error -= now.survey.kinetic;
+  ContactsFollowed followed = advance_contacts(now, dt, count, gain);
+  Instant then = look();
+  then.release = followed.fastest_release, then.kicked = 0;
+  book_.contact_error += then.survey.kinetic + followed.record.dissipated - followed.work;
   if (!std::isfinite(book_.contact_error))
     throw Failure(fmt::format("{}: from t = {:.6g} t0 on the grains' places are no numbers", scene_.path, time_));
   wrap(model_.bodies);
   time_ = end;
   contact_steps += count;
   book(std::move(followed.record));
-  if (held_.empty()) return;
-  const Kicked kicked = granular::kick(model_.bodies, 0.5 * dt, held_, smooth_forces(), *team_);
-  change_velocities(kicked.most);
-  survey_ = kicked.after;
+  if (now.force.empty()) return then;
+  find_forces(then, want);
+  const Kicked kicked = granular::kick(model_.bodies, 0.5 * dt, now.force, then.force, *team_);
+  then.kicked = kicked.most, then.survey = kicked.after;
+  return then;
 }
 
 void Gas::move(std::span<const double> path, double time) {
   for (std::size_t k = 0; k < path.size(); ++k) model_.bodies.position[k] += path[k];
   wrap(model_.bodies);
   time_ = time;
-  forget_smooth_forces();
-  forget();
 }
 
 void Gas::note(std::vector<Touch> touches, double begin, double dissipated) {
@@ -274,7 +260,7 @@ void Gas::book(ContactRecord record) {
   book_.dissipated += record_.dissipated;
 }
 
-void Gas::settle_contacts() {
+void Gas::settle_contacts(Instant& now) {
   if (in_elastic_stage()) return;
   std::vector<double> charge = model_.bodies.charge;
   {
@@ -282,10 +268,11 @@ void Gas::settle_contacts() {
     for (const auto& effect : model_.effects) effect->exchange_charges(record_, model_.bodies, charge);
   }
   if (charge == model_.bodies.charge) return;
-  const double before = potential_energy();
+  const double before = now.potential ? *now.potential : potential_energy();
   model_.bodies.charge = std::move(charge);
-  forget_smooth_forces();
-  book_.exchanged += potential_energy() - before;
+  now.force.clear(), now.potential.reset();
+  find_forces(now, Want::energy);
+  book_.exchanged += now.potential.value_or(0) - before;
 }
 
 bool Gas::in_elastic_stage() const { return stage_ < scene_.stages.size() && scene_.stages[stage_].elastic; }
@@ -306,13 +293,7 @@ double Gas::stage_end() const {
   return end;
 }
 
-void Gas::forget() {
-  change_velocities(INFINITY);
-  release_.reset();
-}
-
 void Gas::set_law() {
-  forget();
   const GrainContactLaw given = contact_law(scene_, model_);
   law_ = given;
   if (stage_ < scene_.stages.size()) {
@@ -322,12 +303,14 @@ void Gas::set_law() {
   contact_motion_ = make_contact_motion(law_, model_.bodies.dimension);
 }
 
-void Gas::leave_stage() {
+Instant Gas::leave_stage(Instant now) {
   const double before = mechanical_energy();
   if (const std::optional<double> temperature = scene_.stages[stage_].temperature) rescale(*temperature);
   ++stage_;
   set_law();
   book_.driven += mechanical_energy() - before;
+  now.survey = survey(model_.bodies, *team_), now.release.reset(), now.kicked = INFINITY;
+  return now;
 }
 
 void Gas::rescale(double temperature) {
@@ -339,7 +322,6 @@ void Gas::rescale(double temperature) {
                     "and nothing of them can be scaled; give them population.temperature or velocities",
                     scene_.path, temperature));
   for (double& p : b.momentum) p *= std::sqrt(temperature / now);
-  forget();
 }
 
 Checkpoint Gas::save() const {
@@ -395,7 +377,6 @@ void Gas::restore(const Checkpoint& checkpoint) {
                          touches[2 * k + 1],
                          pairs[3 * k + 2] != 0});
   set_law();
-  forget_smooth_forces();
   model_.restore(checkpoint);
 }
 

@@ -26,6 +26,21 @@ struct GasSeconds {
   double exchange = 0;  ///< of charge
 };
 
+/// What is to be found of smooth forces; `energy`: their energy too.
+enum class Want { forces, energy };
+
+/// Values that follow from the grains at one instant. Functions of Gas that change the grains and take an Instant keep
+/// it true; after any other change a new one is needed.
+struct Instant {
+  Survey survey;
+  std::vector<double> force{};        ///< smooth forces on the grains, [N * d]; empty: not found, or there are none
+  double acceleration = 0;            ///< the largest that these forces make
+  std::optional<double> potential{};  ///< the energy of these forces; empty: not found
+  std::optional<double> release{};    ///< to which one contact might bring its two, by and large; empty: not found
+  double kicked =
+      INFINITY;  ///< by which velocities may have changed since contacts were followed; infinite: places too
+};
+
 /// Grains in a periodic box with all that acts on them, at one instant: what an integrator carries on.
 class Gas {
  public:
@@ -33,11 +48,7 @@ class Gas {
 
   const Scene& scene() const { return scene_; }
   const Bodies& bodies() const { return model_.bodies; }
-  /// Pairs are searched for anew after that.
-  Model& model_to_change() {
-    forget();
-    return model_;
-  }
+  Model& model() { return model_; }
   const Model& model() const { return model_; }
   double time() const { return time_; }
   const std::vector<GrainContact>& contacts() const { return contacts_; }
@@ -47,40 +58,42 @@ class Gas {
 
   /// The energy as it is, with what has been booked so far. `potential`: what is known of it already.
   GasEnergy energy(std::optional<double> potential = {});
-  double fastest() const { return surveyed().fastest; }  ///< the largest speed
-  double kinetic_energy() const { return surveyed().kinetic; }
+  double fastest() const { return look().survey.fastest; }  ///< the largest speed
+  double kinetic_energy() const { return look().survey.kinetic; }
+  /// The grains as they are, without their forces; the second with them.
+  Instant look() const { return {.survey = survey(model_.bodies, *team_)}; }
+  Instant look(Want want);
+  /// Adds forces to an instant that lacks them.
+  void find_forces(Instant& now, Want want = Want::forces);
+  /// The smooth forces on the grains as they are, [N * d]; empty if there are none.
+  std::vector<double> smooth_forces() { return look(Want::forces).force; }
   /// The largest relative speed that two grains may have, or that a contact may still give to its two.
-  double fastest_impact() const;
+  double fastest_impact(const Instant& now) const;
   /// Time (t0) that steps of contacts must resolve where two grains meet at that speed at most (pace.hpp).
   double time_to_resolve(double impact) const;
   const GrainsSeen& grains_seen() const { return grains_seen_; }
 
-  /// The pairs that may touch within dt, in which smooth forces make a grain faster by at most `gain`.
-  std::span<const Pair> near(double dt, double gain = 0);
+  /// The pairs that may touch within dt.
+  std::span<const Pair> near(double dt);
   /// What contacts do to the grains as they are; `pairs`: all that may touch.
   ContactLoad contact_load(std::span<const Pair> pairs);
-  /// The smooth forces on the grains as they are, [N * d].
-  const std::vector<double>& smooth_forces();
-  double largest_smooth_acceleration();
-  /// From then on the energy will be asked for: it is found together with the smooth forces.
-  void expect_energy_at(double time) { energy_at_ = time; }
   /// Moves each grain by so much, [N * d]; it is then `time`.
   void move(std::span<const double> path, double time);
   /// Writes down what contacts did since `begin` and what they dissipated. Each step does so once.
   void note(std::vector<Touch> touches, double begin, double dissipated);
 
-  /// Changes momenta by dt times the smooth forces at this instant.
-  void kick(double dt);
+  /// Changes momenta by dt times these forces, [N * d] or none.
+  void push(double dt, std::span<const double> force);
   bool has_smooth_forces() const;
   /// Wall time (s) that the forces of an effect take once, with this gas's threads.
   double seconds_of_forces(const Effect& effect);
   /// What surrounds the grains acts on them from `begin` on for dt.
-  void drive(double begin, double dt);
+  void drive(Instant& now, double begin, double dt);
   /// Contacts, and the smooth forces as they are now, move the grains until `end`, in steps that resolve the shortest
-  /// contact; then momenta change as if smooth forces had changed linearly in time.
-  void follow_contacts(double end);
+  /// contact; then momenta change as if smooth forces had changed linearly in time. Returns that instant.
+  Instant follow_contacts(const Instant& now, double end, Want want = Want::forces);
   /// What happens once a step: charges move between grains that are in contact, and all that counts contacts does so.
-  void settle_contacts();
+  void settle_contacts(Instant& now);
 
   /// When the current stage began.
   double stage_begin() const;
@@ -90,8 +103,8 @@ class Gas {
   double stage_end() const;
   /// Whether, when the stage ends, temperature and charges go on as they are.
   bool cools_on_after_stage() const;
-  /// Goes on to the next stage: another law of contact, perhaps another temperature.
-  void leave_stage();
+  /// Goes on to the next stage: another law of contact, perhaps another temperature. Returns `now` as it is then.
+  Instant leave_stage(Instant now = {});
 
   Checkpoint save() const;
   void restore(const Checkpoint& checkpoint);
@@ -105,22 +118,16 @@ class Gas {
   std::int64_t searches() const { return searches_ + list_.searches(); }
 
  private:
-  ContactsFollowed advance_contacts(std::span<const double> held, double dt, int times, double gain);
-  int contact_steps_within(double dt, double gain) const;
-  [[noreturn]] void refuse_travel(double dt, double gain) const;
+  ContactsFollowed advance_contacts(const Instant& now, double dt, int times, double gain);
+  int contact_steps_within(const Instant& now, double dt, double gain) const;
+  [[noreturn]] void refuse_travel(double dt, double fastest, double gain) const;
   void book(ContactRecord record);
   double potential_energy();
   /// What contacts keep: kinetic energy and that stored in them.
   double mechanical_energy() const;
   State state();
-  const Survey& surveyed() const;
-  void forget_smooth_forces();
   void set_law();
   void rescale(double temperature);
-  /// A velocity has changed by `most` or less, and not by contacts.
-  void change_velocities(double most);
-  /// Anything may have changed.
-  void forget();
 
   Scene scene_;
   std::unique_ptr<parallel::Team> team_;
@@ -131,16 +138,9 @@ class Gas {
   std::optional<PairList> smooth_list_;  ///< of those that smooth forces need; empty: none
   std::vector<GrainContact> contacts_;   ///< in ascending order of pairs
   ContactRecord record_;
-  std::vector<double> smooth_force_;           ///< [N * d]; empty: to be evaluated
-  std::vector<double> held_;                   ///< those of the step's beginning
-  std::optional<double> smooth_acceleration_;  ///< the largest that these forces make; empty: to be found
-  double energy_at_ = INFINITY;
   GasEnergy book_;  ///< the flows
   GasSeconds seconds_;
-  std::int64_t searches_ = 0;             ///< of contact_motion_
-  mutable std::optional<Survey> survey_;  ///< of the grains as they are; empty: to be made
-  std::optional<double> release_;  ///< to which one contact might bring its two, by and large; empty: to be found
-  double kicked_ = INFINITY;       ///< by which velocities may have changed since contacts were followed
+  std::int64_t searches_ = 0;  ///< of contact_motion_
   GrainsSeen grains_seen_;
   double time_ = 0;
   std::size_t stage_ = 0;

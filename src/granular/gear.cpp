@@ -21,23 +21,27 @@ class Gear final : public GasIntegrator {
  public:
   explicit Gear(const Corrector& corrector) : corrector_(corrector) {}
 
-  double longest_step(Gas& gas) const override { return step_that_resolves_contacts(gas, steps_a_contact); }
+  double longest_step(Gas& gas, Instant& now) const override {
+    return step_that_resolves_contacts(gas, now, steps_a_contact);
+  }
 
-  void step(Gas& gas, double end) override {
+  Instant step(Gas& gas, Instant now, double end, Want) override {
     const double begin = gas.time(), dt = end - begin, half = 0.5 * dt;
-    gas.drive(begin, half);
+    gas.drive(now, begin, half);
     if (derivative_[0].empty()) start(gas, dt);
     const std::vector<double> from = gas.bodies().position;
     const std::span<const Pair> near = gas.near(dt);
     predict(gas, end);
-    const std::vector<double> smooth = gas.smooth_forces();
+    const std::vector<double> smooth = smooth_forces(gas);
     const ContactLoad load = gas.contact_load(near);
     correct(gas, dt, smooth, load.force);
     gas.note(touches_between(from, gas.bodies(), gas.contacts(), near, begin, dt), begin,
              half * (dissipation_ + load.dissipation));
     dissipation_ = load.dissipation;
-    gas.drive(begin + half, half);
-    settle(gas, smooth);
+    now = gas.look();
+    gas.drive(now, begin + half, half);
+    settle(gas, now, smooth);
+    return now;
   }
 
   void begin_anew() override { derivative_ = {}; }
@@ -54,9 +58,16 @@ class Gear final : public GasIntegrator {
   }
 
  private:
+  /// [N * d]
+  static std::vector<double> smooth_forces(Gas& gas) {
+    std::vector<double> force = gas.smooth_forces();
+    force.resize(gas.bodies().momentum.size());
+    return force;
+  }
+
   void start(Gas& gas, double dt) {
     const ContactLoad load = gas.contact_load(gas.near(dt));
-    const std::vector<double>& smooth = gas.smooth_forces();
+    const std::vector<double> smooth = smooth_forces(gas);
     const Bodies& b = gas.bodies();
     for (auto& values : derivative_) values.assign(smooth.size(), 0);
     for (std::size_t k = 0; k < smooth.size(); ++k)
@@ -66,7 +77,7 @@ class Gear final : public GasIntegrator {
 
   void predict(Gas& gas, double end) {
     const double dt = end - gas.time();
-    Bodies& b = gas.model_to_change().bodies;
+    Bodies& b = gas.model().bodies;
     auto& [a, jerk, snap, crackle] = derivative_;
     std::vector<double> path;
     for (std::size_t k = 0; k < b.momentum.size(); ++k) {
@@ -82,7 +93,7 @@ class Gear final : public GasIntegrator {
   }
 
   void correct(Gas& gas, double dt, std::span<const double> smooth, std::span<const double> contacts) {
-    Bodies& b = gas.model_to_change().bodies;
+    Bodies& b = gas.model().bodies;
     std::vector<double> path;
     for (std::size_t k = 0; k < smooth.size(); ++k) {
       const double mass = b.mass[k / b.dimension];
@@ -95,14 +106,10 @@ class Gear final : public GasIntegrator {
   }
 
   /// Charges that have moved change the accelerations at once.
-  void settle(Gas& gas, std::span<const double> smooth_before) {
-    const std::vector<double> charge = gas.bodies().charge;
-    gas.settle_contacts();
-    const Bodies& b = gas.bodies();
-    if (charge == b.charge) return;
-    const std::vector<double>& smooth = gas.smooth_forces();
-    for (std::size_t k = 0; k < smooth.size(); ++k)
-      derivative_[0][k] += (smooth[k] - smooth_before[k]) / b.mass[k / b.dimension];
+  void settle(Gas& gas, Instant& now, std::span<const double> smooth_before) {
+    gas.settle_contacts(now);  // which finds new forces if charges move
+    for (std::size_t k = 0; k < now.force.size(); ++k)
+      derivative_[0][k] += (now.force[k] - smooth_before[k]) / gas.bodies().mass[k / gas.bodies().dimension];
   }
 
   static constexpr std::array<const char*, 4> names = {"gear_acceleration", "gear_jerk", "gear_snap", "gear_crackle"};

@@ -53,7 +53,8 @@ struct GranularMotion::Implementation {
         device(std::move(on)),
         stage_end(here.stage_end()) {
     check_shortest(scene);
-    if (std::isfinite(scene.mechanics.step)) integrator->longest_step(here);  // refuses one before anything is written
+    instant = here.look();
+    if (std::isfinite(scene.mechanics.step)) integrator->longest_step(here, instant);  // refuses one before it writes
     load();
     energy_at_start = here.energy(potential()).total();
   }
@@ -71,6 +72,7 @@ struct GranularMotion::Implementation {
     Checkpoint checkpoint = here.save();
     store(snapshot, checkpoint);
     here.restore(checkpoint);
+    instant = here.look();
   }
   double time() const { return is_there ? device->time() : here.time(); }
 
@@ -144,8 +146,8 @@ struct GranularMotion::Implementation {
   }
   /// What a line of progress wants to know, without waiting for anybody.
   Note glance() { return is_there ? note_of(*snapshot(), *like, law, flows) : look(); }
-  /// What the device knows of it, if it has the gas as it is.
-  std::optional<double> potential() { return loaded ? std::optional(device->potential_energy()) : std::nullopt; }
+  /// The energy of smooth forces, if the device or the last step has found it.
+  std::optional<double> potential() { return loaded ? std::optional(device->potential_energy()) : instant.potential; }
 
   /// What there is to see of `here`.
   Frame frame(std::optional<double> potential);
@@ -156,7 +158,7 @@ struct GranularMotion::Implementation {
   /// One step towards `time`, and no farther than to the end of the stage.
   void step(double time) {
     const double end = std::min(time, stage_end), before = this->time();
-    if (before < end) device ? step_there(end) : step_here(end);
+    if (before < end) device ? step_there(end) : step_here(end, time);
     if (!(this->time() > before) && before < end)
       throw Failure(
           fmt::format("{}: time does not go on from t = {:.9g} t0: a step there is shorter than rounding of "
@@ -164,11 +166,14 @@ struct GranularMotion::Implementation {
                       here.scene().path, before));
     if (this->time() >= stage_end) leave_stage();
   }
-  void step_here(double end) {
-    const double left = end - here.time(), longest = integrator->longest_step(here);
+  /// `wanted`: when the energy will be asked for.
+  void step_here(double end, double wanted) {
+    const double left = end - here.time(), longest = integrator->longest_step(here, instant);
     check_pace(here, end, longest);
     const double count = std::ceil(left / longest);
-    integrator->step(here, count <= 1 ? end : here.time() + left / count);
+    const bool last = count <= 1;  // the energy is asked for where a step ends a note or a frame
+    instant = integrator->step(here, std::move(instant), last ? end : here.time() + left / count,
+                               last && end >= wanted ? Want::energy : Want::forces);
   }
   void step_there(double end) {
     load();
@@ -191,7 +196,7 @@ struct GranularMotion::Implementation {
     settle();
     if (theory) theory->follow(gas(), time(), look().temperature());
     const bool cools_on = gas().cools_on_after_stage();
-    here.leave_stage();
+    instant = here.leave_stage(std::move(instant));
     stage_end = here.stage_end();
     loaded = false;
     last.reset();
@@ -207,6 +212,7 @@ struct GranularMotion::Implementation {
   static constexpr int steps_at_once = 100;  ///< on a device, before who waits is asked
   static constexpr int notes_a_frame = 10;
   Gas here;
+  Instant instant;  ///< of `here`
   std::unique_ptr<granular::GasIntegrator> integrator;
   double energy_at_start = 0;
   std::optional<HomogeneousGas> theory;
@@ -259,7 +265,6 @@ void GranularMotion::advance_to(double time, const std::function<bool()>& pause)
     const double due = self.next_note();
     const bool noted = due < time - 1e-9 * self.here.scene().output.every;
     const double end = noted ? due : time;
-    self.here.expect_energy_at(end);
     while (self.time() < end) {
       self.step(end);
       if (self.time() < end && is_to_stop()) return;
@@ -301,7 +306,7 @@ Frame GranularMotion::Implementation::frame(std::optional<double> potential) {
                                     {"driven_energy", energy.driven}})
     frame.add_system(name, "m0 v0^2", value);
   frame.add_system("collisions", "1", here.collisions);
-  here.model_to_change().add_columns(here.time(), frame);
+  here.model().add_columns(here.time(), frame);
   return frame;
 }
 
@@ -407,6 +412,7 @@ Checkpoint GranularMotion::checkpoint() {
 void GranularMotion::restore(const Checkpoint& checkpoint) {
   implementation_->settle();
   implementation_->here.restore(checkpoint);
+  implementation_->instant = implementation_->here.look();
   implementation_->loaded = implementation_->is_there = false;
   implementation_->stage_end = implementation_->here.stage_end();
   implementation_->energy_at_start = reals(checkpoint, "energy_at_start", 1).front();

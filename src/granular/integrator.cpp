@@ -43,10 +43,10 @@ std::unique_ptr<GasIntegrator> make_integrator(Integrator which) {
                                names_of(&IntegratorKind::moves_grains)));
 }
 
-double step_that_resolves_contacts(const Gas& gas, double steps_a_contact) {
+double step_that_resolves_contacts(const Gas& gas, const Instant& now, double steps_a_contact) {
   const MechanicsOptions& mechanics = gas.scene().mechanics;
   constexpr double fewer = 1.5;  // than multirate has for a dashpot: restitutions need not be as good as its books
-  const double impact = gas.fastest_impact(), damping = fewer * gas.time_to_resolve(impact);
+  const double impact = gas.fastest_impact(now), damping = fewer * gas.time_to_resolve(impact);
   const double contact = granular::time_to_resolve(elastic(gas.law(), 1), impact, gas.grains_seen());
   const double resolved = std::min(contact, damping);
   if (mechanics.step * steps_a_contact > resolved)

@@ -10,10 +10,12 @@ namespace lichtenberg::granular {
 class GasIntegrator {
  public:
   virtual ~GasIntegrator() = default;
-  /// The longest step that it may take from here. Throws InputError if the scene's is too long.
-  virtual double longest_step(Gas& gas) const = 0;
-  /// Carries the gas on to `end`, at most a longest step away.
-  virtual void step(Gas& gas, double end) = 0;
+  /// The longest step that it may take from here; finds the forces of `now` if it wants them. Throws InputError if the
+  /// scene's is too long.
+  virtual double longest_step(Gas& gas, Instant& now) const = 0;
+  /// Carries the gas on from `now` to `end`, at most a longest step away, and returns that instant with what the next
+  /// step can use; with Want::energy it should have the energy of smooth forces, if it has these forces.
+  virtual Instant step(Gas& gas, Instant now, double end, Want want) = 0;
 
   // What follows is for an integrator that remembers something of earlier steps.
 
@@ -39,7 +41,7 @@ std::unique_ptr<GasIntegrator> make_integrator(Integrator which);
 
 /// The scene's mechanics.step. Throws InputError unless the shortest contact that there could be now takes so many, and
 /// what its dashpot does as well.
-double step_that_resolves_contacts(const Gas& gas, double steps_a_contact);
+double step_that_resolves_contacts(const Gas& gas, const Instant& now, double steps_a_contact);
 
 /// The longest step for which forces of charges may be held: a quarter of the period in which the two of largest charge
 /// swing about where charges and contact balance, 2 pi sqrt(m_eff / slope of the contact's force); infinite if nothing

@@ -16,7 +16,7 @@ namespace {
 /// gain by it, step after step. Charges move from grain to grain between two steps, each with its own charges.
 class Multirate final : public GasIntegrator {
  public:
-  double longest_step(Gas& gas) const override {
+  double longest_step(Gas& gas, Instant& now) const override {
     const double asked = gas.scene().mechanics.step, hold = longest_hold(gas);
     if (!std::isinf(asked) && asked > hold && gas.steps == 0)  // later, when charges have grown, steps become shorter
       throw InputError(
@@ -24,19 +24,21 @@ class Multirate final : public GasIntegrator {
                       "grains that their charges hold together; {:.2g} is the longest",
                       gas.scene().path, asked, 0.99 * hold));
     const double way = std::isinf(asked) ? way_by_accuracy(gas.scene()) : way_by_length(gas.scene());
-    StepBounds bounds{.asked = asked, .hold = hold, .way = way, .speed = gas.fastest()};
-    if (std::isinf(asked)) bounds.acceleration = gas.largest_smooth_acceleration();
+    StepBounds bounds{.asked = asked, .hold = hold, .way = way, .speed = now.survey.fastest};
+    if (std::isinf(asked)) gas.find_forces(now), bounds.acceleration = now.acceleration;
     return longest_step_within(bounds, [&](double gain) {
-      return gas.time_to_resolve(gas.fastest_impact() + gain) / gas.scene().mechanics.contact_steps;
+      return gas.time_to_resolve(gas.fastest_impact(now) + gain) / gas.scene().mechanics.contact_steps;
     });
   }
 
-  void step(Gas& gas, double end) override {
+  Instant step(Gas& gas, Instant now, double end, Want want) override {
     const double begin = gas.time(), half = 0.5 * (end - begin);
-    gas.drive(begin, half);
-    gas.follow_contacts(end);
-    gas.drive(begin + half, half);
-    gas.settle_contacts();
+    gas.find_forces(now);
+    gas.drive(now, begin, half);
+    now = gas.follow_contacts(now, end, want);
+    gas.drive(now, begin + half, half);
+    gas.settle_contacts(now);
+    return now;
   }
 };
 

@@ -200,7 +200,7 @@ Summary summarize(Gas& gas, const Note& now, double energy_at_start) {
   add_lines(gas, now, energy_error, summary);
   add_quantities(gas, now, energy_error, summary);
   summary.warnings = warnings_of(gas, now.energy, energy_error, energy_at_start);
-  gas.model_to_change().summarize(now.time, summary);
+  gas.model().summarize(now.time, summary);
   return summary;
 }
 

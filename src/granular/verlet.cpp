@@ -10,25 +10,31 @@ constexpr double steps_a_contact = 10;  ///< with fewer, restitutions are off by
 /// contacts' forces at the beginning it is of second.
 class Verlet final : public GasIntegrator {
  public:
-  double longest_step(Gas& gas) const override { return step_that_resolves_contacts(gas, steps_a_contact); }
+  double longest_step(Gas& gas, Instant& now) const override {
+    return step_that_resolves_contacts(gas, now, steps_a_contact);
+  }
 
-  void step(Gas& gas, double end) override {
+  Instant step(Gas& gas, Instant now, double end, Want want) override {
     const double begin = gas.time(), dt = end - begin, half = 0.5 * dt;
-    gas.drive(begin, half);
+    gas.find_forces(now);
+    gas.drive(now, begin, half);
     const std::vector<double> from = gas.bodies().position;
     if (load_.force.empty()) load_ = gas.contact_load(gas.near(dt));
-    gas.kick(half);
-    push(gas, half, load_.force);
+    gas.push(half, now.force);
+    gas.push(half, load_.force);
     const std::span<const Pair> near = gas.near(dt);
     fly(gas, end);
-    gas.kick(half);
+    Instant there = gas.look(want);
+    gas.push(half, there.force);
     ContactLoad then = predicted(gas, half, near);
-    push(gas, half, then.force);
+    gas.push(half, then.force);
     gas.note(touches_between(from, gas.bodies(), gas.contacts(), near, begin, dt), begin,
              half * (load_.dissipation + then.dissipation));
     load_ = std::move(then);
-    gas.drive(begin + half, half);
-    gas.settle_contacts();
+    there.survey = gas.look().survey;
+    gas.drive(there, begin + half, half);
+    gas.settle_contacts(there);
+    return there;
   }
 
   void begin_anew() override { load_ = {}; }
@@ -44,11 +50,6 @@ class Verlet final : public GasIntegrator {
   }
 
  private:
-  static void push(Gas& gas, double dt, std::span<const double> force) {
-    std::vector<double>& momentum = gas.model_to_change().bodies.momentum;
-    for (std::size_t k = 0; k < momentum.size(); ++k) momentum[k] += dt * force[k];
-  }
-
   static void fly(Gas& gas, double end) {
     const Bodies& b = gas.bodies();
     std::vector<double> path;
@@ -60,9 +61,9 @@ class Verlet final : public GasIntegrator {
   /// What contacts do at the end of a step if they went on as at its beginning.
   ContactLoad predicted(Gas& gas, double half, std::span<const Pair> near) const {
     const std::vector<double> momentum = gas.bodies().momentum;
-    push(gas, half, load_.force);
+    gas.push(half, load_.force);
     ContactLoad load = gas.contact_load(near);
-    gas.model_to_change().bodies.momentum = momentum;
+    gas.model().bodies.momentum = momentum;
     return load;
   }
 

@@ -22,22 +22,25 @@ namespace {
 /// order where contacts are elastic.
 class Leapfrog final : public granular::GasIntegrator {
  public:
-  double longest_step(granular::Gas& gas) const override { return granular::step_that_resolves_contacts(gas, 10); }
+  double longest_step(granular::Gas& gas, granular::Instant& now) const override {
+    return granular::step_that_resolves_contacts(gas, now, 10);
+  }
 
-  void step(granular::Gas& gas, double end) override {
+  granular::Instant step(granular::Gas& gas, granular::Instant, double end, granular::Want) override {
     const double begin = gas.time(), dt = end - begin;
     const std::vector<double> from = gas.bodies().position;
     const auto near = gas.near(dt);
     const std::vector<Pair> pairs(near.begin(), near.end());
     fly(gas, begin + 0.5 * dt, 0.5 * dt);
     const granular::ContactLoad load = gas.contact_load(pairs);
-    gas.kick(dt);
-    std::vector<double>& momentum = gas.model_to_change().bodies.momentum;
-    for (std::size_t k = 0; k < momentum.size(); ++k) momentum[k] += dt * load.force[k];
+    gas.push(dt, gas.smooth_forces());
+    gas.push(dt, load.force);
     fly(gas, end, 0.5 * dt);
     gas.note(granular::touches_between(from, gas.bodies(), gas.contacts(), pairs, begin, dt), begin,
              dt * load.dissipation);
-    gas.settle_contacts();
+    granular::Instant there = gas.look();
+    gas.settle_contacts(there);
+    return there;
   }
 
  private:

@@ -67,8 +67,9 @@ void compare(granular::Gas& gas, granular::device::DeviceGas& device) {
   const Checkpoint start = gas.save();
   device.load(start, gas.law(), false);
   const auto integrator = granular::make_multirate();
-  const double end = gas.time() + integrator->longest_step(gas);
-  integrator->step(gas, end);
+  granular::Instant now = gas.look();
+  const double end = gas.time() + integrator->longest_step(gas, now);
+  integrator->step(gas, std::move(now), end, granular::Want::forces);
   while (device.time() < end) device.step(end);  // rounding may make two of it
   Checkpoint found = start;
   device.store(found);

@@ -27,7 +27,7 @@ Scene of_contacts(double edge, double dissipative, int contact_steps) {
 double elastic_error(int contact_steps) {
   constexpr double speed = 1;
   Scene scene = of_contacts(10, 0, contact_steps);
-  scene.mechanics.step = shortest_contact(ViscoelasticLaw{278.6, 0}, speed) / contact_steps;
+  scene.mechanics.step = ViscoelasticLaw{278.6, 0}.shortest_contact(speed) / contact_steps;
   double worst = 0;
   constexpr int phases = 12;
   for (int k = 0; k < phases; ++k)

@@ -77,7 +77,7 @@ ContactLoad contact_load(const GrainContactLaw& law, const Bodies& bodies, std::
     const PairState<d> state = seen(bodies, grains, pair);
     const double distance = norm(state.apart), overlap = reach(bodies, pair) - distance;
     if (overlap <= 0) return;
-    const ContactForce contact = one.at(overlap, closing(state), one.scale(bodies.radius[i], bodies.radius[j]));
+    const ContactForce contact = contact_at(one, overlap, closing(state), one.scale(bodies.radius[i], bodies.radius[j]));
     load.dissipation += contact.dissipated;
     const Vec<d> push = (contact.force / distance) * state.apart;
     for (int k = 0; k < d; ++k) load.force[i * d + k] -= push[k], load.force[j * d + k] += push[k];

@@ -4,7 +4,6 @@
 
 #include "solvers/error.hpp"
 #include "src/granular/pace.hpp"
-#include "src/granular/resonance.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::granular {

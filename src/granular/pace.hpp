@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 #include "solvers/geometry/host_device.hpp"
 #include "src/model/grain_contact_law.hpp"
@@ -33,13 +34,10 @@ struct GrainsSeen {
 
 /// The law that moves two grains of mass 1 and diameter 1 as `law` moves the two lightest, whose contacts are the
 /// shortest: forces over mass. Of grains that are no lighter than that the law itself.
-LICHTENBERG_HOST_DEVICE inline ViscoelasticLaw for_lightest(const ViscoelasticLaw& law, const GrainsSeen& grains) {
+template <class Law>
+LICHTENBERG_HOST_DEVICE Law for_lightest(const Law& law, const GrainsSeen& grains) {
   const double by = law.scale(grains.smallest, grains.smallest) / grains.lightest;
-  return by > 1 + 1e-9 ? ViscoelasticLaw{by * law.elastic, by * law.dissipative} : law;
-}
-LICHTENBERG_HOST_DEVICE inline LinearSpringLaw for_lightest(const LinearSpringLaw& law, const GrainsSeen& grains) {
-  const double by = 1 / grains.lightest;
-  return by > 1 + 1e-9 ? LinearSpringLaw{by * law.stiffness, by * law.damping} : law;
+  return by > 1 + 1e-9 ? law.times(by) : law;
 }
 
 /// The time that steps of contacts must resolve (mechanics.contact_steps of them, or as many as another integrator
@@ -78,7 +76,7 @@ struct StepBounds {
 /// The longest within them. `contact_step(gain)`: that of contacts where impacts gain so much speed; forces that are
 /// held for less than one gain nothing.
 template <class ContactStep>
-double longest_step_within(const StepBounds& bounds, const ContactStep& contact_step) {
+LICHTENBERG_HOST_DEVICE double longest_step_within(const StepBounds& bounds, const ContactStep& contact_step) {
   const auto& [asked, hold, way, speed, acceleration] = bounds;
   if (std::isinf(asked)) {
     const double flight = time_for(way, speed, acceleration);
@@ -86,6 +84,20 @@ double longest_step_within(const StepBounds& bounds, const ContactStep& contact_
   }
   const double most = std::min(asked, hold);
   return speed * most > way ? way / speed : most;
+}
+
+/// How long forces may be held (multirate) where two grains of this effective mass attract each other with this force
+/// at most: a quarter of the period in which they swing about the overlap that bears it. Infinite without an
+/// attraction.
+template <class Law>
+LICHTENBERG_HOST_DEVICE double longest_hold(const Law& law, double attraction, double effective_mass) {
+  if (!(attraction > 0)) return INFINITY;
+  double low = 0, high = 1;
+  for (int k = 0; k < 50; ++k) {
+    const double middle = 0.5 * (low + high);
+    (law.parts(middle).elastic < attraction ? low : high) = middle;
+  }
+  return 0.25 * 2 * std::numbers::pi * std::sqrt(effective_mass / law.parts(high).elastic_slope);
 }
 
 }  // namespace lichtenberg::granular

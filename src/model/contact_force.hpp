@@ -9,8 +9,6 @@ struct ContactForce {
   double force = 0;       ///< repulsive, never below 0
   double stored = 0;      ///< elastic energy
   double dissipated = 0;  ///< power, never below 0
-  double by_overlap = 0;  ///< derivative of the force
-  double by_closing = 0;  ///< derivative of the force by the closing speed
 };
 
 /// The parts of a force elastic(overlap) + damping(overlap) closing that who follows a contact needs, of one pair or of
@@ -23,7 +21,7 @@ struct ContactPush {
 /// All its parts.
 struct ContactParts {
   double elastic = 0, elastic_slope = 0, stored = 0;
-  double damping = 0, damping_slope = 0;
+  double damping = 0;
 };
 
 /// The force max(elastic + damping closing, 0): grains that do not stick never pull, so a contact that opens fast gives
@@ -32,8 +30,13 @@ struct ContactParts {
 LICHTENBERG_HOST_DEVICE inline ContactForce contact_force(const ContactParts& parts, double closing) {
   const double force = parts.elastic + parts.damping * closing;
   if (force <= 0) return {.stored = parts.stored, .dissipated = -parts.elastic * closing};
-  return {force, parts.stored, parts.damping * closing * closing, parts.elastic_slope + parts.damping_slope * closing,
-          parts.damping};
+  return {force, parts.stored, parts.damping * closing * closing};
+}
+
+/// The contact of one pair, for code that follows its overlap; nothing if the two do not overlap.
+template <class Law>
+LICHTENBERG_HOST_DEVICE ContactForce contact_at(const Law& law, double overlap, double closing, double scale = 1) {
+  return overlap <= 0 ? ContactForce{} : contact_force(law.parts(overlap, scale), closing);
 }
 
 }  // namespace lichtenberg

@@ -7,20 +7,34 @@
 
 namespace lichtenberg {
 
-/// How grains in contact push each other.
+/// How grains in contact push each other: one law of this list. A law is a small struct with
+///
+///     Real scale(Real radius_i, Real radius_j) const        // factor of the forces by the radii
+///     ContactPush<Real> push(Real overlap, Real scale) const
+///     ContactParts parts(double overlap, double scale) const
+///     double shortest_contact(double speed) const           // duration for two grains of mass 1 that lose nothing
+///     double damping_time(double speed) const               // in which the dashpot slows them; infinite without one
+///     Law times(double by) const                            // all forces larger by a factor
+///
+/// for the host and a device, Real a number or several in a vector, and
+///
+///     Law undamped(double stiffness) const, stiffer(double stiffness) const
+///
+/// as `elastic` and `stiffer` below. A law that is added to the list also needs a granular::collision_by and, for a
+/// device, a granular::device::RestitutionLaw.
 struct GrainContactLaw : std::variant<ViscoelasticLaw, LinearSpringLaw> {
   using variant::variant;
 };
 
 /// Without damping, and `stiffness` times as stiff.
-GrainContactLaw elastic(const GrainContactLaw& law, double stiffness);
+inline GrainContactLaw elastic(const GrainContactLaw& law, double stiffness) {
+  return std::visit([&](const auto& one) { return GrainContactLaw(one.undamped(stiffness)); }, law);
+}
 
 /// `stiffness` times as stiff, and damped so that the restitution is the same at each speed: D times stiffness^(3/5), B
 /// times its root.
-GrainContactLaw stiffer(const GrainContactLaw& law, double stiffness);
-
-/// How long two grains of diameter 1 and mass 1 that meet at this speed are in contact, if nothing is lost: no contact
-/// of theirs is shorter. Hertz: 3.21806 (m_eff^2 / (E^2 speed))^(1/5); linear: pi sqrt(m_eff / A).
-double shortest_contact(const GrainContactLaw& law, double speed);
+inline GrainContactLaw stiffer(const GrainContactLaw& law, double stiffness) {
+  return std::visit([&](const auto& one) { return GrainContactLaw(one.stiffer(stiffness)); }, law);
+}
 
 }  // namespace lichtenberg

@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "src/model/contact_force.hpp"
-#include "src/model/pair_law.hpp"
 
 namespace lichtenberg {
 
@@ -12,12 +11,9 @@ namespace lichtenberg {
 /// spring of no geometry: all pairs have the same A and B whatever their radii, so that the restitution of a pair
 /// depends on its effective mass (pair_law.hpp).
 struct LinearSpringLaw {
-  static constexpr bool over_distance = false, damped = true;
   double stiffness = 0;  ///< A
   double damping = 0;    ///< B
 
-  LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }
-  LICHTENBERG_HOST_DEVICE double energy_unit() const { return 1; }
   template <class Real>
   LICHTENBERG_HOST_DEVICE Real scale(const Real&, const Real&) const {
     return 1;
@@ -33,7 +29,7 @@ struct LinearSpringLaw {
   LICHTENBERG_HOST_DEVICE ContactParts parts(double overlap, double scale = 1) const {
     if (overlap < 0) return {};
     const auto [force, dashpot, stored] = push(overlap, scale);
-    return {force, scale * stiffness, stored, dashpot, 0};
+    return {force, scale * stiffness, stored, dashpot};
   }
   /// How long two grains of mass 1 are in contact, if nothing is lost.
   LICHTENBERG_HOST_DEVICE double shortest_contact(double) const {
@@ -47,15 +43,11 @@ struct LinearSpringLaw {
     constexpr double effective_mass = 0.5, factor = 3.7;
     return damping > 0 ? factor * effective_mass / damping : INFINITY;
   }
-  /// The contact of one pair, for who follows its overlap.
-  LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {
-    return overlap <= 0 ? ContactForce{} : contact_force(parts(overlap, scale), closing);
-  }
-
-  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {
-    const ContactForce law = at(seen.reach - seen.distance, seen.closing);
-    return {law.stored, law.force, law.by_overlap};
-  }
+  /// The law of a pair whose forces are `by` times as large.
+  LICHTENBERG_HOST_DEVICE LinearSpringLaw times(double by) const { return {by * stiffness, by * damping}; }
+  LinearSpringLaw undamped(double by) const { return {stiffness * by, 0}; }
+  /// B^2/A is all that the restitution depends on.
+  LinearSpringLaw stiffer(double by) const { return {stiffness * by, damping * std::sqrt(by)}; }
 };
 
 /// acos(z) / sqrt(1 - z^2), and what it goes on as beyond 1.

@@ -34,7 +34,7 @@ struct PairForce {
 ///     bool quick_holds(const PairSeen&) const
 ///     bool refuses(const PairSeen&) const     // it is not meant for such a pair
 ///
-/// all for the host and for a device. The loops that take a law are in pair_loop.hpp and pair_device.hpp.
+/// all for the host and for a device. The loops that take a law are in pair_loop.hpp and pair_part.hpp.
 template <class Law>
 concept HasQuick = requires(const Law& law, const PairSeen& seen) {
   law.quick(seen), law.quick_holds(seen);

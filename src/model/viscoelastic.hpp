@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "src/model/contact_force.hpp"
-#include "src/model/pair_law.hpp"
 
 namespace lichtenberg {
 
@@ -11,12 +10,8 @@ namespace lichtenberg {
 /// Poeschel 1996), in reduced units. Two grains of diameter d0 = 1 have E and D as given; those of other radii have
 /// them times sqrt(R_eff / (d0/4)), as in Hertz's law (pair_law.hpp).
 struct ViscoelasticLaw {
-  static constexpr bool over_distance = false, damped = true;
   double elastic = 0;      ///< E = alpha d0^(5/2) / (m v^2)
   double dissipative = 0;  ///< D = beta d0^(3/2) / (m v)
-
-  LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }
-  LICHTENBERG_HOST_DEVICE double energy_unit() const { return 1; }
 
   /// What E and D of two grains of these radii are multiplied by.
   template <class Real>
@@ -32,12 +27,11 @@ struct ViscoelasticLaw {
     const Real root = sqrt(overlap), force = scale * elastic * root * overlap;
     return {force, scale * dissipative * root, 0.4 * force * overlap};
   }
-  /// The parts of the force at an overlap; nothing below 0. Towards overlap 0 `damping_slope` grows like
-  /// 1 / sqrt(overlap).
+  /// The parts of the force at an overlap; nothing below 0.
   LICHTENBERG_HOST_DEVICE ContactParts parts(double overlap, double scale = 1) const {
     if (!(overlap > 0)) return {};
     const auto [force, dashpot, stored] = push(overlap, scale);
-    return {force, 1.5 * force / overlap, stored, dashpot, 0.5 * dashpot / overlap};
+    return {force, 1.5 * force / overlap, stored, dashpot};
   }
   /// How long two grains of diameter and mass 1 that meet at this speed are in contact, if nothing is lost: Hertz.
   LICHTENBERG_HOST_DEVICE double shortest_contact(double speed) const {
@@ -52,14 +46,12 @@ struct ViscoelasticLaw {
     if (!(dissipative > 0 && speed > 0)) return INFINITY;
     return factor * std::cbrt(effective_mass * effective_mass / (dissipative * dissipative * speed));
   }
-  /// The contact of one pair, for who follows its overlap.
-  LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {
-    return overlap <= 0 ? ContactForce{} : contact_force(parts(overlap, scale), closing);
-  }
-
-  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {
-    const ContactForce law = at(seen.reach - seen.distance, seen.closing, scale(seen.radius_i, seen.radius_j));
-    return {law.stored, law.force, law.by_overlap};
+  /// The law of a pair whose forces are `by` times as large.
+  LICHTENBERG_HOST_DEVICE ViscoelasticLaw times(double by) const { return {by * elastic, by * dissipative}; }
+  ViscoelasticLaw undamped(double stiffness) const { return {elastic * stiffness, 0}; }
+  /// k = (D/E) (E/m_eff)^(2/5) v^(1/5) is all that the restitution depends on.
+  ViscoelasticLaw stiffer(double stiffness) const {
+    return {elastic * stiffness, dissipative * std::pow(stiffness, 0.6)};
   }
 };
 

@@ -1,4 +1,4 @@
-// The loop over pairs of a law (src/model/pair_device.hpp) on a CUDA device against the host's: Hertz's contact and a
+// The loop over pairs of a law (src/model/pair_part.hpp) on a CUDA device against the host's: Hertz's contact and a
 // screened Coulomb term of 1e5 spheres in a periodic cube. Fails unless they agree to rounding and give the same bits
 // twice.
 
@@ -7,8 +7,9 @@
 
 #include "solvers/parallel/cuda_executor.hpp"
 #include "src/effects/hertz.hpp"
-#include "src/model/pair_device.hpp"
 #include "src/model/pair_loop.hpp"
+#include "src/model/pair_part.hpp"
+#include "tests/partner_table.hpp"
 #include "tests/screened_coulomb.hpp"
 
 using namespace lichtenberg;
@@ -39,35 +40,43 @@ bool compare(const char* name, const Law& law, const Crowd& crowd) {
   const PairSum sum = add_pair_forces(law, Spheres<3>{crowd.position, crowd.radius, crowd.box}, crowd.pairs, expected,
                                       parallel::Team::single());
   const CudaExecutor run;
-  Array<double, CudaExecutor> position(run), radius(run), force(run), energy(run);
+  Array<double, CudaExecutor> position(run), radius(run);
+  Array<WholeVec, CudaExecutor> force(run);
+  Array<std::int64_t, CudaExecutor> energy(run);
   position.upload(crowd.position);
   radius.upload(crowd.radius);
-  force.resize(3 * n);
-  energy.resize(n);
-  PartnerTable<CudaExecutor> table(run);
-  table.set(crowd.pairs, n);
-  const DeviceSpheres<3> spheres{n, position.data(), radius.data(), nullptr, crowd.box};
+  force.resize(n);
+  energy.resize(1);
+  const PartnerTable<CudaExecutor> table(run, crowd.pairs, n);
+  DeviceGrains grains;
+  grains.count = n, grains.box = crowd.box, grains.partners = table.view();
+  grains.position = reinterpret_cast<const Vec3*>(position.data()), grains.radius = radius.data();
+  const PairPart<Law, CudaExecutor> part(run, law, {});
+  const PairQuanta quanta{0x1p-36, 0x1p-36};
   const auto once = [&] {
     force.zero();
     energy.zero();
-    add_pair_forces(run, law, spheres, table, force.data(), energy.data());
-    return force.download();
+    part.add_forces(grains, quanta, force.data(), energy.data());
+    std::vector<double> sums;
+    for (const WholeVec& of : force.download())
+      for (int k = 0; k < 3; ++k) sums.push_back(of.times(quanta.force)[k]);
+    return sums;
   };
   const std::vector<double> found = once(), again = once();
-  double worst = 0, largest = 0, total = 0;
+  double worst = 0, largest = 0;
   for (int k = 0; k < 3 * n; ++k) {
     worst = std::max(worst, std::abs(found[k] - expected[k]));
     largest = std::max(largest, std::abs(expected[k]));
   }
-  for (const double e : energy.download()) total += e;
+  const double total = quanta.energy * static_cast<double>(energy.download().front());
   const double seconds = run.seconds([&] {
-    for (int k = 0; k < 10; ++k) add_pair_forces(run, law, spheres, table, force.data(), energy.data());
+    for (int k = 0; k < 10; ++k) part.add_forces(grains, quanta, force.data(), energy.data());
   });
   std::printf("%-18s %9zu pairs %8.1f us  force %.1e of the largest, energy %.1e, %s\n", name, crowd.pairs.size(),
               1e5 * seconds, worst / largest, std::abs(total / sum.energy - 1),
               found == again ? "the same bits again" : "OTHER BITS");
-  // Some hundred terms in another order, each rounded at 1e-16 of the largest.
-  return worst < 1e-13 * largest && std::abs(total / sum.energy - 1) < 1e-12 && found == again;
+  // Some hundred terms, each rounded to a quantum and at 1e-16 of the largest.
+  return worst < 100 * quanta.force + 1e-13 * largest && std::abs(total / sum.energy - 1) < 1e-12 && found == again;
 }
 
 }  // namespace

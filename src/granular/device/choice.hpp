@@ -7,7 +7,6 @@
 
 #include "src/granular/device/contact_steps.hpp"
 #include "src/granular/pace.hpp"
-#include "src/granular/resonance.hpp"
 #include "src/scene/contact_attraction.hpp"
 
 namespace lichtenberg::granular::device {
@@ -25,12 +24,8 @@ struct StepRule {
   double skin = 0;  ///< of lists
 
   LICHTENBERG_HOST_DEVICE double longest_step(double speed, double impact, double acceleration, double held) const {
-    if (std::isinf(longest)) {
-      const double step = time_for(way, speed, acceleration);
-      return std::fmin(held, std::fmax(step, step_of_contacts(impact + 2 * acceleration * step)));
-    }
-    const double most = held < longest ? held : longest;
-    return speed * most > way ? way / speed : most;
+    return longest_step_within({longest, held, way, speed, acceleration},
+                               [&](double gain) { return step_of_contacts(impact + gain); });
   }
   LICHTENBERG_HOST_DEVICE double step_of_contacts(double impact) const {
     return time_to_resolve(law, impact, grains) / contact_steps;

@@ -12,6 +12,7 @@
 #include "solvers/geometry/box.hpp"
 #include "solvers/neighbours/table.hpp"
 #include "src/effects/charge_exchange_law.hpp"
+#include "src/granular/device/gas_parts.hpp"
 #include "src/granular/device/pair_path.hpp"
 #include "src/granular/device/restitution.hpp"
 #include "src/model/whole.hpp"
@@ -41,9 +42,12 @@ struct alignas(16) Located {
 struct GrainsView {
   int count = 0;
   Vec3 *place = nullptr, *momentum = nullptr;
-  const double *over_mass = nullptr, *radius = nullptr;
-  const int* number = nullptr;  ///< by which the scene knows it
+  TurnsAround* image = nullptr;
+  double *charge = nullptr, *over_mass = nullptr, *radius = nullptr;
+  Charged* charged = nullptr;  ///< for sums over charges
+  int* number = nullptr;       ///< by which the scene knows it
   Located* located = nullptr;
+  Turns* sorted_at = nullptr;
   Vec3* held = nullptr;  ///< forces of charges at the start of an outer step
   // What its pairs add up to within a step.
   WholeVec *force = nullptr, *halfway = nullptr, *impulse = nullptr, *shift = nullptr;
@@ -53,6 +57,20 @@ struct GrainsView {
   std::int64_t* collisions = nullptr;    ///< that have begun, while charge was exchanged
   std::int64_t* moved_charge = nullptr;  ///< quanta, that are still to be added to its charge
   std::int64_t* dissipated = nullptr;    ///< quanta of energy
+
+  /// All that goes with a grain when it is sorted; `felt`: null if no charge feels anything.
+  LICHTENBERG_HOST_DEVICE Grain take(int i, const Felt* felt) const {
+    return {place[i],      momentum[i], charge[i],
+            over_mass[i],  radius[i],   collisions[i],
+            dissipated[i], charged[i],  felt ? felt[i] : Felt{},
+            image[i],      number[i]};
+  }
+  LICHTENBERG_HOST_DEVICE void put(int s, const Grain& g, Felt* felt) const {
+    place[s] = g.place, momentum[s] = g.momentum, charge[s] = g.charge, over_mass[s] = g.over_mass;
+    radius[s] = g.radius, collisions[s] = g.collisions, dissipated[s] = g.dissipated, charged[s] = g.charged;
+    if (felt) felt[s] = g.felt;
+    image[s] = g.image, number[s] = g.number;
+  }
 };
 constexpr int no_end = -1;
 
@@ -75,7 +93,7 @@ struct alignas(16) ActivePair : GrainPair {
 
 struct ContactsView {
   TableView table;                                   ///< each pair once
-  const int* owner = nullptr;                        ///< of an entry: whose row it is in
+  int* owner = nullptr;                              ///< of an entry: whose row it is in
   double *since = nullptr, *impact_speed = nullptr;  ///< of an entry; no number of 0 or more: no contact
   int* alone = nullptr;
 

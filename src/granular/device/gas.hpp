@@ -141,9 +141,9 @@ class GasOn final : public DeviceGas {
   /// What surrounds the grains acts on them; then the host knows how fast they are.
   void drive(double time, double dt) {
     for (const auto& drive : drives_)
-      drive->drive(grains(), time, dt, gas_.momentum.data(), gas_.quanta.energy, gas_.driven.data());
-    const Vec3* momentum = gas_.momentum.data();
-    const double* over_mass = gas_.over_mass.data();
+      drive->drive(grains(), time, dt, gas_.view().momentum, gas_.quanta.energy, gas_.driven.data());
+    const Vec3* momentum = gas_.view().momentum;
+    const double* over_mass = gas_.view().over_mass;
     const int n = gas_.n;
     Found* found = found_.device();
     run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { found->speed2 = 0; });
@@ -215,7 +215,7 @@ class GasOn final : public DeviceGas {
   }
   void recharge_sums(bool solved) {
     FieldBook* book = gas_.book.data();
-    const double* charge = gas_.charge.data();
+    const double* charge = gas_.view().charge;
     const int n = gas_.n;
     run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { book->largest_charge = 0; });
     run_->sum_segments((n + a_part - 1) / a_part,
@@ -224,8 +224,8 @@ class GasOn final : public DeviceGas {
                        [=] LICHTENBERG_HOST_DEVICE(int, Most most) {
                          parallel::enlarge_atomically(&book->largest_charge, most.value);
                        });
-    Charged* charges = gas_.charges.data();
-    const Vec3* place = gas_.place.data();
+    Charged* charges = gas_.view().charged;
+    const Vec3* place = gas_.view().place;
     const Vec3 over = gas_.turns_a_length();
     run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       const double scale = periodic::device::charge_scale(book->largest_charge);
@@ -251,7 +251,7 @@ class GasOn final : public DeviceGas {
   /// Forces at this instant, until the next ones are known.
   void hold() {
     const ForceView force = forces();
-    Vec3* held = gas_.held.data();
+    Vec3* held = gas_.view().held;
     run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { held[s] = force(s); });
   }
 
@@ -268,14 +268,14 @@ class GasOn final : public DeviceGas {
   }
   template <class Law>
   void follow(const Law& law) {
-    const Landing land{gas_.box, gas_.turns_a_length(), gas_.image.data(), gas_.charges.data()};
+    const Landing land{gas_.box, gas_.turns_a_length(), gas_.view().image, gas_.view().charged};
     run_->together(FollowContacts<Law>{contact_steps(law), land, &progress_.device()->go});
   }
   void follow_charges() {
     if (dipoles_)
-      dipoles_->follow(gas_.charges.data(), scale(), lists_.partners(), &progress_.device()->go);
+      dipoles_->follow(gas_.view().charged, scale(), lists_.partners(), &progress_.device()->go);
     else if (sums_)
-      sums_->evaluate(gas_.charges.data(), lists_.partners(), gas_.options.exchanges);
+      sums_->evaluate(gas_.view().charged, lists_.partners(), gas_.options.exchanges);
     find_pair_forces();
   }
   /// What the last step of contacts has left, pair by pair; parts of them side by side.
@@ -301,15 +301,15 @@ class GasOn final : public DeviceGas {
   template <class Then>
   void finish(Then then) {
     const ForceView force = forces();
-    const Vec3* place = gas_.place.data();
-    Vec3 *momentum = gas_.momentum.data(), *held = gas_.held.data();
-    double* charge = gas_.charge.data();
-    const double *over_mass = gas_.over_mass.data(), quantum = gas_.quanta.charge;
-    std::int64_t* moved = gas_.moved_charge.data();
+    const Vec3* place = gas_.view().place;
+    Vec3 *momentum = gas_.view().momentum, *held = gas_.view().held;
+    double* charge = gas_.view().charge;
+    const double *over_mass = gas_.view().over_mass, quantum = gas_.quanta.charge;
+    std::int64_t* moved = gas_.view().moved_charge;
     const StepParameters* parameters = parameters_.device();
     FieldBook* book = gas_.book.data();
     Found* found = found_.device();
-    const Turns* sorted_at = gas_.sorted_at.data();
+    const Turns* sorted_at = gas_.view().sorted_at;
     const Vec3 over = gas_.turns_a_length();
     run_->template sum<1>(
         gas_.n,
@@ -347,11 +347,11 @@ class GasOn final : public DeviceGas {
   DeviceGrains grains() const {
     return {gas_.n,
             gas_.box,
-            gas_.place.data(),
-            gas_.radius.data(),
-            gas_.charge.data(),
-            gas_.over_mass.data(),
-            gas_.number.data(),
+            gas_.view().place,
+            gas_.view().radius,
+            gas_.view().charge,
+            gas_.view().over_mass,
+            gas_.view().number,
             lists_.in_reach()};
   }
   bool has_held_forces() const { return sums_ || !parts_.empty(); }
@@ -359,7 +359,7 @@ class GasOn final : public DeviceGas {
   ForceView forces() const {
     ForceView view;
     if (sums_)
-      view = {gas_.charges.data(),
+      view = {gas_.view().charged,
               sums_->felt(),
               sums_->totals(),
               gas_.book.data(),

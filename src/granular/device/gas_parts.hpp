@@ -75,30 +75,6 @@ struct Grain {
   int number = 0;
 };
 
-/// Where that stands.
-struct GrainArrays {
-  Vec3 *place, *momentum;
-  double *charge, *over_mass, *radius;
-  std::int64_t *collisions, *dissipated;
-  Charged* charged;
-  Felt* felt;  ///< null: no charge feels anything
-  TurnsAround* image;
-  int* number;
-
-  LICHTENBERG_HOST_DEVICE Grain take(int i) const {
-    return {place[i],      momentum[i], charge[i],
-            over_mass[i],  radius[i],   collisions[i],
-            dissipated[i], charged[i],  felt ? felt[i] : Felt{},
-            image[i],      number[i]};
-  }
-  LICHTENBERG_HOST_DEVICE void put(int s, const Grain& g) const {
-    place[s] = g.place, momentum[s] = g.momentum, charge[s] = g.charge, over_mass[s] = g.over_mass;
-    radius[s] = g.radius, collisions[s] = g.collisions, dissipated[s] = g.dissipated, charged[s] = g.charged;
-    if (felt) felt[s] = g.felt;
-    image[s] = g.image, number[s] = g.number;
-  }
-};
-
 /// The energy of the field, and what exchange has given to it.
 struct FieldBook {
   double energy = 0, exchanged = 0;

@@ -93,37 +93,26 @@ class GasLists {
   }
 
   ContactsView view() const {
-    return {.table = table_.view(),
-            .owner = owner_.data(),
-            .since = since_.data(),
-            .impact_speed = impact_speed_.data(),
-            .alone = alone_.data(),
-            .near = near_.data(),
-            .active = active_.data(),
-            .seen = seen_.data(),
-            .scale = scale_.data(),
-            .force = active_force_.data(),
-            .halfway = active_halfway_.data(),
-            .first = active_first_.data(),
-            .next = next_.data()};
+    ContactsView view = contacts_.view;
+    view.table = table_.view(), view.near = near_.data();
+    return view;
   }
   Kernels kernels() const {
     const TableView table = table_.view(), partners = partners_.view(), in_reach = in_reach_.view();
-    return {
-        {table.start, table.partner, partners.start, partners.partner, in_reach.start, in_reach.partner, since_.data(),
-         impact_speed_.data(), alone_.data(), owner_.data(), near_.data(), active_.data(), seen_.data(), scale_.data(),
-         active_force_.data(), active_halfway_.data(), active_first_.data(), next_.data()},
-        near_.capacity(),
-        table.columns,
-        partners.columns,
-        in_reach.columns,
-        skin_};
+    const ContactsView c = view();
+    return {{table.start, table.partner, partners.start, partners.partner, in_reach.start, in_reach.partner, c.since,
+             c.impact_speed, c.alone, c.owner, c.near, c.active, c.seen, c.scale, c.force, c.halfway, c.first, c.next},
+            near_.capacity(),
+            table.columns,
+            partners.columns,
+            in_reach.columns,
+            skin_};
   }
 
   // With kernels, which nvcc wants to be public.
 
   void sort_cells() {
-    const Vec3* place = state_->place.data();
+    const Vec3* place = state_->view().place;
     const Vec3 over = state_->turns_a_length();
     cells_.sort(state_->n, [=] LICHTENBERG_HOST_DEVICE(int i) {
       return Turns{turns(place[i].x, over.x), turns(place[i].y, over.y), turns(place[i].z, over.z)};
@@ -131,7 +120,7 @@ class GasLists {
   }
   void build(Sums& sums) {
     const GasState<Executor>& gas = *state_;
-    const Located* located = gas.located.data();
+    const Located* located = gas.view().located;
     const auto place_of = [=] LICHTENBERG_HOST_DEVICE(int s) { return located[s].at; };
     table_.build(gas.n, cells_.view(), gas.box.lengths, 2 * gas.largest_radius + skin_, place_of, true);
     if (reach_ > 0) in_reach_.build(gas.n, cells_.view(), gas.box.lengths, reach_ + skin_, place_of);
@@ -142,33 +131,33 @@ class GasLists {
   /// Room for what is known of entries and pairs.
   void resize_contacts() {
     const std::size_t entries = table_.entries();
-    const auto resize = [&](auto&... arrays) { (arrays.resize(entries), ...); };
-    resize(since_, impact_speed_, alone_, owner_, near_);
-    resize(active_, seen_, scale_, active_force_, active_halfway_, active_first_);
-    next_.resize(2 * entries);
+    ContactsView& c = contacts_.view;
+    near_.resize(entries);
+    contacts_.resize(entries, c.since, c.impact_speed, c.alone, c.owner, c.active, c.seen, c.scale);
+    contacts_.resize(entries, c.force, c.halfway, c.first);
+    contacts_.resize(2 * entries, c.next);
     const TableView table = table_.view();
-    int* owner = owner_.data();
+    int* owner = c.owner;
     run_->for_each(state_->n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       for (int e = table.begin(s); e < table.end(s); ++e) owner[e] = s;
     });
   }
   /// Lists open contacts, in any order.
   void list_open() const {
-    const TableView table = table_.view();
     open_count_.resize(1);
     open_count_.zero();
     open_.resize(table_.entries());
     int* count = open_count_.data();
     OpenContact* open = open_.data();
-    const double *since = since_.data(), *impact = impact_speed_.data();
-    const int *alone = alone_.data(), *number = state_->number.data(), *owner = owner_.data();
+    const ContactsView c = view();
+    const int* number = state_->view().number;
     const long entries = static_cast<long>(table_.entries());
     run_->select(
         entries, [=] LICHTENBERG_HOST_DEVICE() { return static_cast<int>(entries); }, count,
-        [=] LICHTENBERG_HOST_DEVICE(int e) { return since[e] >= 0; },
+        [=] LICHTENBERG_HOST_DEVICE(int e) { return c.since[e] >= 0; },
         [=] LICHTENBERG_HOST_DEVICE(int place, int e) {
-          const int i = number[owner[e]], j = number[table.partner[e]];
-          open[place] = {i < j ? i : j, i < j ? j : i, since[e], impact[e], alone[e]};
+          const int i = number[c.owner[e]], j = number[c.table.partner[e]];
+          open[place] = {i < j ? i : j, i < j ? j : i, c.since[e], c.impact_speed[e], c.alone[e]};
         });
     int all = 0;
     run_->to_host(&all, count, sizeof(int));
@@ -177,18 +166,16 @@ class GasLists {
   /// Puts the open contacts into the table.
   void take_open() {
     int* place_of = place_of_.data();
-    const int* number = state_->number.data();
+    const int* number = state_->view().number;
     run_->for_each(state_->n, [=] LICHTENBERG_HOST_DEVICE(int s) { place_of[number[s]] = s; });
-    run_->fill(since_.data(), 0xff, since_.size() * sizeof(double));  // no numbers
-    const TableView table = table_.view();
-    double *since = since_.data(), *impact = impact_speed_.data();
-    int* alone = alone_.data();
+    const ContactsView c = view();
+    run_->fill(c.since, 0xff, table_.entries() * sizeof(double));  // no numbers
     const OpenContact* open = open_.data();
     run_->for_each(static_cast<long>(open_.size()), [=] LICHTENBERG_HOST_DEVICE(int k) {
       const int i = place_of[open[k].i], j = place_of[open[k].j], s = i < j ? i : j, other = i < j ? j : i;
-      for (int e = table.begin(s); e < table.end(s); ++e)
-        if (table.partner[e] == other)
-          since[e] = open[k].since, impact[e] = open[k].impact_speed, alone[e] = open[k].alone;
+      for (int e = c.table.begin(s); e < c.table.end(s); ++e)
+        if (c.table.partner[e] == other)
+          c.since[e] = open[k].since, c.impact_speed[e] = open[k].impact_speed, c.alone[e] = open[k].alone;
     });
     loaded_ = true;
   }
@@ -216,13 +203,8 @@ class GasLists {
   double reach_ = 0;                           ///< d0, the largest of these laws
 
   // Of each entry of table_; as many of near and of active pairs have room.
-  Array<double> since_{*run_}, impact_speed_{*run_};
-  Array<int> alone_{*run_}, owner_{*run_}, next_{*run_};
+  parallel::Arrays<ContactsView, Executor> contacts_{*run_};  ///< but for its table and near pairs
   Array<NearPair> near_{*run_};
-  Array<ActivePair> active_{*run_};
-  Array<PairState<3>> seen_{*run_};
-  Array<double> scale_{*run_};
-  Array<Vec3> active_force_{*run_}, active_halfway_{*run_}, active_first_{*run_};
 
   mutable Array<OpenContact> open_{*run_};
   mutable Array<int> open_count_{*run_};

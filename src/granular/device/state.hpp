@@ -29,10 +29,12 @@ struct GasState {
     if (options.exchanges) quanta.charge = effects::charge_quantum(options.exchange.strength);
     book.resize(1);
     extremes.resize(1);
-    const auto make = [&](auto&... arrays) { (arrays.resize(n), ...); };
-    make(place, momentum, image, charge, over_mass, radius, number, collisions, moved_charge, dissipated);
-    make(located, held, charges, sorted_at, busy, touches, begun, spare);
-    make(force, halfway, impulse, shift);
+    spare.resize(n);
+    GrainsView& g = grains.view;
+    g.count = n;
+    grains.resize(n, g.place, g.momentum, g.image, g.charge, g.over_mass, g.radius, g.number, g.charged);
+    grains.resize(n, g.collisions, g.moved_charge, g.dissipated, g.located, g.held, g.sorted_at);
+    grains.resize(n, g.force, g.halfway, g.impulse, g.shift, g.busy, g.touches, g.begun);
     if (!options.parts.empty()) pair_force.resize(n), pair_energy.resize(1);
   }
 
@@ -44,14 +46,15 @@ struct GasState {
     elastic = in_elastic_stage;
     const auto reals = [&](const char* name, std::size_t size) { return lichtenberg::reals(checkpoint, name, size); };
     const std::size_t size = n;
-    upload_vectors(place, reals("position", 3 * size));
-    upload_vectors(momentum, reals("momentum", 3 * size));
+    GrainsView& g = grains.view;
+    upload(g.place, vectors(reals("position", 3 * size)));
+    upload(g.momentum, vectors(reals("momentum", 3 * size)));
     std::vector<double> over;
     for (const double mass : options.mass) over.push_back(1 / mass);
-    over_mass.upload(over);
-    radius.upload(options.radius);
+    upload(g.over_mass, over);
+    upload(g.radius, options.radius);
     choose_quanta();
-    charge.upload(options.charged ? reals("charge", size) : std::vector<double>(size));
+    upload(g.charge, options.charged ? reals("charge", size) : std::vector<double>(size));
     const auto& turned = integers(checkpoint, "image");
     std::vector<TurnsAround> around(size);
     std::vector<int> numbers(size);
@@ -60,20 +63,18 @@ struct GasState {
                    static_cast<int>(turned[3 * i + 2])};
       numbers[i] = static_cast<int>(i);
     }
-    image.upload(around);
-    number.upload(numbers);
-    std::vector<std::int64_t> collided(size), zeros(size);
+    upload(g.image, around);
+    upload(g.number, numbers);
+    std::vector<std::int64_t> collided(size);
     if (options.exchanges) {
       const auto& before = integers(checkpoint, "effects.charge_exchange.collisions");
       if (before.size() == size) collided = before;
       count.transfers = integers(checkpoint, "effects.charge_exchange.counters").at(1);
     }
-    collisions.upload(collided);
-    moved_charge.upload(zeros);
-    dissipated.upload(zeros);
-    begun.upload(std::vector<int>(size, no_end));
-    const auto clear = [](auto&... arrays) { (arrays.zero(), ...); };
-    clear(busy, touches, force, halfway, impulse, shift, held, charges);
+    upload(g.collisions, collided);
+    upload(g.begun, std::vector<int>(size, no_end));
+    grains.zero(g.moved_charge, g.dissipated, g.busy, g.touches, g.force, g.halfway, g.impulse, g.shift, g.held,
+                g.charged);
     time = reals("time", 1).front();
     const auto& counters = integers(checkpoint, "counters");
     count.steps = counters.at(0), count.contact_steps = counters.at(1), count.collisions = counters.at(2);
@@ -88,25 +89,11 @@ struct GasState {
     count.evaluations = options.tables ? integers(checkpoint, "effects.coulomb.counters").at(0) : 0;
   }
 
-  GrainsView view() const {
-    return {.count = n,
-            .place = place.data(),
-            .momentum = momentum.data(),
-            .over_mass = over_mass.data(),
-            .radius = radius.data(),
-            .number = number.data(),
-            .located = located.data(),
-            .held = held.data(),
-            .force = force.data(),
-            .halfway = halfway.data(),
-            .impulse = impulse.data(),
-            .shift = shift.data(),
-            .busy = busy.data(),
-            .touches = touches.data(),
-            .begun = begun.data(),
-            .collisions = collisions.data(),
-            .moved_charge = moved_charge.data(),
-            .dissipated = dissipated.data()};
+  const GrainsView& view() const { return grains.view; }
+  std::vector<int> numbers() const {
+    std::vector<int> all(n);
+    run->to_host(all.data(), view().number, all.size() * sizeof(int));
+    return all;
   }
   double driven_energy() const {
     return driven_before + static_cast<double>(driven.download().front()) * quanta.energy;
@@ -119,33 +106,27 @@ struct GasState {
 
   /// What a checkpoint has of each, by number.
   void list_records(GrainRecord* to) const {
-    const Vec3 *at = place.data(), *p = momentum.data();
-    const double* q = charge.data();
-    const std::int64_t* collided = collisions.data();
-    const TurnsAround* around = image.data();
-    const int* of = number.data();
-    run->for_each(n,
-                  [=] LICHTENBERG_HOST_DEVICE(int s) { to[of[s]] = {at[s], p[s], q[s], collided[s], around[s], 0}; });
+    const GrainsView g = view();
+    run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      to[g.number[s]] = {g.place[s], g.momentum[s], g.charge[s], g.collisions[s], g.image[s], 0};
+    });
   }
   /// Puts all that goes with grains into this order; `felt`: what their charges feel, or null.
   void permute(const int* order, Felt* felt) {
     Grain* to = spare.data();
-    const GrainArrays from = arrays(felt);
-    run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) { to[s] = from.take(order[s]); });
+    const GrainsView all = view();
+    run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) { to[s] = all.take(order[s], felt); });
     const Vec3 over = turns_a_length();
-    Turns* at = sorted_at.data();
-    Located* where = located.data();
-    int* touched = touches.data();
     run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       const Grain g = to[s];
-      from.put(s, g);
-      at[s] = {turns(g.place.x, over.x), turns(g.place.y, over.y), turns(g.place.z, over.z)};
-      where[s] = {at[s], static_cast<float>(g.radius)};
-      touched[s] = 0;
+      all.put(s, g, felt);
+      all.sorted_at[s] = {turns(g.place.x, over.x), turns(g.place.y, over.y), turns(g.place.z, over.z)};
+      all.located[s] = {all.sorted_at[s], static_cast<float>(g.radius)};
+      all.touches[s] = 0;
     });
   }
   std::int64_t dissipated_quanta() const {
-    const std::int64_t* quanta_of = dissipated.data();
+    const std::int64_t* quanta_of = view().dissipated;
     total.resize(1);
     total.zero();
     std::int64_t* to = total.data();
@@ -173,17 +154,7 @@ struct GasState {
   double time = 0;
   Counters count;
 
-  Array<Vec3> place{*run}, momentum{*run};
-  Array<TurnsAround> image{*run};
-  Array<double> charge{*run}, over_mass{*run}, radius{*run};
-  Array<int> number{*run};
-  Array<std::int64_t> collisions{*run}, moved_charge{*run}, dissipated{*run};
-  Array<Located> located{*run};
-  Array<Vec3> held{*run};
-  Array<Charged> charges{*run};
-  Array<Turns> sorted_at{*run};
-  Array<WholeVec> force{*run}, halfway{*run}, impulse{*run}, shift{*run};
-  Array<int> busy{*run}, touches{*run}, begun{*run};
+  parallel::Arrays<GrainsView, Executor> grains{*run};
   Array<WholeVec> pair_force{*run};  ///< of laws of pairs; empty if there are none
   Array<std::int64_t> pair_energy{*run};
   Array<Grain> spare{*run};
@@ -196,14 +167,14 @@ struct GasState {
   std::int64_t dissipated_before = 0;  ///< quanta, when the gas was loaded
 
  private:
-  GrainArrays arrays(Felt* felt) const {
-    return {place.data(),      momentum.data(), charge.data(), over_mass.data(), radius.data(), collisions.data(),
-            dissipated.data(), charges.data(),  felt,          image.data(),     number.data()};
-  }
-  static void upload_vectors(Array<Vec3>& array, const std::vector<double>& values) {
+  static std::vector<Vec3> vectors(const std::vector<double>& values) {
     std::vector<Vec3> vectors(values.size() / 3);
     for (std::size_t i = 0; i < vectors.size(); ++i) vectors[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
-    array.upload(vectors);
+    return vectors;
+  }
+  template <class T>
+  void upload(T* to, const std::vector<T>& values) {
+    run->to_device(to, values.data(), values.size() * sizeof(T));
   }
   /// Multiples of the largest power that a contact could well have over 2^58, of momenta over 2^52: no sum of pairs is
   /// 2^5 times as large, or the law is not one of grains.

@@ -171,9 +171,9 @@ struct GranularMotion::Implementation {
     const double left = end - here.time(), longest = integrator->longest_step(here, instant);
     check_pace(here, end, longest);
     const double count = std::ceil(left / longest);
-    const bool last = count <= 1;  // the energy is asked for where a step ends a note or a frame
-    instant = integrator->step(here, std::move(instant), last ? end : here.time() + left / count,
-                               last && end >= wanted ? Want::energy : Want::forces);
+    const bool ends = count <= 1;  // the energy is asked for where a step ends a note or a frame
+    instant = integrator->step(here, std::move(instant), ends ? end : here.time() + left / count,
+                               ends && end >= wanted ? Want::energy : Want::forces);
   }
   void step_there(double end) {
     load();

@@ -14,35 +14,24 @@ namespace {
 
 using Course = std::vector<theory::KineticState>;
 
-void add(TheoryTable& table, int panel, TheoryColumn column) {
-  table.panels[panel].columns.push_back(column.name);
-  table.columns.push_back(std::move(column));
-}
-
 void add_haff(TheoryTable& table, const GasParameters& gas, const std::vector<double>& times) {
-  TheoryColumn temperature{"haff_temperature", "m0 v0^2", "Haff, true restitution", {}},
-      charge{"haff_square_charge", "q0^2", "Haff, true restitution", {}};
-  for (const auto& state : theory::cool(gas.density, gas.impacts(true), gas.temperature, times)) {
-    temperature.values.push_back(state.temperature);
-    charge.values.push_back(state.charge_square);
-  }
-  add(table, 0, std::move(temperature));
-  add(table, 1, std::move(charge));
+  using State = theory::CoolingState;
+  const std::string label = "Haff, true restitution";
+  const auto states = theory::cool(gas.density, gas.impacts(true), gas.temperature, times);
+  add(table, 0, {"haff_temperature", "m0 v0^2", label, values_of(states, &State::temperature)});
+  add(table, 1, {"haff_square_charge", "q0^2", label, values_of(states, &State::charge_square)});
 }
 
 void add_kinetic(TheoryTable& table, const GasParameters& gas, const Course& course) {
+  using State = theory::KineticState;
   const std::string label = "kinetic theory";
-  TheoryColumn temperature{"temperature", "m0 v0^2", label, {}}, charge{"square_charge", "q0^2", label, {}},
-      number{"number", "1", label, {}}, size{"size", "1", label, {}}, bjerrum{"bjerrum", "1", label, {}};
-  for (const theory::KineticState& state : course) {
-    temperature.values.push_back(state.temperature);
-    charge.values.push_back(state.charge_square);
-    number.values.push_back(state.density / gas.density);
-    size.values.push_back(gas.density / state.density);
-    bjerrum.values.push_back(state.bjerrum);
-  }
-  int panel = 0;
-  for (TheoryColumn* column : {&temperature, &charge, &number, &size, &bjerrum}) add(table, panel++, *column);
+  const auto number = [&](const State& state) { return state.density / gas.density; };
+  const auto size = [&](const State& state) { return gas.density / state.density; };
+  add(table, 0, {"temperature", "m0 v0^2", label, values_of(course, &State::temperature)});
+  add(table, 1, {"square_charge", "q0^2", label, values_of(course, &State::charge_square)});
+  add(table, 2, {"number", "1", label, values_of(course, number)});
+  add(table, 3, {"size", "1", label, values_of(course, size)});
+  add(table, 4, {"bjerrum", "1", label, values_of(course, &State::bjerrum)});
 }
 
 void add_coagulation(TheoryTable& table, const GasParameters& gas, const Course& course) {

@@ -19,13 +19,6 @@ namespace {
 
 constexpr const char* unit_of_energy = "m0 v0^2";
 
-template <class State>
-std::vector<double> values(const std::vector<State>& states, double State::*member) {
-  std::vector<double> found;
-  for (const State& state : states) found.push_back(state.*member);
-  return found;
-}
-
 double last_slope(const std::vector<double>& time, const std::vector<double>& value) {
   const std::size_t n = time.size();
   return std::log(value[n - 1] / value[n - 2]) / std::log(time[n - 1] / time[n - 2]);
@@ -62,11 +55,10 @@ void fit_barrier(TheoryAnswer& answer, const GasParameters& gas, const GasCourse
   answer.figures.push_back(
       {"fitted_barrier", unit_of_energy, fitted.barrier,
        fmt::format("to the run, U (1 - c phi^(1/3)) with c = {:.4g}; rms of ln T {:.2g}", c, scatter)});
-  TheoryColumn column{"temperature_fitted", unit_of_energy, "barrier fitted to the run", {}};
-  for (const double t : answer.tables[0].columns[0].values)
-    column.values.push_back(theory::monopolar_temperature(fitted, t));
-  answer.tables[0].columns.push_back(column);
-  answer.tables[0].panels[0].columns.push_back(column.name);
+  const auto expected = [&](double t) { return theory::monopolar_temperature(fitted, t); };
+  add(answer.tables[0], 0,
+      {"temperature_fitted", unit_of_energy, "barrier fitted to the run",
+       values_of(answer.tables[0].columns[0].values, expected)});
 }
 
 /// The three of `kinetic_theory`.
@@ -105,14 +97,13 @@ TheoryTable kinetic_table(const GasParameters& gas) {
   for (const Variant& variant : variants) {
     const auto states = course_of(gas, variant, table.columns[0].values);
     using State = theory::KineticState;
-    const auto add = [&](int panel, const std::string& name, const std::string& unit, double State::*member) {
-      table.columns.push_back({name + variant.suffix, unit, variant.label, values(states, member)});
-      table.panels[panel].columns.push_back(name + variant.suffix);
+    const auto show = [&](int panel, const std::string& name, const std::string& unit, double State::*member) {
+      add(table, panel, {name + variant.suffix, unit, variant.label, values_of(states, member)});
     };
-    add(0, "temperature", unit_of_energy, &State::temperature);
-    add(1, "square_charge", "q0^2", &State::charge_square);
-    add(2, "density", "1/d0^3", &State::density);
-    add(3, "bjerrum", "1", &State::bjerrum);
+    show(0, "temperature", unit_of_energy, &State::temperature);
+    show(1, "square_charge", "q0^2", &State::charge_square);
+    show(2, "density", "1/d0^3", &State::density);
+    show(3, "bjerrum", "1", &State::bjerrum);
   }
   return table;
 }
@@ -126,13 +117,10 @@ TheoryTable printed_table(double exponent) {
   constexpr double Functions::*members[] = {&Functions::mergers, &Functions::contact_loss, &Functions::merging_loss,
                                             &Functions::contact_charge, &Functions::merging_charge};
   for (int g = 0; g < 5; ++g) {
-    TheoryColumn right{fmt::format("g{}", g + 1), "1", "", {}}, printed{fmt::format("g{}_printed", g + 1), "1", "", {}};
-    for (const double b : table.columns[0].values) {
-      right.values.push_back(theory::corrected_functions(b, exponent).*members[g]);
-      printed.values.push_back(b < 1 ? theory::printed_functions(b, exponent).*members[g] : NAN);
-    }
-    table.columns.push_back(right);
-    table.columns.push_back(printed);
+    const auto right = [&](double b) { return theory::corrected_functions(b, exponent).*members[g]; };
+    const auto printed = [&](double b) { return b < 1 ? theory::printed_functions(b, exponent).*members[g] : NAN; };
+    table.columns.push_back({fmt::format("g{}", g + 1), "1", "", values_of(table.columns[0].values, right)});
+    table.columns.push_back({fmt::format("g{}_printed", g + 1), "1", "", values_of(table.columns[0].values, printed)});
   }
   return table;
 }
@@ -236,16 +224,16 @@ TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run) {
       .name = "course",
       .title = "a neutral gas over time",
       .columns = {{"time", "t0", "time", times},
-                  {"temperature", unit_of_energy, "collisions at once", values(states, &State::temperature)},
+                  {"temperature", unit_of_energy, "collisions at once", values_of(states, &State::temperature)},
                   {"temperature_lasting", unit_of_energy, "collisions of the length that they have",
-                   values(lasting, &State::temperature)},
-                  {"collisions", "1", "of a grain", values(states, &State::collisions)}},
+                   values_of(lasting, &State::temperature)},
+                  {"collisions", "1", "of a grain", values_of(states, &State::collisions)}},
       .panels = {{"temperature", true, {"temperature", "temperature_lasting"}}}};
   TheoryAnswer answer{"haff", "Cooling of a homogeneous gas without charges (Haff; G 2.12)", common_figures(gas), {}};
   if (gas.exchange) {
-    table.columns.push_back({"square_charge", "q0^2", "collisions at once", values(states, &State::charge_square)});
+    table.columns.push_back({"square_charge", "q0^2", "collisions at once", values_of(states, &State::charge_square)});
     table.columns.push_back({"square_charge_lasting", "q0^2", "collisions of the length that they have",
-                             values(lasting, &State::charge_square)});
+                             values_of(lasting, &State::charge_square)});
     table.panels.push_back({R"($\langle q^2 \rangle$)", true, {"square_charge", "square_charge_lasting"}});
     if (run) run->show(table, "square_charge_lasting", "mean_square_charge", "run: grains");
   }
@@ -274,16 +262,15 @@ TheoryAnswer monopolar_theory(const GasParameters& gas, const GasCourse* run) {
   const theory::MonopolarGas law{gas.temperature,
                                  theory::haff_time(gas.density, gas.temperature, restitution(gas.law, 1)),
                                  gas.coupling * gas.charge * gas.charge};
-  TheoryTable table{
-      .name = "course", .title = "the gas over time", .columns = {{"time", "t0", "time", times_until(gas.end)}}};
-  TheoryColumn charged{"temperature", unit_of_energy, "equal charges", {}},
-      neutral{"haff_temperature", unit_of_energy, "neutral", {}};
-  for (const double t : table.columns[0].values) {
-    charged.values.push_back(theory::monopolar_temperature(law, t));
-    neutral.values.push_back(theory::haff_temperature(law.initial, law.tau, t));
-  }
-  table.columns.insert(table.columns.end(), {charged, neutral});
-  table.panels = {{"temperature", true, {charged.name, neutral.name}}};
+  const std::vector<double> times = times_until(gas.end);
+  const auto charged = [&](double t) { return theory::monopolar_temperature(law, t); };
+  const auto neutral = [&](double t) { return theory::haff_temperature(law.initial, law.tau, t); };
+  TheoryTable table{.name = "course",
+                    .title = "the gas over time",
+                    .columns = {{"time", "t0", "time", times}},
+                    .panels = {{"temperature", true, {}}}};
+  add(table, 0, {"temperature", unit_of_energy, "equal charges", values_of(times, charged)});
+  add(table, 0, {"haff_temperature", unit_of_energy, "neutral", values_of(times, neutral)});
   TheoryAnswer answer{
       "monopolar", "Cooling of grains that all repel each other (G 4.1a)", common_figures(gas), {table}};
   answer.figures.push_back({"haff_time", "t0", law.tau, "tau without charges"});
@@ -301,31 +288,29 @@ TheoryAnswer restitution_theory(const GasParameters& gas) {
   const std::vector<double> speeds = logarithmic_range(1e-6, 10, 71);
   TheoryTable table{.name = "collision",
                     .title = "two grains head-on",
-                    .columns = {{"speed", "v0", "speed", speeds},
-                                {"restitution", "1", "true", {}},
-                                {"duration", "t0", "of the force", {}}},
-                    .panels = {{"restitution", false, {"restitution"}}, {"duration", true, {"duration"}}}};
-  for (const double v : speeds) {
-    table.columns[1].values.push_back(restitution(gas.law, v));
-    table.columns[2].values.push_back(contact_duration(gas.law, v));
-  }
+                    .columns = {{"speed", "v0", "speed", speeds}},
+                    .panels = {{"restitution", false, {}}, {"duration", true, {}}}};
+  const auto duration = [&](double v) { return contact_duration(gas.law, v); };
+  add(table, 0, {"restitution", "1", "true", values_of(speeds, [&](double v) { return restitution(gas.law, v); })});
+  add(table, 1, {"duration", "t0", "of the force", values_of(speeds, duration)});
   TheoryAnswer answer{"restitution", "The collision of two grains, G 3.9, 3.10 with the clamp", {}, {}};
   const auto* soft = std::get_if<ViscoelasticLaw>(&gas.law);
   if (soft && soft->dissipative > 0) {
     const theory::ViscoelasticPair pair{soft->elastic, soft->dissipative};
     const double k1 = theory::dissipation_number(pair, 1), c = theory::first_loss() * k1;
-    TheoryColumn overlap{"overlap", "d0", "largest", {}}, pade{"pade", "1", "Mueller and Poeschel", {}},
-        first{"first_order", "1", "1 - C v^(1/5) (G 5.31)", {}};
-    for (const double v : speeds) {
-      const double k = theory::dissipation_number(pair, v);
-      overlap.values.push_back(k <= theory::RestitutionCurve::largest ? theory::collision(pair, v).overlap : NAN);
-      pade.values.push_back(theory::pade_restitution(k));
+    const auto number = [&](double v) { return theory::dissipation_number(pair, v); };
+    const auto overlap = [&](double v) {
+      return number(v) <= theory::RestitutionCurve::largest ? theory::collision(pair, v).overlap : NAN;
+    };
+    const auto pade = [&](double v) { return theory::pade_restitution(number(v)); };
+    const auto first = [&](double v) {
       const double linear = 1 - c * std::pow(v, 0.2);
-      first.values.push_back(linear >= 0 ? linear : NAN);
-    }
-    table.columns.insert(table.columns.end(), {overlap, pade, first});
-    table.panels[0].columns = {"restitution", "pade", "first_order"};
-    table.panels.push_back({"largest overlap", true, {"overlap"}});
+      return linear >= 0 ? linear : NAN;
+    };
+    table.panels.push_back({"largest overlap", true, {}});
+    add(table, 2, {"overlap", "d0", "largest", values_of(speeds, overlap)});
+    add(table, 0, {"pade", "1", "Mueller and Poeschel", values_of(speeds, pade)});
+    add(table, 0, {"first_order", "1", "1 - C v^(1/5) (G 5.31)", values_of(speeds, first)});
     const double negative = std::pow(c, -5);
     answer.figures = {
         {"dissipation_number", "1", k1, "k at speed 1, which goes as v^(1/5)"},

@@ -76,9 +76,11 @@ void add_modes(TheoryTable& table, const std::string& suffix, const std::string&
                const std::vector<theory::Modes>& modes) {
   for (int n = 0; n < 3; ++n)
     for (const bool imaginary : {false, true}) {
-      TheoryColumn column{fmt::format("{}{}{}", imaginary ? "frequency" : "growth", n + 1, suffix), "1/t_0", label, {}};
-      for (const theory::Modes& mode : modes)
-        column.values.push_back(imaginary ? mode.longitudinal[n].imag() : mode.longitudinal[n].real());
+      const auto part = [&](const theory::Modes& mode) {
+        return imaginary ? mode.longitudinal[n].imag() : mode.longitudinal[n].real();
+      };
+      const TheoryColumn column{fmt::format("{}{}{}", imaginary ? "frequency" : "growth", n + 1, suffix), "1/t_0",
+                                label, values_of(modes, part)};
       if (!imaginary) table.panels[0].columns.push_back(column.name);
       table.columns.push_back(column);
     }
@@ -94,10 +96,7 @@ TheoryTable modes_table(const theory::TransportCoefficients& c, double charge_nu
   add_modes(table, "_neutral", "R = 0", theory::growth_rates(c, 0, k));
   if (charge_number > 0)
     add_modes(table, "", fmt::format("R = {:g}", charge_number), theory::growth_rates(c, charge_number, k));
-  TheoryColumn shear{"shear", "1/t_0", "shear", {}};
-  for (const theory::Modes& mode : theory::growth_rates(c, 0, k)) shear.values.push_back(mode.shear);
-  table.columns.push_back(shear);
-  table.panels[0].columns.push_back("shear");
+  add(table, 0, {"shear", "1/t_0", "shear", values_of(theory::growth_rates(c, 0, k), &theory::Modes::shear)});
   return table;
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "src/commands/gas_parameters.hpp"
@@ -38,6 +40,20 @@ struct TheoryTable {
   bool logarithmic = true;  ///< the first column
   std::vector<FoundSeries> found{};
 };
+
+/// What `value`, a function or a member, has for each of these.
+template <class All, class Value>
+std::vector<double> values_of(const All& all, Value value) {
+  std::vector<double> values;
+  for (const auto& each : all) values.push_back(std::invoke(value, each));
+  return values;
+}
+
+/// Adds a column to the table and to one of its panels.
+inline void add(TheoryTable& table, int panel, TheoryColumn column) {
+  table.panels[panel].columns.push_back(column.name);
+  table.columns.push_back(std::move(column));
+}
 
 /// A number with its unit, and what it is.
 struct TheoryFigure {

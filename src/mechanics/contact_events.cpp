@@ -39,7 +39,7 @@ Lookahead ContactEvents::look_ahead(const Charging& now, std::span<const double>
   return ahead;
 }
 
-/// Of `watched`, as long as that is there.
+/// Events of the contacts in `watched`, which must outlive them.
 Events ContactEvents::foreseen_events(std::span<const Watch> watched, bool mergers_wait) const {
   Events events;
   for (const Watch& w : watched) events.direction.push_back(w.made ? +1 : -1);

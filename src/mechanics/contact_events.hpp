@@ -13,9 +13,9 @@
 
 namespace lichtenberg::mechanics {
 
-/// What may happen to contacts on a way that is foreseen.
+/// Contacts that may change on a way that is foreseen.
 struct Lookahead {
-  /// Where a body was, and how far (m) it was to move at most.
+  /// Place of a body at the start of the way, and how far (m) it may move.
   struct Foreseen {
     int body = 0;
     std::array<double, 3> start{};  ///< m
@@ -37,7 +37,7 @@ class ContactEvents {
   /// farther, since what elastic contacts do to them is not known beforehand; empty: all.
   Lookahead look_ahead(const Charging& now, std::span<const double> reach,
                        const std::optional<std::vector<int>>& thrown = {}) const;
-  /// The same as events, and one event more, the last, for the first body that moves farther. If mergers wait, contacts
+  /// Their changes as events, and as the last event the first body that moves farther. If mergers wait, contacts
   /// that are made are events only where they can do so no longer. `ahead` must outlive them. No events without
   /// contact_discharge.
   Events events(const Lookahead& ahead, bool mergers_wait = false) const;

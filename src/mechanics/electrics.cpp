@@ -153,7 +153,7 @@ void Electrics::hold(double time, Rates rates) {
   if (rates != Rates::kept) held.rates_known = rates == Rates::since_then;
 }
 
-/// What the field's forces have done on the bodies since energy was last booked (J), by the trapezoidal rule.
+/// Work of the field's forces on the bodies since energy was last booked (J), by the trapezoidal rule.
 double Electrics::work_since_booking(double time) const {
   double work = 0;
   for (int i = 0; i < model_.bodies.size(); ++i) {

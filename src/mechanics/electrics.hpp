@@ -33,7 +33,7 @@ struct Merger {
   double due = 0;
 };
 
-/// What making and losing contacts has led to.
+/// Consequences of contacts that were made and lost.
 struct Regrouping {
   bool merged = false;          ///< charges have moved, and the field is another
   std::vector<Merger> mergers;  ///< if so
@@ -52,9 +52,9 @@ class Electrics {
   const Charging& now() const { return now_; }
   /// Everything electric is as it was in `before`.
   void go_back(const Charging& before) { now_ = before; }
-  /// What is to act on the bodies from now on.
+  /// Sets the field that acts on the bodies from now on.
   void hold(effects::HeldField held) { now_.held = std::move(held); }
-  /// The same: the field as it was accepted last, at `time` (s).
+  /// Sets it to the field that was accepted last, at `time` (s).
   void hold(double time, Rates rates);
 
   /// Contacts and groups of the first instant. Throws InputError for a short circuit.
@@ -77,12 +77,12 @@ class Electrics {
   Regrouping reconnect(double time) { return reconnect(time, time); }
 
   effects::FloatingConductors& field() { return field_; }
-  /// What carries charge at a finite rate.
+  /// Series resistors and contacts that carry charge at a finite rate.
   const ResistorCurrents& resistors() const { return resistors_; }
   /// Whether conductors that come close are in contact, and what may happen to their contacts.
   bool has_contacts() const { return discharge_ != nullptr; }
   const ContactEvents& contact_events() const { return contact_events_; }
-  /// What every supply (supplies_of) shows at the instant of the last accepted solve.
+  /// Readings of every supply (supplies_of) at the instant of the last accepted solve.
   std::vector<TerminalReading> terminals() const;
   /// Null in a scene without a circuit.
   EnergyBook* energy() { return now_.energy ? &*now_.energy : nullptr; }

@@ -54,7 +54,7 @@ effects::ContactDischarge::Changes Electrics::look_at_contacts() {
   return changes;
 }
 
-/// Of those that are lost, what was made one before: they part with the charges that they have then. From ascending to
+/// The lost contacts that part after the first merger: with the charges that they have then. From ascending to
 /// ascending order. Of one that goes apart no longer it is not known when it was lost: first.
 std::vector<effects::Contact> Electrics::lost_after(std::span<const Merger> mergers,
                                                     std::span<const effects::Contact> lost, double time) const {

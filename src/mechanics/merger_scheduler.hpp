@@ -28,12 +28,12 @@ class MergerScheduler {
   /// The next mergers may wait as long as their jumps, if they are like this, move nothing by more than half a
   /// tolerance: from above by the lesser of the limits of drag and of inertia.
   void learn(const Jump& jump);
-  /// What mergers changed has acted on the bodies since they were due, and bodies have been moved without. All but
+  /// Mergers have changed the forces since they were due, and bodies have been moved without that change. All but
   /// those in `fixed` (in ascending order) are moved by it now.
   void make_up(double time, std::span<const Merger> mergers, const Jump& jump, std::span<const int> fixed);
 
  private:
-  /// Where the two of a merger are (of one with a terminal twice the conductor), and how late it is: less than 0 of one
+  /// Places of the two of a merger (of one with a terminal twice the conductor), and how late it is: below 0 of one
   /// that is early.
   struct Lateness {
     double by = 0;  ///< s

@@ -11,7 +11,7 @@
 
 namespace lichtenberg::mechanics {
 
-/// What series resistors and contacts carry at a finite rate: Charging::carried.
+/// Charge that series resistors and contacts carry at a finite rate (Charging::carried).
 class ResistorCurrents {
  public:
   /// `discharge` is null if only wires connect. All must outlive this; `now` may be made later.

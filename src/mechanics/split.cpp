@@ -18,7 +18,7 @@ namespace {
 constexpr double allowed_correction = 2;
 double next_prediction(double dt, double error) { return next_step(dt, 2 / allowed_correction * error, 2); }
 
-/// Of the time a step lasts: with it grows the error of a force that is extrapolated.
+/// Power of the length of a step with which the error of an extrapolated force grows.
 int order(const effects::HeldField& held) { return held.rates_known ? 3 : 2; }
 
 /// How far each body can move within `dt` from `time` on (m): it cannot become faster than it is now or than the
@@ -132,7 +132,7 @@ double Split::try_prediction(double time, double end) {
   return target;
 }
 
-/// Where a step ends that may last until `allowed`. A rest shorter than two steps is halved: a sliver at the end would
+/// End (s) of a step that may last for `step`. A rest shorter than two steps is halved: a sliver at the end would
 /// cost as much as a whole step. The rounding of times must not make one, either.
 double Split::step_end(double time, double step, double end) const {
   const double room = end - time, allowed = std::max(step, shortest_step_);

@@ -13,7 +13,7 @@
 
 namespace lichtenberg::mechanics {
 
-/// What a stepper works on. All of it outlives the stepper.
+/// The scene, model and books that a stepper works on. All of it outlives the stepper.
 struct Workplace {
   const Scene& scene;
   Model& model;
@@ -32,7 +32,7 @@ class Stepper {
   /// what bodies are moved by afterwards, to make up for what forces were wrong by: two position tolerances at most, or
   /// what a jump much larger than those before has moved a body that can touch nothing.
   virtual void advance(double time, double end) = 0;
-  /// What it knows beyond the bodies and the electrics.
+  /// State beyond that of the bodies and the electrics.
   virtual void save(Checkpoint&) const {}
   virtual void restore(const Checkpoint&) {}
 };

@@ -54,7 +54,8 @@ class ChargeSums {
     run_->beside([&] { mesh_.solve(); },
                  [&] {
                    totals_.zero();
-                   compute_near(*run_, n_, tables_.near, potentials, partners, charges, felt_.data());
+                   compute_near<Kind::charges>(*run_, tables_.near,
+                                               {n_, partners, charges, nullptr, felt_.data(), nullptr}, potentials);
                  });
     mesh_.template gather<Kind::charges>({charges, nullptr, felt_.data(), nullptr}, totals_.data());
   }
@@ -67,7 +68,8 @@ class ChargeSums {
         },
         [&] {
           totals_.zero();
-          compute_near_force(*run_, n_, tables_.multipoles, partners, charges, moments, felt_.data(), force_.data());
+          compute_near<Kind::multipoles>(*run_, tables_.multipoles,
+                                         {n_, partners, charges, moments, felt_.data(), force_.data()});
         });
     mesh_.template gather<Kind::multipoles>({charges, moments, felt_.data(), force_.data()}, totals_.data());
   }
@@ -78,12 +80,12 @@ class ChargeSums {
           mesh_.template spread<Kind::dipoles>(charges, moments);
           mesh_.solve();
         },
-        [&] { compute_near_field(*run_, n_, tables_.multipoles, partners, charges, moments, field); });
+        [&] { near_dipole_field(charges, moments, partners, field); });
     mesh_.template gather<Kind::dipoles>({charges, moments, field, nullptr}, nullptr);
   }
   /// Overwrites `field` with that of near dipoles alone, less what the mesh has of them.
   void near_dipole_field(const Charged* charges, const Moment* moments, const TableView& partners, Felt* field) {
-    compute_near_field(*run_, n_, tables_.multipoles, partners, charges, moments, field);
+    compute_near<Kind::dipoles>(*run_, tables_.multipoles, {n_, partners, charges, moments, field, nullptr});
   }
   Felt* felt() const { return felt_.data(); }
   /// Of charges with dipoles. In place of a potential stands how much of the net force is taken off each, for a whole
@@ -180,8 +182,10 @@ class DeviceMeshOn final : public DeviceMesh {
     felt.resize(n);
     parallel::Array<Totals, Executor> totals(*run_);
     totals.resize(1);
-    profile.near =
-        timed([&] { compute_near(*run_, n, tables.near, false, table_.view(), charges_.data(), felt.data()); });
+    profile.near = timed([&] {
+      compute_near<Kind::charges>(*run_, tables.near,
+                                  {n, table_.view(), charges_.data(), nullptr, felt.data(), nullptr}, false);
+    });
     profile.spread = timed([&] { sums_.mesh().template spread<Kind::charges>(charges_.data()); });
     profile.transforms = timed([&] { sums_.mesh().solve(); });
     profile.gather = timed([&] {

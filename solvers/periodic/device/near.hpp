@@ -3,6 +3,7 @@
 // The near part on an executor: each charge adds up the fields of its partners within the cutoff.
 
 #include <cmath>
+#include <type_traits>
 
 #include "solvers/neighbours/table.hpp"
 #include "solvers/periodic/device/tables.hpp"
@@ -139,67 +140,56 @@ void with_terms(int terms, Work&& work) {
     work.template operator()<most_terms>();
 }
 
-/// Adds up pair(s, j) for all partners j of each charge s and gives the sum to store(s, sum).
-template <class Executor, class Pair, class Store>
-void sum_partners(const Executor& run, int n, const TableView& partners, const Pair& pair, const Store& store) {
+/// Sources and their partners, and fields and forces that are overwritten; `moments` and `force` only with dipoles.
+struct NearArrays {
+  int n;
+  TableView partners;
+  const Charged* charges;
+  const Moment* moments;
+  Felt *felt, *force;
+};
+
+template <Kind kind>
+using NearSum = std::conditional_t<kind == Kind::multipoles, ForceSum, FeltSum>;
+
+/// The part of the partner j for the source s.
+template <Kind kind, bool potential, int terms>
+LICHTENBERG_HOST_DEVICE NearSum<kind> near_part(const NearTable& table, const NearArrays& of, int s, int j) {
+  if constexpr (kind == Kind::charges)
+    return near_felt<terms, potential>(table, of.charges[s], of.charges[j]);
+  else if constexpr (kind == Kind::dipoles)
+    return near_field<terms>(table, of.charges[s], of.charges[j], of.moments[j]);
+  else
+    return near_force<terms>(table, of.charges[s], of.moments[s], of.charges[j], of.moments[j]);
+}
+LICHTENBERG_HOST_DEVICE inline void store(const NearArrays& to, int s, const FeltSum& sum) {
+  to.felt[s] = rounded(sum);
+}
+LICHTENBERG_HOST_DEVICE inline void store(const NearArrays& to, int s, const ForceSum& sum) {
+  to.felt[s] = rounded(sum.felt);
+  to.force[s] = rounded({sum.x, sum.y, sum.z, 0});
+}
+
+template <Kind kind, bool potential, int terms, class Executor>
+void sum_near(const Executor& run, const NearTable& table, const NearArrays& arrays) {
   run.template sum_segments<8>(
-      n, [=] LICHTENBERG_HOST_DEVICE(int s) { return partners.end(s) - partners.begin(s); },
-      [=] LICHTENBERG_HOST_DEVICE(int s, int t) { return pair(s, partners.partner[partners.begin(s) + t]); }, store);
+      arrays.n, [=] LICHTENBERG_HOST_DEVICE(int s) { return arrays.partners.end(s) - arrays.partners.begin(s); },
+      [=] LICHTENBERG_HOST_DEVICE(int s, int t) {
+        const int j = arrays.partners.partner[arrays.partners.begin(s) + t];
+        return near_part<kind, potential, terms>(table, arrays, s, j);
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int s, NearSum<kind> sum) { store(arrays, s, sum); });
 }
 
-template <int terms, class Executor>
-void add_near_field(const Executor& run, int n, const NearTable& table, const TableView& partners,
-                    const Charged* charges, const Moment* moments, Felt* field) {
-  sum_partners(
-      run, n, partners,
-      [=] LICHTENBERG_HOST_DEVICE(int s, int j) {
-        return near_field<terms>(table, charges[s], charges[j], moments[j]);
-      },
-      [=] LICHTENBERG_HOST_DEVICE(int s, FeltSum sum) { field[s] = rounded(sum); });
-}
-template <int terms, class Executor>
-void add_near_force(const Executor& run, int n, const NearTable& table, const TableView& partners,
-                    const Charged* charges, const Moment* moments, Felt* felt, Felt* force) {
-  sum_partners(
-      run, n, partners,
-      [=] LICHTENBERG_HOST_DEVICE(int s, int j) {
-        return near_force<terms>(table, charges[s], moments[s], charges[j], moments[j]);
-      },
-      [=] LICHTENBERG_HOST_DEVICE(int s, ForceSum sum) {
-        felt[s] = rounded(sum.felt);
-        force[s] = rounded({sum.x, sum.y, sum.z, 0});
-      });
-}
-template <int terms, bool potential, class Executor>
-void add_near(const Executor& run, int n, const NearTable& table, const TableView& partners, const Charged* charges,
-              Felt* felt) {
-  sum_partners(
-      run, n, partners,
-      [=] LICHTENBERG_HOST_DEVICE(int s, int j) { return near_felt<terms, potential>(table, charges[s], charges[j]); },
-      [=] LICHTENBERG_HOST_DEVICE(int s, FeltSum sum) { felt[s] = rounded(sum); });
-}
-
-/// Overwrites `field` with that of near dipoles.
-template <class Executor>
-void compute_near_field(const Executor& run, int n, const NearTable& table, const TableView& partners,
-                        const Charged* charges, const Moment* moments, Felt* field) {
-  with_terms(table.kernels.terms,
-             [&]<int terms>() { add_near_field<terms>(run, n, table, partners, charges, moments, field); });
-}
-/// Overwrites `felt` and `force` with the near part of charges with dipoles.
-template <class Executor>
-void compute_near_force(const Executor& run, int n, const NearTable& table, const TableView& partners,
-                        const Charged* charges, const Moment* moments, Felt* felt, Felt* force) {
-  with_terms(table.kernels.terms,
-             [&]<int terms>() { add_near_force<terms>(run, n, table, partners, charges, moments, felt, force); });
-}
-/// Overwrites `felt` with the near part of charges. Partners beyond the cutoff change nothing.
-template <class Executor>
-void compute_near(const Executor& run, int n, const NearTable& table, bool potentials, const TableView& partners,
-                  const Charged* charges, Felt* felt) {
+/// Overwrites the arrays with the near part of charges, dipoles alone, or both. Partners beyond the cutoff change
+/// nothing. Without `potentials` those of charges alone are not computed.
+template <Kind kind, class Executor>
+void compute_near(const Executor& run, const NearTable& table, const NearArrays& arrays, bool potentials = true) {
   with_terms(table.kernels.terms, [&]<int terms>() {
-    potentials ? add_near<terms, true>(run, n, table, partners, charges, felt)
-               : add_near<terms, false>(run, n, table, partners, charges, felt);
+    if (potentials || kind != Kind::charges)
+      sum_near<kind, true, terms>(run, table, arrays);
+    else
+      sum_near<kind, kind != Kind::charges, terms>(run, table, arrays);
   });
 }
 

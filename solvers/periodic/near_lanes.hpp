@@ -1,0 +1,133 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "solvers/periodic/columns.hpp"
+#include "solvers/periodic/lanes.hpp"
+
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+
+// Vectors of the near part, as wide as the processor's.
+namespace lichtenberg::periodic {
+
+// Bytes of the processor's vectors.
+#if defined(__AVX512F__)
+constexpr int bytes_wide = 64;
+#else
+constexpr int bytes_wide = 32;
+#endif
+template <class Real>
+constexpr int width = bytes_wide / sizeof(Real);
+template <class Real>
+using Many = Lanes<width<Real>, Real>;
+template <class Real>
+using Places = Lanes<width<Real>, Difference<Real>>;
+template <class Real>
+using Eight = Lanes<8, Real>;
+template <class Real>
+using EightPlaces = Lanes<8, Difference<Real>>;
+template <class Real>
+constexpr Real whole_box = sizeof(Real) == 4 ? 0x1p32 : 0x1p64;
+
+/// Newton's step for 1 / sqrt(x).
+template <class Real>
+[[gnu::always_inline]] inline Many<Real> improved(const Many<Real>& y, const Many<Real>& x) {
+  constexpr Real half = 0.5, three_halves = 1.5;
+  return y * (three_halves - half * x * y * y);
+}
+
+/// 1 / sqrt(x) to the digits of the precision: an estimate and Newton's steps.
+[[gnu::always_inline]] inline Many<float> over_root(const Many<float>& x) {
+#if defined(__AVX512F__)
+  return improved<float>(reinterpret_cast<Many<float>>(_mm512_rsqrt14_ps(reinterpret_cast<__m512>(x))), x);
+#elif defined(__AVX__)
+  return improved<float>(reinterpret_cast<Many<float>>(_mm256_rsqrt_ps(reinterpret_cast<__m256>(x))), x);
+#else
+  Many<float> y;
+  for (int k = 0; k < width<float>; ++k) y[k] = 1 / std::sqrt(x[k]);
+  return y;
+#endif
+}
+[[gnu::always_inline]] inline Many<double> over_root(const Many<double>& x) {
+#if defined(__AVX512F__)
+  const auto y = reinterpret_cast<Many<double>>(_mm512_rsqrt14_pd(reinterpret_cast<__m512d>(x)));
+  return improved<double>(improved<double>(y, x), x);
+#else
+  Many<double> y;
+  for (int k = 0; k < width<double>; ++k) y[k] = 1 / std::sqrt(x[k]);
+  return y;
+#endif
+}
+
+template <class Real>
+Many<Real> magnitude(const Many<Real>& x) {
+  return reinterpret_cast<Many<Real>>(reinterpret_cast<Places<Real>>(x) & std::numeric_limits<Difference<Real>>::max());
+}
+
+/// Stores the lanes of `x` whose bit is set, one behind the other; others may follow them.
+template <class Real>
+void store_those(const Many<Real>& x, unsigned bits, Real* to) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(Real) == 4)
+    _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), reinterpret_cast<__m512>(x)));
+  else
+    _mm512_storeu_pd(to, _mm512_maskz_compress_pd(static_cast<__mmask8>(bits), reinterpret_cast<__m512d>(x)));
+#else
+  for (int k = 0; k < width<Real>; ++k) {
+    *to = x[k];
+    to += bits >> k & 1;
+  }
+#endif
+}
+
+/// A bit for each lane below 1.
+template <class Real>
+unsigned below_one(const Many<Real>& x) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(Real) == 4)
+    return _mm512_cmp_ps_mask(reinterpret_cast<__m512>(x), _mm512_set1_ps(1), _CMP_LT_OQ);
+  else
+    return _mm512_cmp_pd_mask(reinterpret_cast<__m512d>(x), _mm512_set1_pd(1), _CMP_LT_OQ);
+#else
+  unsigned bits = 0;
+  for (int k = 0; k < width<Real>; ++k) bits |= static_cast<unsigned>(x[k] < 1) << k;
+  return bits;
+#endif
+}
+
+/// 0, 1, 2 ...
+template <class Numbers>
+Numbers ascending() {
+  Numbers numbers;
+  for (int k = 0; k < count_of<Numbers>; ++k) numbers[k] = k;
+  return numbers;
+}
+
+/// The sum over all lanes, four numbers at a time.
+template <class Vector>
+auto quarters_of(const Vector& of) {
+  if constexpr (count_of<Vector> == 4)
+    return of;
+  else
+    return quarters_of(low_half(of) + high_half(of));
+}
+
+/// Adds four numbers of each of the first `count` lanes to sums[4 * number].
+template <class Real>
+[[gnu::always_inline]] inline void add_lanes(const Many<Real> (&of)[4], const Difference<Real>* number, int count,
+                                             Real* sums) {
+  constexpr int n = width<Real>;
+  alignas(64) Real together[4 * n];
+  const Many<Real> low[2] = {interleaved<false>(of[0], of[2]), interleaved<false>(of[1], of[3])};
+  const Many<Real> high[2] = {interleaved<true>(of[0], of[2]), interleaved<true>(of[1], of[3])};
+  lanes<n>(together) = interleaved<false>(low[0], low[1]);
+  lanes<n>(together + n) = interleaved<true>(low[0], low[1]);
+  lanes<n>(together + 2 * n) = interleaved<false>(high[0], high[1]);
+  lanes<n>(together + 3 * n) = interleaved<true>(high[0], high[1]);
+  for (int k = 0; k < count; ++k) lanes<4>(&sums[4 * number[k]]) += lanes<4>(&together[4 * k]);
+}
+
+}  // namespace lichtenberg::periodic

@@ -14,6 +14,8 @@
 #include "solvers/laplace/multipole/solver.hpp"
 #include "tests/crowd.hpp"
 
+namespace accuracy_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 
@@ -336,3 +338,5 @@ TEST_CASE("where nothing has a potential there is no error") {
   for (const Method method : {Method::cut_cell, Method::multipole})
     CHECK(solve_to_accuracy(problem, {.method = method}).solution.group_potential[0] == doctest::Approx(0));
 }
+
+}  // namespace accuracy_test

@@ -20,6 +20,8 @@
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
 
+namespace added_effect_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -318,3 +320,5 @@ TEST_CASE("what an effect cannot do in three dimensions it refuses, in a program
   CHECK_THROWS_WITH_AS(Model(space, std::move(tether), {}),
                        "effects.tether is not allowed in 3 dimensions: it can do 2", InputError);
 }
+
+}  // namespace added_effect_test

@@ -19,6 +19,8 @@
 #include "tests/program.hpp"
 #include "tests/source_folder.hpp"
 
+namespace analyse_test {
+
 using namespace lichtenberg;
 using nlohmann::json;
 namespace fs = std::filesystem;
@@ -445,3 +447,5 @@ TEST_CASE("a result without frames, without contacts or with parts missing is re
   });
   check_refused(folder, "less.h5", "less.h5 is damaged");
 }
+
+}  // namespace analyse_test

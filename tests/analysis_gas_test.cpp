@@ -10,6 +10,8 @@
 #include "src/analysis/gas_state.hpp"
 #include "src/model/neighbours.hpp"
 
+namespace analysis_gas_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::analysis;
 using doctest::Approx;
@@ -256,3 +258,5 @@ TEST_CASE("correlation and histograms") {
   const double deviation = std::sqrt(expected / (0.05 * n)), curvature = 6 * expected * 0.05 * 0.05 / 24;
   CHECK(std::abs(speeds.density[16] - expected) < 4 * deviation + curvature);
 }
+
+}  // namespace analysis_gas_test

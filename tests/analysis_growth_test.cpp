@@ -6,6 +6,8 @@
 #include "solvers/error.hpp"
 #include "src/analysis/gas_growth.hpp"
 
+namespace analysis_growth_test {
+
 using namespace lichtenberg;
 using doctest::Approx;
 
@@ -65,3 +67,5 @@ TEST_CASE("growth is not fitted to what is no growth") {
     CHECK_THROWS_AS(analysis::fit_growth(bad, size), InputError);
   CHECK_THROWS_AS(analysis::fit_growth(time, std::vector<double>{1, 2, 0, 3, 4}), InputError);
 }
+
+}  // namespace analysis_growth_test

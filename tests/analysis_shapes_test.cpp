@@ -11,6 +11,8 @@
 #include "src/analysis/gas_structure.hpp"
 #include "src/model/neighbours.hpp"
 
+namespace analysis_shapes_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::analysis;
 using doctest::Approx;
@@ -328,3 +330,5 @@ TEST_CASE(
   CHECK(falling[0] > falling[1]);
   CHECK(falling[1] > falling[2]);
 }
+
+}  // namespace analysis_shapes_test

@@ -11,6 +11,8 @@
 #include "src/analysis/statistics.hpp"
 #include "src/effects/contact_discharge.hpp"
 
+namespace analysis_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::analysis;
 
@@ -255,3 +257,5 @@ TEST_CASE("how far a circuit's energy may be off: by the steps and by the grid")
   scene.field().method = &multipole_method();
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps));
 }
+
+}  // namespace analysis_test

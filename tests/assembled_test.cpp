@@ -12,6 +12,8 @@
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/parallel/petsc.hpp"
 
+namespace assembled_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 
@@ -126,7 +128,7 @@ TEST_CASE("with more processes than some have use for: four unknown cells and a 
 }
 
 TEST_CASE("-field_ksp_rtol overrules the tolerance") {
-  parallel::start_petsc();
+  lichtenberg::parallel::start_petsc();
   CutCellSolver strict(options(CutCellOptions::LinearSolver::assembled));
   const int iterations = strict.solve(crowd(true)).iterations;
   parallel::check_petsc(PetscOptionsSetValue(nullptr, "-field_ksp_rtol", "1e-3"));
@@ -291,7 +293,9 @@ TEST_CASE("apertures: disks smaller than a cell, in contact, merged and cut by a
   CHECK(warm < solver.solve(problem).iterations);
 }
 
+}  // namespace assembled_test
+
 int main(int argc, char** argv) {
-  parallel::start_petsc();
+  lichtenberg::parallel::start_petsc();
   return doctest::Context(argc, argv).run();
 }

@@ -12,6 +12,8 @@
 #include "solvers/parallel/backlog.hpp"
 #include "tests/message.hpp"
 
+namespace backlog_test {
+
 using namespace lichtenberg;
 using parallel::Backlog;
 
@@ -73,3 +75,5 @@ TEST_CASE("what a task throws its owner gets, once; what came after it is not do
   backlog.finish();
   CHECK(done == 1);
 }
+
+}  // namespace backlog_test

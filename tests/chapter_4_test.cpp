@@ -10,6 +10,8 @@
 #include "src/theory/shuttle.hpp"
 #include "src/theory/two_disks.hpp"
 
+namespace chapter_4_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::theory;
 using doctest::Approx;
@@ -221,3 +223,5 @@ TEST_CASE("broken wire: above a certain B_0 stretching leaves no balance") {
     CHECK(largest_shape_coefficient(wire, p) == Approx(most).epsilon(2e-4));  // (1/200)^2 of y'
   }
 }
+
+}  // namespace chapter_4_test

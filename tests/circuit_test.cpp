@@ -26,6 +26,8 @@
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
 
+namespace circuit_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::effects;
 using namespace lichtenberg::steel_spheres;
@@ -512,3 +514,5 @@ TEST_CASE("disks below a cell: a warning that names the smallest radius") {
   scene.field().method = &multipole_method();
   CHECK_EQ(effects::unresolved_bodies(scene), "");
 }
+
+}  // namespace circuit_test

@@ -15,6 +15,8 @@
 #include "src/commands/reading.hpp"
 #include "tests/program.hpp"
 
+namespace commands_hard_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -378,7 +380,7 @@ TEST_CASE("control characters of file names never reach the terminal") {
   folder.write(name + ".toml", lone_supply);
   const std::string shown = "\"$(printf 'a\\033[31m\\007b').", scene = shown + "toml\"", result = shown + "h5\"";
   REQUIRE(run_program(folder, "run --quiet " + scene).status == 0);
-  for (const std::string command :
+  for (const std::string& command :
        {"explain " + scene, "solve " + scene + " --field " + shown + "hdf\"", "run --overwrite " + scene,
         "analyse " + result, "export " + result + " --to csv", "export " + result + " --to xyz", "view " + result,
         "ensemble " + scene + " --quiet", "plot " + result, "network " + result, "theory " + result}) {
@@ -414,3 +416,5 @@ TEST_CASE("a folder that is removed during a run ends it, and the message says w
   CHECK(contains(ended.err, "is gone with the file, which was removed during the run"));
   CHECK_FALSE(contains(ended.err, "stands"));
 }
+
+}  // namespace commands_hard_test

@@ -3,6 +3,8 @@
 
 #include "src/commands/progress.hpp"
 
+namespace commands_progress_test {
+
 using lichtenberg::seconds_left;
 
 TEST_CASE("time left is that of the recent pace, once a tenth is done and if that agrees with the pace so far") {
@@ -13,3 +15,5 @@ TEST_CASE("time left is that of the recent pace, once a tenth is done and if tha
   CHECK_FALSE(seconds_left(0.5, 10, 0.25, 2));   // faster than that
   CHECK_FALSE(seconds_left(0.5, 10, 0, 0));
 }
+
+}  // namespace commands_progress_test

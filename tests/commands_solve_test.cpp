@@ -12,6 +12,8 @@
 #include "tests/commands.hpp"
 #include "tests/source_folder.hpp"
 
+namespace commands_solve_test {
+
 using namespace lichtenberg;
 using nlohmann::json;
 
@@ -513,3 +515,5 @@ TEST_CASE("four electrodes and no conductor: what leaves one arrives at the othe
   CHECK(std::abs(sum) < 1e-7 * largest);  // an insulated box holds no charge but what its bodies have; tolerance 1e-8
   CHECK(answer["depth"] == 1);
 }
+
+}  // namespace commands_solve_test

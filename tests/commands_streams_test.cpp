@@ -8,6 +8,8 @@
 #include "tests/commands.hpp"
 #include "tests/file_numbers.hpp"
 
+namespace commands_streams_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -115,3 +117,5 @@ TEST_CASE("plot, view and export: what they write stands though they cannot say 
   CHECK(contains(plotted.err, "the output could not be written (No space left on device)"));
   CHECK(std::filesystem::exists(folder / "picture.png"));
 }
+
+}  // namespace commands_streams_test

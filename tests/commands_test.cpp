@@ -13,6 +13,8 @@
 #include "tests/commands.hpp"
 #include "tests/source_folder.hpp"
 
+namespace commands_test {
+
 using namespace lichtenberg;
 
 using nlohmann::json;
@@ -472,3 +474,5 @@ TEST_CASE("a program for another processor says so and does not end by a signal"
   CHECK_MESSAGE(contains(ended.err, ", which this one lacks"), ended.err);
 }
 #endif
+
+}  // namespace commands_test

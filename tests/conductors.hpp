@@ -12,7 +12,7 @@
 
 // What tests of the effects share.
 
-namespace lichtenberg {
+namespace lichtenberg::conductors {
 
 /// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
 inline doctest::Approx near(double value, double tolerance = 1e-9) {
@@ -37,4 +37,4 @@ inline Electrode electrode_of(std::string name, Shape shape, double potential) {
   return {std::move(name), shape, potential};
 }
 
-}  // namespace lichtenberg
+}  // namespace lichtenberg::conductors

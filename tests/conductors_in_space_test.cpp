@@ -22,6 +22,8 @@
 #include "tests/scene_texts.hpp"
 #include "tests/spheres.hpp"
 
+namespace conductors_in_space_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::scene_texts;
 using steel_spheres::drag;
@@ -505,3 +507,5 @@ TEST_CASE("an accuracy out of reach at a gap is told with the degree that it wou
   CHECK(contains(sentence, "the gap beside sphere 0 would take harmonics of degree"));
   CHECK(contains(sentence, "for an accuracy of 1e-12: 200 is the largest, which would do for"));
 }
+
+}  // namespace conductors_in_space_test

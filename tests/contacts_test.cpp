@@ -11,7 +11,10 @@
 #include "src/effects/groups.hpp"
 #include "tests/conductors.hpp"
 
+namespace contacts_test {
+
 using namespace lichtenberg;
+using namespace lichtenberg::conductors;
 using namespace lichtenberg::effects;
 
 TEST_CASE("a group is named after its smallest member, however its contacts are listed") {
@@ -372,3 +375,5 @@ TEST_CASE("a ledger is saved and restored to the last bit") {
   CHECK(copy.save() == ledger.save());
   CHECK_THROWS_AS(copy.restore(std::vector<double>(6)), Failure);
 }
+
+}  // namespace contacts_test

@@ -12,6 +12,8 @@
 #include "solvers/laplace/network_factors.hpp"
 #include "tests/dense_algebra.hpp"
 
+namespace couplings_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 
@@ -432,3 +434,5 @@ TEST_CASE("on one grid alone, with no coarser one, couplings are as strong") {
     CHECK(std::abs(sum) < 1e-12 * eps);  // rounding
   }
 }
+
+}  // namespace couplings_test

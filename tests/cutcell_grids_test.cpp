@@ -15,6 +15,8 @@
 #include "solvers/laplace/cutcell/system.hpp"
 #include "tests/cutcell_problems.hpp"
 
+namespace cutcell_grids_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::cutcell_problems;
@@ -538,3 +540,5 @@ TEST_CASE("groups are one to the coarse grids only where little else than their 
   }
   CHECK(CutCellSolver(options(128, 1e-8)).solve(problem).iterations <= 12);
 }
+
+}  // namespace cutcell_grids_test

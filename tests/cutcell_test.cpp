@@ -17,6 +17,8 @@
 #include "tests/cutcell_problems.hpp"
 #include "tests/message.hpp"
 
+namespace cutcell_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::cutcell_problems;
@@ -486,3 +488,5 @@ TEST_CASE("once a solve has thrown, no helper is at work on its problem") {
   CHECK(asked_by_helper > 0);
   CHECK(afterwards == 0);
 }
+
+}  // namespace cutcell_test

@@ -16,6 +16,8 @@
 #include "solvers/parallel/team.hpp"
 #include "tests/cutcell_problems.hpp"
 
+namespace cutcell_threads_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::cutcell_problems;
@@ -149,3 +151,5 @@ TEST_CASE("a task is compiled once, so that it rounds alike alone and shared") {
   CHECK(run(four, 8) == alone);
   CHECK(run(four, 1) == alone);
 }
+
+}  // namespace cutcell_threads_test

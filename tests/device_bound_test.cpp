@@ -8,6 +8,8 @@
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "validation/hard_cases/random_scenes.hpp"
 
+namespace device_bound_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 
@@ -51,3 +53,5 @@ TEST_CASE("a row of disks whose gaps hold cells' centres is solved on the device
     }
   }
 }
+
+}  // namespace device_bound_test

@@ -14,6 +14,8 @@
 #include "solvers/parallel/host_executor.hpp"
 #include "tests/device_scenes.hpp"
 
+namespace device_first_guess_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::laplace::device_scenes;
@@ -184,3 +186,5 @@ TEST_CASE("a device's solver that follows one on a coarser grid takes the CPU's 
   for (const double potential : expected) largest = std::max(largest, std::abs(potential));
   for (std::size_t g = 0; g < expected.size(); ++g) CHECK(std::abs(found[g] - expected[g]) < 2e-8 * largest);
 }
+
+}  // namespace device_first_guess_test

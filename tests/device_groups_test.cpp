@@ -14,6 +14,8 @@
 #include "solvers/parallel/host_executor.hpp"
 #include "tests/device_scenes.hpp"
 
+namespace device_groups_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::laplace::device_scenes;
@@ -41,11 +43,17 @@ struct Counting : parallel::HostExecutor {
 
 }  // namespace
 
+}  // namespace device_groups_test
+
 template <>
-struct device::PetscSide<Counting> {
+struct lichtenberg::laplace::device::PetscSide<device_groups_test::Counting> {
   static constexpr const char *vector_type = VECSEQ, *method = "cg_that_counts";
-  static std::unique_ptr<Counting> make() { return std::make_unique<Counting>(); }
+  static std::unique_ptr<device_groups_test::Counting> make() {
+    return std::make_unique<device_groups_test::Counting>();
+  }
 };
+
+namespace device_groups_test {
 
 namespace {
 
@@ -456,3 +464,5 @@ TEST_CASE("links are as strong as they like where the coarsest grid has more cel
     CHECK(difference(b, a) < 1000 * options.tolerance);  // as above
   }
 }
+
+}  // namespace device_groups_test

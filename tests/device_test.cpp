@@ -15,6 +15,8 @@
 #include "solvers/parallel/host_executor.hpp"
 #include "tests/device_scenes.hpp"
 
+namespace device_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::laplace::device_scenes;
@@ -27,11 +29,15 @@ struct Cramped : parallel::HostExecutor {
 
 }  // namespace
 
+}  // namespace device_test
+
 template <>
-struct device::PetscSide<Cramped> {
+struct lichtenberg::laplace::device::PetscSide<device_test::Cramped> {
   static constexpr const char *vector_type = VECSEQ, *method = "cg_of_the_cramped";
-  static std::unique_ptr<Cramped> make() { return std::make_unique<Cramped>(); }
+  static std::unique_ptr<device_test::Cramped> make() { return std::make_unique<device_test::Cramped>(); }
 };
+
+namespace device_test {
 
 namespace {
 
@@ -448,3 +454,5 @@ TEST_CASE("a step that is foreseen to be the last is the last") {
   CHECK(iterations.done == 2);
   CHECK(iterations.norm[2] == doctest::Approx(0.5 * std::sqrt(3e-4)));
 }
+
+}  // namespace device_test

@@ -9,6 +9,8 @@
 
 #include "src/effects/charge_exchange_law.hpp"
 
+namespace effects_charge_exchange_law_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::effects;
 using doctest::Approx;
@@ -146,3 +148,5 @@ TEST_CASE("a capacity refuses a transfer or discharges the grain, and says what 
   CHECK(exchange_charges(0.75, 0.25, 0.125, 1, OverCapacity::reset).i == 0.875);
   CHECK(exchange_charges(1e9, -1e9, 1e9, INFINITY, OverCapacity::refuse).i == 2e9);
 }
+
+}  // namespace effects_charge_exchange_law_test

@@ -11,6 +11,8 @@
 #include "src/model/pair_loop.hpp"
 #include "src/model/viscoelastic.hpp"
 
+namespace effects_contact_laws_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::effects;
 using doctest::Approx;
@@ -160,3 +162,5 @@ TEST_CASE("restitution of linear springs, in closed form") {
   for (const double refused : {0.0, -0.1, 1.1, std::nan("")})
     CHECK_THROWS_AS(linear_damping(278.6, refused, half), InputError);
 }
+
+}  // namespace effects_contact_laws_test

@@ -13,6 +13,8 @@
 #include "tests/partner_table.hpp"
 #include "tests/screened_coulomb.hpp"
 
+namespace effects_pairs_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -153,3 +155,5 @@ TEST_CASE("a damped law sees at which speed two particles close") {
   CHECK(force[0] == doctest::Approx(-1.3 * 0.6));
   CHECK(force[3] == doctest::Approx(1.3 * 0.8));
 }
+
+}  // namespace effects_pairs_test

@@ -25,7 +25,10 @@
 #include "tests/conductors.hpp"
 #include "tests/line_charges.hpp"
 
+namespace effects_test {
+
 using namespace lichtenberg;
+using namespace lichtenberg::conductors;
 using namespace lichtenberg::effects;
 using std::numbers::pi;
 
@@ -437,3 +440,5 @@ TEST_CASE("effects can be listed with what they are and what they need") {
   REQUIRE(listed.size() == model.effects.size());
   for (std::size_t k = 0; k < listed.size(); ++k) CHECK(listed[k].name == model.effects[k]->name());
 }
+
+}  // namespace effects_test

@@ -18,6 +18,8 @@
 #include "src/record/seal.hpp"
 #include "tests/program.hpp"
 
+namespace ensemble_test {
+
 using namespace lichtenberg;
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -511,3 +513,5 @@ TEST_CASE("--device is that of every run, whatever the scene says") {
   CHECK_MESSAGE(ended.status == 0, ended.err);
   CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>(2, "finished"));
 }
+
+}  // namespace ensemble_test

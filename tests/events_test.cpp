@@ -13,6 +13,8 @@
 #include "tests/restored.hpp"
 #include "tests/spheres.hpp"
 
+namespace events_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::steel_spheres;
 
@@ -396,3 +398,5 @@ TEST_CASE("a checkpoint of another scene or program is refused with a sentence")
   CHECK_THROWS_WITH_AS(simulation.restore(checkpoint),
                        "the checkpoint has no \"charge_ledger\": another version of the program wrote it", Failure);
 }
+
+}  // namespace events_test

@@ -12,6 +12,8 @@
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
 
+namespace free_flight_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::steel_spheres;
 using mechanics::FreeFall;
@@ -142,3 +144,5 @@ TEST_CASE("free flight is for bodies out of reach of each other, of walls and el
       scene, effects::made(std::make_unique<effects::FloatingConductors>(scene, std::make_unique<LineCharges>())));
   CHECK(mechanics::FreeFlight(touching).pushed(std::vector{0.0, 0.0}) == both);
 }
+
+}  // namespace free_flight_test

@@ -13,6 +13,8 @@
 #include "tests/gas_text.hpp"
 #include "tests/program.hpp"
 
+namespace gas_commands_test {
+
 using namespace lichtenberg;
 using doctest::Approx;
 using nlohmann::json;
@@ -395,3 +397,5 @@ TEST_CASE("run --from: a gas too dense for random places starts from a packing")
   refused("run narrow.toml --from packing.h5 --out x.h5", "overlap by more than a radius in this domain");
   refused("run others.toml --from packing.h5 --out x.h5", "body 0 has a radius of 0.5");
 }
+
+}  // namespace gas_commands_test

@@ -11,6 +11,8 @@
 #include "tests/gas_text.hpp"
 #include "tests/program.hpp"
 
+namespace gas_theory_test {
+
 using namespace lichtenberg;
 using doctest::Approx;
 using nlohmann::json;
@@ -319,3 +321,5 @@ TEST_CASE("theories outside of their range say what it is") {
   folder.write("early.toml", replaced(scene(), "time = 1.5", "time = 0.5"));
   refused("haff --scene early.toml", "the run ends before its warm-up does");
 }
+
+}  // namespace gas_theory_test

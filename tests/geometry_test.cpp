@@ -9,6 +9,8 @@
 #include "solvers/geometry/shape.hpp"
 #include "solvers/geometry/vec.hpp"
 
+namespace geometry_test {
+
 using namespace lichtenberg;
 using doctest::Approx;
 
@@ -122,3 +124,5 @@ TEST_CASE("an arc has its length") {
   CHECK(length_inside(disk, {0, 0}, {0, 1}) == doctest::Approx(1).epsilon(1e-15));
   CHECK(length_inside(disk, {-3, 2.5}, {3, 2.5}) == 0);
 }
+
+}  // namespace geometry_test

@@ -11,6 +11,8 @@
 #include "src/granular/pair_state.hpp"
 #include "tests/grains.hpp"
 
+namespace granular_bits_test {
+
 using namespace lichtenberg;
 using granular::GasEnergy;
 using namespace lichtenberg::grains;
@@ -58,14 +60,14 @@ int grains_for(Integrator integrator) { return integrator == Integrator::cvode ?
 // Pairs are waited for from one call to the next, or searched for in each, where velocities are said to have changed;
 // with forces and, in between, kicks, and with more steps a call than a search lasts.
 void check_waiting(const Scene& scene) {
-  struct End {
+  struct Left {
     Bodies bodies;
     std::vector<GrainContact> contacts;
     double dissipated = 0;
     std::size_t begun = 0;
   };
   const auto end = [&](double kicked, int steps) {
-    End now{.bodies = make_bodies(scene)};
+    Left now{.bodies = make_bodies(scene)};
     std::vector<double> held(now.bodies.momentum.size());
     for (std::size_t k = 0; k < held.size(); ++k) held[k] = std::sin(static_cast<double>(k));
     const auto motion = granular::make_contact_motion(ViscoelasticLaw{278.6, 27.7}, 3);
@@ -87,7 +89,7 @@ void check_waiting(const Scene& scene) {
   };
   for (const int steps : {1, 40}) {
     const double kick = 2 * steps * 0.005;  // the longest of the forces is sqrt(3) long at most
-    const End waited = end(kick, steps), searched = end(INFINITY, steps);
+    const Left waited = end(kick, steps), searched = end(INFINITY, steps);
     CHECK(waited.begun > 300);
     CHECK(waited.begun == searched.begun);
     CHECK(waited.bodies.position == searched.bodies.position);
@@ -258,3 +260,5 @@ TEST_CASE("steps that have grown by more than a quarter since the search ask for
   CHECK(encounters.cover(0.005, 1));
   CHECK_FALSE(encounters.cover(0.006, 1));
 }
+
+}  // namespace granular_bits_test

@@ -11,6 +11,8 @@
 #include "tests/dielectric_pair.hpp"
 #include "tests/grains.hpp"
 
+namespace granular_charges_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::grains;
 
@@ -208,3 +210,5 @@ TEST_CASE(
   dipoles.advance_to(1, now);
   CHECK(dipoles.time() < 1);
 }
+
+}  // namespace granular_charges_test

@@ -10,6 +10,8 @@
 #include "tests/grains.hpp"
 #include "tests/message.hpp"
 
+namespace granular_contact_steps_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::grains;
 
@@ -209,3 +211,5 @@ TEST_CASE("a scene's steps of contacts follow its accuracy, or are what it says"
   CHECK(steps(to_1e_5, "[mechanics]\ncontact_steps = 20\n") == 20);
   CHECK(steps("") == contact_steps_for(usual_contact_accuracy));
 }
+
+}  // namespace granular_contact_steps_test

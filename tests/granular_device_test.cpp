@@ -24,6 +24,8 @@
 #include "tests/grains.hpp"
 #include "tests/message.hpp"
 
+namespace granular_device_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -603,3 +605,5 @@ TEST_CASE("who wants the gas back from a device waits for all that is left to be
   motion.frame();
   CHECK(begun.load());
 }
+
+}  // namespace granular_device_test

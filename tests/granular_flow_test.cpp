@@ -13,6 +13,8 @@
 #include "solvers/granular_flow/potential.hpp"
 #include "src/theory/stability.hpp"
 
+namespace granular_flow_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::granular_flow;
 using doctest::Approx;
@@ -356,3 +358,5 @@ TEST_CASE("grids and fields that cannot be are refused") {
   fields.charge.pop_back();
   CHECK_THROWS_AS(evolve(gas, good, fields, times), InputError);
 }
+
+}  // namespace granular_flow_test

@@ -11,6 +11,8 @@
 #include "src/model/linear_spring.hpp"
 #include "src/model/viscoelastic.hpp"
 
+namespace granular_lanes_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::granular;
 
@@ -124,3 +126,5 @@ TEST_CASE("pairs stay apart for as long as is said, and head-on no longer") {
   CHECK(parting > 3000);
   CHECK(tight == 2500);
 }
+
+}  // namespace granular_lanes_test

@@ -13,6 +13,8 @@
 #include "tests/folder.hpp"
 #include "tests/gas_text.hpp"
 
+namespace granular_notes_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::granular;
 using doctest::Approx;
@@ -31,7 +33,7 @@ double value(const Summary& summary, const std::string& name) {
 }
 
 std::vector<double> reals_of(const ColumnGroup& group, const std::string& name) {
-  const auto found = std::ranges::find(group.columns, name, &Column::name);
+  const auto found = std::ranges::find(group.columns, name, &lichtenberg::Column::name);
   REQUIRE(found != group.columns.end());
   return std::get<std::vector<double>>(found->values);
 }
@@ -220,7 +222,7 @@ TEST_CASE("a gas that cools and charges: what its summary and notes say holds to
   CHECK(reals_of(notes, "time").front() == 0);
   CHECK(reals_of(notes, "time").back() == 4);
   CHECK(reals_of(notes, "temperature").back() == value(summary, "temperature"));
-  const auto collisions = std::ranges::find(notes.columns, "collisions", &Column::name);
+  const auto collisions = std::ranges::find(notes.columns, "collisions", &lichtenberg::Column::name);
   REQUIRE(collisions != notes.columns.end());
   CHECK(static_cast<double>(std::get<std::vector<std::int64_t>>(collisions->values).back()) ==
         value(summary, "collisions"));
@@ -290,3 +292,5 @@ TEST_CASE("a run that pauses after any step has the notes of one that does not")
   CHECK(pauses > 10);
   CHECK(times == reals_of(whole.take_history(), "time"));
 }
+
+}  // namespace granular_notes_test

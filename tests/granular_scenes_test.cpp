@@ -16,6 +16,8 @@
 #include "src/granular/restitution_check.hpp"
 #include "tests/folder.hpp"
 
+namespace granular_scenes_test {
+
 using namespace lichtenberg;
 using doctest::Approx;
 
@@ -308,3 +310,5 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
     CHECK_MESSAGE(sentence.find('\n') == std::string::npos, sentence);
   }
 }
+
+}  // namespace granular_scenes_test

@@ -17,6 +17,8 @@
 #include "tests/grains.hpp"
 #include "tests/message.hpp"
 
+namespace granular_test {
+
 using namespace lichtenberg;
 using granular::ContactLoad;
 using granular::Gas;
@@ -422,3 +424,5 @@ TEST_CASE("a survey of any number of grains finds their kinetic energy and the l
         CHECK(found.fastest == std::sqrt(square));
       }
 }
+
+}  // namespace granular_test

@@ -5,6 +5,8 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/problem.hpp"
 
+namespace laplace_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 
@@ -154,3 +156,5 @@ TEST_CASE("the capacitance matrix is filled column by column, with members summe
   MatrixSolver solver({4, -1, -3, 5});  // not symmetric, so that rows and columns cannot be mixed up
   CHECK(capacitance_matrix(solver, problem) == std::vector<double>{4, -1, -3, 5});
 }
+
+}  // namespace laplace_test

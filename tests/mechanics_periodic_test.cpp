@@ -18,6 +18,8 @@
 #include "src/mechanics/cvode.hpp"
 #include "src/mechanics/simulation.hpp"
 
+namespace mechanics_periodic_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -197,3 +199,5 @@ TEST_CASE("an effect that knows no periodic side refuses bodies in a periodic bo
   CHECK_THROWS_WITH_AS(effects::make_model(scene),
                        doctest::Contains("effects.contact_potential is not allowed with a periodic"), InputError);
 }
+
+}  // namespace mechanics_periodic_test

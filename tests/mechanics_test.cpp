@@ -20,6 +20,8 @@
 #include "tests/message.hpp"
 #include "tests/spheres.hpp"
 
+namespace mechanics_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::mechanics;
 using namespace lichtenberg::steel_spheres;
@@ -487,3 +489,5 @@ TEST_CASE("a field without contacts looks for none; a resting scene costs a solv
   CHECK(simulation.counters().contact_seconds == 0);
   CHECK(!simulation.model().neighbours);
 }
+
+}  // namespace mechanics_test

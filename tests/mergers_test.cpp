@@ -7,6 +7,8 @@
 #include "src/mechanics/simulation.hpp"
 #include "tests/spheres.hpp"
 
+namespace mergers_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::steel_spheres;
@@ -135,3 +137,5 @@ TEST_CASE("a merger and a parting that share a solve happen in their order") {
     CHECK(simulation->counters().contacts_lost == 1);
   }
 }
+
+}  // namespace mergers_test

@@ -24,6 +24,8 @@ long allocations = 0;
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
+namespace model_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -334,3 +336,5 @@ TEST_CASE("drag: two laws add up, and their derivatives are those of the forces"
   }
   CHECK_THROWS_AS(Drag(1).add(0, {.linear = -1}), InputError);
 }
+
+}  // namespace model_test

@@ -6,6 +6,8 @@
 #include "solvers/laplace/multipole/solver.hpp"
 #include "tests/multipole_problems.hpp"
 
+namespace multipole_sides_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::multipole_problems;
@@ -242,3 +244,5 @@ TEST_CASE("charge and force of a half-disk are the integrals over its curved sid
     CHECK(std::abs(total_charge(solution)) < 1e-11);
   }
 }
+
+}  // namespace multipole_sides_test

@@ -11,6 +11,8 @@
 #include "tests/multipole_problems.hpp"
 #include "tests/source_folder.hpp"
 
+namespace multipole_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::multipole_problems;
@@ -396,3 +398,5 @@ TEST_CASE("scenes that the method can't solve are refused") {
   MultipoleSolver solver(o);
   CHECK_THROWS_AS(solver.solve(problem), InputError);
 }
+
+}  // namespace multipole_test

@@ -10,6 +10,8 @@
 #include "solvers/neighbours/list.hpp"
 #include "solvers/neighbours/reach_list.hpp"
 
+namespace neighbours_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -371,3 +373,5 @@ TEST_CASE("in the order of cells those pairs are found that may meet in a flight
     }
   }
 }
+
+}  // namespace neighbours_test

@@ -19,6 +19,8 @@
 #include "tests/conductance_matrix.hpp"
 #include "tests/dense_algebra.hpp"
 
+namespace network_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::network;
 using doctest::Approx;
@@ -385,3 +387,5 @@ TEST_CASE("what the elimination has no memory for goes to the multigrid, but not
   net.links[5].conductance = 1e8;
   CHECK(conduct(net, 216, 217, {.memory = 1e3}).method == Method::elimination);
 }
+
+}  // namespace network_test

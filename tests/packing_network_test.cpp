@@ -19,6 +19,8 @@
 #include "tests/folder.hpp"
 #include "tests/frames.hpp"
 
+namespace packing_network_test {
+
 using namespace lichtenberg;
 using doctest::Approx;
 
@@ -367,3 +369,5 @@ TEST_CASE("what cannot be measured is refused in a sentence") {
     CHECK(run_command_line({"network", file.path()}) == 2);
   }
 }
+
+}  // namespace packing_network_test

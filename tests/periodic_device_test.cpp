@@ -17,6 +17,8 @@
 #include "solvers/periodic/mesh.hpp"
 #include "tests/periodic_sources.hpp"
 
+namespace periodic_device_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::periodic;
 
@@ -255,3 +257,5 @@ TEST_CASE("a device refuses what it has not") {
   CHECK_THROWS_AS(device::make_cuda_mesh(choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff)), InputError);
 #endif
 }
+
+}  // namespace periodic_device_test

@@ -13,6 +13,8 @@
 #include "tests/message.hpp"
 #include "tests/periodic_sources.hpp"
 
+namespace periodic_dipoles_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::periodic;
 using std::numbers::pi;
@@ -381,3 +383,5 @@ TEST_CASE("the predictor has Kolafa's weights, follows what changes steadily, an
   resumed.restore(predictor.history());
   CHECK(resumed.predict() == predictor.predict());
 }
+
+}  // namespace periodic_dipoles_test

@@ -12,6 +12,8 @@
 #include "solvers/periodic/screened.hpp"
 #include "tests/periodic_sources.hpp"
 
+namespace periodic_mesh_dipoles_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::periodic;
 
@@ -365,3 +367,5 @@ TEST_CASE("induced dipoles on a mesh: forces are the slopes of the energy, where
       CHECK(worst < 1e-5 * largest(at.force));
   }
 }
+
+}  // namespace periodic_mesh_dipoles_test

@@ -16,6 +16,8 @@
 #include "tests/periodic_sources.hpp"
 #include "tests/source_folder.hpp"
 
+namespace periodic_mesh_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::periodic;
 
@@ -352,3 +354,5 @@ TEST_CASE("what cannot be done is refused with a sentence") {
           choose_mesh(1e-8, 100, {1e4, 1, 1}, 0.4);
         }).starts_with("no mesh of up to 1024 points along a side reaches an accuracy of 1e-08"));
 }
+
+}  // namespace periodic_mesh_test

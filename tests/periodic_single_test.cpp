@@ -9,6 +9,8 @@
 #include "tests/message.hpp"
 #include "tests/periodic_sources.hpp"
 
+namespace periodic_single_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::periodic;
 
@@ -276,3 +278,5 @@ TEST_CASE("what single precision cannot do is refused") {
   CHECK(message_of([&] { evaluated(sum, twice); }) ==
         "the energy of the charges is no finite number: two of them lie at the same place");
 }
+
+}  // namespace periodic_single_test

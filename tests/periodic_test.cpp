@@ -12,6 +12,8 @@
 #include "tests/periodic_sources.hpp"
 #include "tests/source_folder.hpp"
 
+namespace periodic_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::periodic;
 using std::numbers::pi;
@@ -176,3 +178,5 @@ TEST_CASE("sources that do not fit together are refused with a sentence") {
   CHECK(message_of([&] { by_ewald(rock_salt(), 0); }) == "a tolerance of Ewald's sum is 0: it must be positive");
   CHECK(by_ewald(Crowd{}).energy == 0);
 }
+
+}  // namespace periodic_test

@@ -9,6 +9,8 @@
 #include "tests/gas_text.hpp"
 #include "tests/program.hpp"
 
+namespace pictures_test {
+
 using namespace lichtenberg;
 namespace fs = std::filesystem;
 
@@ -78,7 +80,7 @@ time = 0.012
 stationary = false
 )";
 
-Ended run(const Folder& folder, const std::string& arguments) {
+Ended run_well(const Folder& folder, const std::string& arguments) {
   const Ended ended = run_program(folder, arguments);
   INFO(arguments, ": ", ended.err);
   CHECK(ended.status == 0);
@@ -89,7 +91,7 @@ Ended run(const Folder& folder, const std::string& arguments) {
 struct RunFolder : Folder {
   explicit RunFolder(const std::string& scene) {
     write("scene.toml", scene);
-    run(*this, "run scene.toml --quiet");
+    run_well(*this, "run scene.toml --quiet");
   }
 };
 
@@ -123,7 +125,7 @@ void check_refused(const Folder& folder, const std::string& arguments, const std
 
 TEST_CASE("frames have one layout and one colour scale, and the field behind them, whichever they are") {
   const RunFolder folder(plates);
-  const Ended drawn = run(folder, "plot scene.h5 --frames 0,2:4:2");
+  const Ended drawn = run_well(folder, "plot scene.h5 --frames 0,2:4:2");
   CHECK(drawn.out ==
         "scene-frame-0-potential.png shows frame 0 by potential\nscene-frame-2-potential.png shows frame 2 by "
         "potential\nscene-frame-4-potential.png shows frame 4 by potential\n");
@@ -137,7 +139,8 @@ TEST_CASE("frames have one layout and one colour scale, and the field behind the
     CHECK(seen(folder, picture, place(0.98, 0.9) + "[0]") < 0.1);
   }
   // A range goes from the first or to the last frame where it does not say, whatever its step.
-  CHECK(contains(run(folder, "plot scene.h5 --frames :1,5::2147483647 --colour speed").out, "shows frame 5 by speed"));
+  CHECK(contains(run_well(folder, "plot scene.h5 --frames :1,5::2147483647 --colour speed").out,
+                 "shows frame 5 by speed"));
   CHECK(fs::exists(folder / "scene-frame-0-speed.png"));
   // The bar and its words, right of the panel, are the same.
   CHECK(seen(folder, "scene-frame-0-potential.png",
@@ -146,8 +149,8 @@ TEST_CASE("frames have one layout and one colour scale, and the field behind the
   // The picture that the run left has the field of its file, on the scene's own 32 cells; solved again on 256 it is the
   // same but for those of the old around the sphere, a twentieth of the picture, which are off by a tenth of the
   // colours at most.
-  run(folder, "run scene.toml --overwrite --quiet --set output.picture=true");
-  run(folder, "plot scene.h5 --frames 4,5 --out solved.png");
+  run_well(folder, "run scene.toml --overwrite --quiet --set output.picture=true");
+  run_well(folder, "plot scene.h5 --frames 4,5 --out solved.png");
   const auto difference = [&](const std::string& other) {
     return seen(folder, "scene.png",
                 "abs(p[200:1000, 60:1000] - matplotlib.image.imread('" + other + "')[200:1000, 60:1000, :3]).mean()");
@@ -158,45 +161,45 @@ TEST_CASE("frames have one layout and one colour scale, and the field behind the
 
 TEST_CASE("words and colours are those asked for, as PNG, PDF and SVG") {
   const RunFolder folder(plates);
-  run(folder, "plot scene.h5 --frame 1 --out a.svg --range=-20e3,5e3");
+  run_well(folder, "plot scene.h5 --frame 1 --out a.svg --range=-20e3,5e3");
   const std::string words = text_of(folder / "a.svg");
   for (const std::string word : {"potential (kV)", "Plates", "t = 0.004 s, N = 1", "connected to an electrode", "1 mm"})
     CHECK_MESSAGE(contains(words, word), word);
   CHECK_FALSE(contains(words, "ground"));
   CHECK_FALSE(contains(words, ">10<"));  // the bar ends at 5 kV
   CHECK(contains(words, "20<"));
-  run(folder, "plot scene.h5 --out a.pdf");
+  run_well(folder, "plot scene.h5 --out a.pdf");
   CHECK(text_of(folder / "a.pdf").starts_with("%PDF"));
   // viridis ends in purple and yellow, .27, .00, .33 and .99, .91, .14.
-  run(folder, "plot scene.h5 --cmap viridis --out viridis.png");
+  run_well(folder, "plot scene.h5 --cmap viridis --out viridis.png");
   CHECK(seen(folder, "viridis.png", place(0.01, 0.9) + "[1]") > 0.8);
   CHECK(seen(folder, "viridis.png", place(0.99, 0.9) + "[1]") < 0.1);
   for (const std::string colour : {"charge", "force", "cluster", "speed"}) {
-    run(folder, "plot scene.h5 --colour " + colour);
+    run_well(folder, "plot scene.h5 --colour " + colour);
     CHECK(seen(folder, "scene-frame-5-" + colour + ".png", place(0.5, 0.8) + ".min()") == 1);  // no field behind them
   }
 }
 
 TEST_CASE("where all is at 0 V a picture shows what the tree carries, and says so") {
   const RunFolder folder(chain);
-  CHECK(contains(run(folder, "plot scene.h5 --out chain.svg").out, "by current"));
+  CHECK(contains(run_well(folder, "plot scene.h5 --out chain.svg").out, "by current"));
   const std::string words = text_of(folder / "chain.svg");
   CHECK(contains(words, "100 % connected to the ground, all at 0 V"));
   CHECK(contains(words, "current carried to the ground (pA)"));
   // Three conductors' currents pass through the lowest, one through the uppermost: viridis_r's ends.
-  run(folder, "plot scene.h5");
+  run_well(folder, "plot scene.h5");
   CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 0.55e-3 / 8e-3) + "[1]") < 0.1);
   CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 2.65e-3 / 8e-3) + "[1]") > 0.8);
-  for (const std::string colour : {"order", "joined"}) run(folder, "plot scene.h5 --colour " + colour);
+  for (const std::string colour : {"order", "joined"}) run_well(folder, "plot scene.h5 --colour " + colour);
 }
 
 TEST_CASE("nothing is replaced in silence") {
   const RunFolder folder(plates);
-  run(folder, "plot scene.h5");
+  run_well(folder, "plot scene.h5");
   check_refused(folder, "plot scene.h5",
                 "scene-frame-5-potential.png exists: give --out another name, or allow --overwrite");
-  run(folder, "plot scene.h5 --overwrite");
-  run(folder, "plot scene.h5 --series");
+  run_well(folder, "plot scene.h5 --overwrite");
+  run_well(folder, "plot scene.h5 --series");
   check_refused(folder, "plot scene.h5 --series", "scene-series.png exists");
   fs::create_symlink(folder / "scene.toml", folder / "link.png");
   check_refused(folder, "plot scene.h5 --out link.png --overwrite", "link.png is no plain file");
@@ -207,7 +210,7 @@ TEST_CASE("nothing is replaced in silence") {
   check_refused(folder, "run other.toml --quiet", "other.png exists, where the run leaves its picture");
   CHECK(text_of(folder / "other.png") == "mine");
   CHECK_FALSE(fs::exists(folder / "other.h5"));
-  run(folder, "run other.toml --quiet --overwrite");
+  run_well(folder, "run other.toml --quiet --overwrite");
   CHECK(text_of(folder / "other.png").starts_with("\x89PNG"));
 }
 
@@ -293,13 +296,13 @@ TEST_CASE("an interrupted film leaves nothing behind, and no list of Python's ca
 
 TEST_CASE("a range of frames without ends goes over all") {
   const RunFolder folder(plates);
-  CHECK(run(folder, "plot scene.h5 --frames ::5 --out a.png").out ==
+  CHECK(run_well(folder, "plot scene.h5 --frames ::5 --out a.png").out ==
         "a-0.png shows frame 0 by potential\na-5.png shows frame 5 by potential\n");
 }
 
 TEST_CASE("a film has each frame once, in the size that it was drawn in") {
   const RunFolder folder(plates);
-  const Ended made = run(folder, "film scene.h5 --rate 10");
+  const Ended made = run_well(folder, "film scene.h5 --rate 10");
   CHECK(made.out == "scene.mp4 shows 6 frames by potential in 0.6 s\n");
   const Ended probed = run_shell(folder,
                                  "ffprobe -v error -count_frames -select_streams v -show_entries "
@@ -310,7 +313,7 @@ TEST_CASE("a film has each frame once, in the size that it was drawn in") {
   REQUIRE(run_shell(folder, "ffmpeg -v error -i scene.mp4 -frames:v 1 first.png").status == 0);
   CHECK(seen(folder, "first.png", place(0.02, 0.9) + "[0]") > 0.3);
   CHECK(seen(folder, "first.png", place(0.02, 0.9) + "[2]") < 0.25);
-  run(folder, "film scene.h5 --frames 1::2 --colour charge --quiet");
+  run_well(folder, "film scene.h5 --frames 1::2 --colour charge --quiet");
   CHECK(run_shell(folder,
                   "ffprobe -v error -count_frames -show_entries stream=nb_read_frames -of csv=p=0 scene-charge.mp4")
             .out == "3\n");
@@ -319,22 +322,23 @@ TEST_CASE("a film has each frame once, in the size that it was drawn in") {
 TEST_CASE("curves over time, of two runs in the same axes and of an ensemble; runs beside each other") {
   const RunFolder folder(plates);
   fs::copy_file(folder / "scene.h5", folder / "twin.h5");
-  run(folder, "plot scene.h5 --series --observables energy,charge_held --out curves.svg");
+  run_well(folder, "plot scene.h5 --series --observables energy,charge_held --out curves.svg");
   CHECK(contains(text_of(folder / "curves.svg"), "charge held"));
-  run(folder, "plot scene.h5 twin.h5 --series --out both.svg");
+  run_well(folder, "plot scene.h5 twin.h5 --series --out both.svg");
   CHECK(contains(text_of(folder / "both.svg"), "twin"));
-  run(folder, "plot scene.h5 twin.h5");
+  run_well(folder, "plot scene.h5 twin.h5");
   // 2 panels of 4.2 inches, .35 between, .22 and 1.02 beside them.
   CHECK(seen(folder, "scene-beside-twin-frame-5-potential.png", "p.shape[1]") ==
         doctest::Approx(200 * 9.99).epsilon(1e-3));
 
-  run(folder, "ensemble scene.toml --vary medium.viscosity=0.5,0.7 --seeds 2 --out many --quiet");
-  run(folder, "plot many --series --out many.svg");
+  run_well(folder, "ensemble scene.toml --vary medium.viscosity=0.5,0.7 --seeds 2 --out many --quiet");
+  run_well(folder, "plot many --series --out many.svg");
   CHECK(contains(text_of(folder / "many.svg"), "medium.viscosity = 0.5"));
-  run(folder, "plot many --observables time,conductors --out means.svg");
+  run_well(folder, "plot many --observables time,conductors --out means.svg");
   CHECK(contains(text_of(folder / "means.svg"), "medium.viscosity"));
-  run(folder, "ensemble scene.toml --vary medium.viscosity=0.3,0.9 --out many --quiet");
-  CHECK(contains(run(folder, "plot many/ensemble-2.json --observables time").out, "many/ensemble-2-means-time.png"));
+  run_well(folder, "ensemble scene.toml --vary medium.viscosity=0.3,0.9 --out many --quiet");
+  CHECK(
+      contains(run_well(folder, "plot many/ensemble-2.json --observables time").out, "many/ensemble-2-means-time.png"));
   check_refused(folder, "plot many --observables volume", "has no volume");
   check_refused(folder, "plot many/absent.json", "there is no many/absent.json");
 }
@@ -358,8 +362,8 @@ picture = false
 time = 1e-3
 stationary = false
 )");
-  run(folder, "plot scene.h5 --frame 0 --colour speed");
-  run(folder, "plot scene.h5 --frame 0 --colour speed --cut z=5");
+  run_well(folder, "plot scene.h5 --frame 0 --colour speed");
+  run_well(folder, "plot scene.h5 --frame 0 --colour speed --cut z=5");
   const std::string both = "scene-frame-0-speed.png", cut = "scene-frame-0-speed-cut-z-5.png";
   // The sphere that moves is purple, one end of the map; the one at rest, which hides it, is pale.
   const std::string purple = "(p[..., 2] > p[..., 1] + .08)[:, :1000].sum()";
@@ -368,3 +372,5 @@ stationary = false
   check_refused(folder, "plot scene.h5 --cut z=11", "--cut z=11 leaves nothing: the box reaches from z = 0 to 10 m");
   check_refused(folder, "plot scene.h5 --cut w=1", "an axis and a place on it are wanted");
 }
+
+}  // namespace pictures_test

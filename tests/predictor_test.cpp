@@ -7,6 +7,8 @@
 #include "src/mechanics/simulation.hpp"
 #include "tests/spheres.hpp"
 
+namespace predictor_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::steel_spheres;
 
@@ -197,3 +199,5 @@ TEST_CASE("the moving tolerance follows the position tolerance where that is wha
     CHECK(effects::usual_moving_tolerance(other) == 1e-5);
   }
 }
+
+}  // namespace predictor_test

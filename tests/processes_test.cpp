@@ -5,6 +5,8 @@
 
 #include "tests/program.hpp"
 
+namespace processes_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -119,3 +121,5 @@ TEST_CASE("a misspelt option is refused, one for nobody is remarked") {
   CHECK(good.status == 0);
   CHECK(good.err.empty());
 }
+
+}  // namespace processes_test

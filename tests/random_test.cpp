@@ -10,6 +10,8 @@
 #include "solvers/random.hpp"
 #include "src/scene/charge_distribution.hpp"
 
+namespace random_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -184,3 +186,5 @@ TEST_CASE("charges have the density exp(-|q|^z) and its variance") {
     CHECK_THROWS_AS(random_charge(refused, random), InputError);
   }
 }
+
+}  // namespace random_test

@@ -18,6 +18,8 @@
 #include "tests/folder.hpp"
 #include "tests/message.hpp"
 
+namespace reading_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -94,3 +96,5 @@ TEST_CASE("try_reading: a crash is an error in the input, an exception is left t
   CHECK(message_of([] { try_reading("a.h5", [] { throw std::runtime_error("no frames"); }); }) == "");
   CHECK(message_of([] { try_reading("a.h5", [] {}); }) == "");
 }
+
+}  // namespace reading_test

@@ -14,6 +14,8 @@
 #include "tests/disk_calls.hpp"
 #include "tests/many_frames.hpp"
 
+namespace record_disturbed_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::many_frames;
 
@@ -198,3 +200,5 @@ TEST_CASE("a result that another program has changed can be read, and not resume
   CHECK(numbers(path) == expected(3));
   CHECK(contains(message_of([&] { Recorder::resume(path, some_scene()); }), "was changed by another program"));
 }
+
+}  // namespace record_disturbed_test

@@ -13,6 +13,8 @@
 #include "tests/many_frames.hpp"
 #include "tests/source_folder.hpp"
 
+namespace record_hostile_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::many_frames;
 
@@ -191,3 +193,5 @@ TEST_CASE("hostile files: a heap of texts whose free space has no length is refu
                                    "sys.exit(2)",
                                    source_folder())) == 0);
 }
+
+}  // namespace record_hostile_test

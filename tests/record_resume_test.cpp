@@ -21,6 +21,8 @@
 #include "src/record/vtkhdf.hpp"
 #include "tests/recorded_pair.hpp"
 
+namespace record_resume_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::recorded_pair;
 
@@ -395,3 +397,5 @@ TEST_CASE("a minimization may go on with more iterations, another tolerance and 
   CHECK_EQ(first_change("[minimize]\nmethod = \"lbfgs\"\n", now + "method = \"fire\"\n"), "minimize.method");
   CHECK_EQ(first_change("[minimize]\nmethod = \"fire\"\n", now + "method = \"fire\"\nstep = 1e-3\n"), "minimize.step");
 }
+
+}  // namespace record_resume_test

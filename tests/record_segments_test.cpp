@@ -9,6 +9,8 @@
 #include "solvers/error.hpp"
 #include "tests/many_frames.hpp"
 
+namespace record_segments_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::many_frames;
 
@@ -348,3 +350,5 @@ TEST_CASE("frames are compressed once the run is over, and not by each save befo
   CHECK_LT(stored(), bytes / 2);  // of three coordinates one is always 0, and one the same for all
   CHECK(numbers(path) == expected(100));
 }
+
+}  // namespace record_segments_test

@@ -15,6 +15,8 @@
 #include "src/record/vtkhdf.hpp"
 #include "tests/recorded_pair.hpp"
 
+namespace record_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::recorded_pair;
 
@@ -318,3 +320,5 @@ TEST_CASE("the environment's options for PETSc are part of where a run came from
   unsetenv("PETSC_OPTIONS");
   CHECK(provenance().petsc_options.empty());
 }
+
+}  // namespace record_test

@@ -8,6 +8,8 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
 
+namespace relaxation_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using doctest::Approx;
@@ -405,3 +407,5 @@ TEST_CASE("too few iterations end in a failure that says so") {
   RelaxationSolver solver({.sites = 64, .largest_iterations = 2});
   CHECK_THROWS_AS(solver.solve(neutral_quartet()), Failure);
 }
+
+}  // namespace relaxation_test

@@ -16,6 +16,8 @@
 #include "tests/gas_text.hpp"
 #include "tests/run_child.hpp"
 
+namespace run_gas_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::run_child;
 namespace fs = std::filesystem;
@@ -26,13 +28,17 @@ std::atomic<bool> failed = false;  ///< the motion has, or the disk
 
 }  // namespace
 
+}  // namespace run_gas_test
+
 // In place of that of C++'s library.
 extern "C" void __cxxabiv1::__cxa_throw(void* thrown, std::type_info* type, void (*destroy)(void*)) {
   static const auto library = reinterpret_cast<decltype(&__cxxabiv1::__cxa_throw)>(dlsym(RTLD_NEXT, "__cxa_throw"));
-  if (*type == typeid(Failure)) failed = true;
+  if (*type == typeid(lichtenberg::Failure)) run_gas_test::failed = true;
   library(thrown, type, destroy);
   std::abort();  // which it never comes to
 }
+
+namespace run_gas_test {
 
 namespace {
 
@@ -115,3 +121,5 @@ TEST_CASE("a full disk ends a gas too with status 1 and the sentence, and leaves
   REQUIRE_EQ(run(folder, "six.h5", {"--quiet", "--resume"}), 0);
   check_same_numbers(folder / "six.h5", folder / "reference.h5");
 }
+
+}  // namespace run_gas_test

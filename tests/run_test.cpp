@@ -23,6 +23,8 @@
 #include "tests/folder.hpp"
 #include "tests/run_child.hpp"
 
+namespace run_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::run_child;
 namespace fs = std::filesystem;
@@ -538,3 +540,5 @@ TEST_CASE("a run that is asked for a picture leaves one") {
   CHECK_EQ(run(folder, "six.h5"), 0);
   CHECK_EQ(text_of(folder / "six.png").substr(1, 3), "PNG");
 }
+
+}  // namespace run_test

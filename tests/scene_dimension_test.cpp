@@ -9,6 +9,8 @@
 #include "src/scene/scene.hpp"
 #include "tests/scene_texts.hpp"
 
+namespace scene_dimension_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::scene_texts;
 
@@ -171,3 +173,5 @@ TEST_CASE("bodies have the scene's box, and are inside it") {
   CHECK(bodies.image == std::vector<int>{0, 0, 1});
   CHECK(velocity<3>(bodies, 0) == Vec3{0, 0, 2});
 }
+
+}  // namespace scene_dimension_test

@@ -15,6 +15,8 @@
 #include "tests/folder.hpp"
 #include "tests/scene_texts.hpp"
 
+namespace scene_places_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::scene_texts;
 
@@ -581,3 +583,5 @@ TEST_CASE("so many grains are allowed, and conductors a tenth as many") {
   check_refused("domain.size = [1.0, 1.0]\nfield.cells = 64\n[[population]]\ncount = 1000001\nradius = 1e-5\n",
                 {"test.toml:3: population.count = 1000001", "at most 1000000", "[reference]"});
 }
+
+}  // namespace scene_places_test

@@ -21,6 +21,8 @@
 #include "src/scene/schema.hpp"
 #include "tests/scene_texts.hpp"
 
+namespace scene_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::scene_texts;
 
@@ -504,3 +506,5 @@ TEST_CASE("the shipped scenes") {
   const Vec3 apart = two_disks.conductors[1].position - two_disks.conductors[0].position;
   CHECK(norm(apart) / (2 * 0.775e-3) == doctest::Approx(2).epsilon(1e-12));  // d/2R = 2, decimal rounding
 }
+
+}  // namespace scene_test

@@ -19,6 +19,8 @@
 #include "tests/program.hpp"
 #include "tests/source_folder.hpp"
 
+namespace shipped_scenes_test {
+
 using namespace lichtenberg;
 namespace fs = std::filesystem;
 
@@ -173,3 +175,5 @@ TEST_CASE("the stored numbers are written anew" * doctest::skip()) {
   for (json& row : written["rows"]) row["values"] = recomputed(row);
   std::ofstream(table_path) << written.dump(2) << '\n';
 }
+
+}  // namespace shipped_scenes_test

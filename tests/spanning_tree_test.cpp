@@ -9,6 +9,8 @@
 #include "solvers/error.hpp"
 #include "src/analysis/spanning_tree.hpp"
 
+namespace spanning_tree_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::analysis;
 
@@ -137,3 +139,5 @@ TEST_CASE("a point that is nowhere is refused") {
   const std::vector<Vec2> point{{0, 0}, {std::nan(""), 1}};
   CHECK_THROWS_AS(euclidean_minimum_spanning_tree(point), InputError);
 }
+
+}  // namespace spanning_tree_test

@@ -6,6 +6,8 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/spheres/accuracy.hpp"
 
+namespace spheres_accuracy_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 
@@ -82,3 +84,5 @@ TEST_CASE("spheres: potentials are measured from infinity in free space") {
   CHECK(found.solution.group_potential[0] == doctest::Approx(potential).epsilon(1e-3));
   CHECK(scales_of(problem, found.solution).potential == found.solution.group_potential[0]);
 }
+
+}  // namespace spheres_accuracy_test

@@ -6,6 +6,8 @@
 
 #include "solvers/laplace/spheres/spheres.hpp"
 
+namespace spheres_circuits_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 
@@ -127,3 +129,5 @@ TEST_CASE("a moving circuit starts from what its couplings carried") {
   solver.forget();
   CHECK(warm < 0.7 * solver.solve(problem).iterations);
 }
+
+}  // namespace spheres_circuits_test

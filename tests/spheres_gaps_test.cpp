@@ -9,6 +9,8 @@
 #include "solvers/parallel/team.hpp"
 #include "tests/sphere_problems.hpp"
 
+namespace spheres_gaps_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::sphere_problems;
 
@@ -194,3 +196,5 @@ TEST_CASE("what a gap's tail has of energy is known to some digits at any accura
     CHECK(rough == doctest::Approx(spheres::close_pairs(sites, pair, 1e-8).at(0).energy).epsilon(0.1));
   }
 }
+
+}  // namespace spheres_gaps_test

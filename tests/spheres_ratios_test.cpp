@@ -7,6 +7,8 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/spheres/accuracy.hpp"
 
+namespace spheres_ratios_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 
@@ -169,3 +171,5 @@ TEST_CASE("spheres: ratios out of reach are refused with what would do") {
   problem.spheres[1] = {{1 + 1e-5, 0, 0}, 1e-5, 0};
   CHECK(refusal(1e-3).find("would do for no field.accuracy") != std::string::npos);
 }
+
+}  // namespace spheres_ratios_test

@@ -13,6 +13,8 @@
 #include "tests/sphere_problems.hpp"
 #include "tests/sphere_references.hpp"
 
+namespace spheres_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::sphere_problems;
@@ -496,3 +498,5 @@ TEST_CASE("what is no problem is refused") {
   problem.spheres[0].relative_permittivity = 1;
   CHECK_THROWS_WITH_AS(problem.check(), "sphere 0: its permittivity must be more than that outside", InputError);
 }
+
+}  // namespace spheres_test

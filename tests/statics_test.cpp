@@ -19,6 +19,8 @@
 #include "src/statics/minimization.hpp"
 #include "src/statics/potential_energy.hpp"
 
+namespace statics_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -404,3 +406,5 @@ TEST_CASE("any number of threads gives the same bits") {
   }
   CHECK(results[0] == results[1]);
 }
+
+}  // namespace statics_test

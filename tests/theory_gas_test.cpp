@@ -13,6 +13,8 @@
 #include "src/theory/two_grains.hpp"
 #include "tests/message.hpp"
 
+namespace theory_gas_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::theory;
 using doctest::Approx;
@@ -322,3 +324,5 @@ TEST_CASE("means over impacts by their table cool a gas as those by quadrature, 
   CHECK(by_table.charge_square == Approx(by_quadrature.charge_square).epsilon(2e-9).scale(0));
   CHECK(by_table.collisions == Approx(by_quadrature.collisions).epsilon(2e-9).scale(0));
 }
+
+}  // namespace theory_gas_test

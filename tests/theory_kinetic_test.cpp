@@ -14,6 +14,8 @@
 #include "tests/charge_integrals.hpp"
 #include "tests/message.hpp"
 
+namespace theory_kinetic_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::theory;
 using doctest::Approx;
@@ -219,3 +221,5 @@ TEST_CASE("the source's printed functions are others, and where they are right t
         near(kinetic_rates({.density = 1, .temperature = 1}, 0, power_law_means(1, 1, 1.6)).contact_loss, 1e-5));
   for (const double refused : {0.0, 1.0, 1.5}) CHECK_THROWS_AS(printed_functions(refused, 1.6), InputError);
 }
+
+}  // namespace theory_kinetic_test

@@ -5,6 +5,8 @@
 
 #include "src/theory/smoluchowski.hpp"
 
+namespace theory_smoluchowski_test {
+
 using namespace lichtenberg::theory;
 using doctest::Approx;
 
@@ -153,3 +155,5 @@ TEST_CASE("the pace of aggregates of one size: half the kernel's rate") {
     CHECK(1 / found.moment(size_classes(50, 1.1, 50), 0) == near(1.001, 2e-6));  // second order in .001
   }
 }
+
+}  // namespace theory_smoluchowski_test

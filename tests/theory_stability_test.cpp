@@ -9,6 +9,8 @@
 #include "solvers/error.hpp"
 #include "src/theory/stability.hpp"
 
+namespace theory_stability_test {
+
 using namespace lichtenberg::theory;
 using doctest::Approx;
 
@@ -182,3 +184,5 @@ TEST_CASE("critical wave numbers, by eigenvalues and by Routh and Hurwitz") {
       if (r > 0) CHECK(std::ranges::any_of(found, &CriticalWave::oscillates));
     }
 }
+
+}  // namespace theory_stability_test

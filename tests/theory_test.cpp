@@ -6,6 +6,8 @@
 #include "src/theory/two_disks.hpp"
 #include "validation/harness.hpp"
 
+namespace theory_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::theory;
 using doctest::Approx;
@@ -130,3 +132,5 @@ TEST_CASE("what theory is compared with by keeps no bound with a NaN, wherever i
   }
   CHECK(validation::spread({1, -3, 2}).worst == 3);
 }
+
+}  // namespace theory_test

@@ -6,6 +6,8 @@
 
 #include "src/analysis/topology.hpp"
 
+namespace topology_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::analysis;
 
@@ -175,7 +177,7 @@ TEST_CASE("a power law is found with its exponent, and its scatter with its erro
 }
 
 TEST_CASE("dimensions of a line, of a plane and of Vicsek's cross") {
-  std::vector<Segment> line{{{0.1, 0.2}, {64.1, 0.2}}}, grid, cross;
+  std::vector<analysis::Segment> line{{{0.1, 0.2}, {64.1, 0.2}}}, grid, cross;
   std::vector<Vec2> on_line, on_plane;
   for (int i = 0; i < 2000; ++i) on_line.push_back({i * 0.08, i * 0.06});
   for (int i = 0; i < 64; ++i) {
@@ -214,7 +216,7 @@ TEST_CASE("dimensions of a line, of a plane and of Vicsek's cross") {
 }
 
 TEST_CASE("a dimension needs scales that are a factor of two apart") {
-  const std::vector<Segment> line{{{0, 0}, {1, 0}}};
+  const std::vector<analysis::Segment> line{{{0, 0}, {1, 0}}};
   const std::vector<Vec2> point{{0, 0}, {1, 0}, {2, 0}};
   CHECK_FALSE(box_counting_dimension(line, 1, 1.9).has_value());
   CHECK_FALSE(box_counting_dimension(line, 0, 1).has_value());
@@ -222,3 +224,5 @@ TEST_CASE("a dimension needs scales that are a factor of two apart") {
   CHECK_FALSE(mass_radius_dimension(point, 0.1, 0.5).has_value());  // nobody is that near
   CHECK(mass_radius_dimension(point, 1, 2).has_value());
 }
+
+}  // namespace topology_test

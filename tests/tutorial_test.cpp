@@ -11,6 +11,8 @@
 #include "tests/program.hpp"
 #include "tests/source_folder.hpp"
 
+namespace tutorial_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -72,3 +74,5 @@ TEST_CASE("each command of the tutorial does what its text says") {
   CHECK(frames("thicker.h5") == 11);
   CHECK(nlohmann::json::parse(text_of(reader.folder / "own-ensemble/ensemble.json"))["members"].size() == 4);
 }
+
+}  // namespace tutorial_test

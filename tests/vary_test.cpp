@@ -7,6 +7,8 @@
 #include "src/scene/scene.hpp"
 #include "src/scene/vary.hpp"
 
+namespace vary_test {
+
 using namespace lichtenberg;
 
 namespace {
@@ -117,3 +119,5 @@ TEST_CASE("lists of values") {
   for (const std::string nonsense : {"", "cvode", "1,,2", "1]\nother = [2", "1;2"})
     CHECK_THROWS_AS(listed_values(nonsense), InputError);
 }
+
+}  // namespace vary_test

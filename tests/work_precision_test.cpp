@@ -13,6 +13,8 @@
 #include "src/effects/read_scene.hpp"
 #include "validation/benchmarks/decay.hpp"
 
+namespace work_precision_test {
+
 using namespace lichtenberg;
 using namespace lichtenberg::work_precision;
 
@@ -207,3 +209,5 @@ TEST_CASE("end of a decay: an exponential's is exact, others are not extrapolate
   CHECK_FALSE(benchmarks::end_of_decay({20, 1}, {40, NAN}, 0.1));
   CHECK_FALSE(benchmarks::end_of_decay({0, 0}, {40, 0.5}, 0.1));  // no sample in the middle
 }
+
+}  // namespace work_precision_test

@@ -289,8 +289,7 @@ struct ContactSteps {
     locate(s, place);
   }
   LICHTENBERG_HOST_DEVICE void locate(int s, Vec3 place) const {
-    const Vec3 over = whole_turn * nearest.turns_a_metre;
-    grains.located[s].at = {turns(place.x, over.x), turns(place.y, over.y), turns(place.z, over.z)};
+    grains.located[s].at = turns_of(place, whole_turn * nearest.turns_a_metre);
   }
 
   /// After the last step of contacts: notes as above, and the square of the largest speed that a contact may still give

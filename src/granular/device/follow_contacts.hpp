@@ -11,16 +11,15 @@ namespace lichtenberg::granular::device {
 struct Landing {
   Box<3> box;
   Vec3 turns_a_length;
-  TurnsAround* image;
-  Charged* charges;
 
   LICHTENBERG_HOST_DEVICE void operator()(const GrainsView& grains, int s) const {
     Vec3 p = grains.place[s];
-    Image<3> around{image[s].x, image[s].y, image[s].z};
+    TurnsAround& image = grains.image[s];
+    Image<3> around{image.x, image.y, image.z};
     box.wrap(p, around);
     grains.place[s] = p;
-    image[s] = {around[0], around[1], around[2]};
-    charges[s].at = {turns(p.x, turns_a_length.x), turns(p.y, turns_a_length.y), turns(p.z, turns_a_length.z)};
+    image = {around[0], around[1], around[2]};
+    grains.charged[s].at = turns_of(p, turns_a_length);
   }
 };
 

@@ -142,8 +142,7 @@ class GasOn final : public DeviceGas {
   void drive(double time, double dt) {
     for (const auto& drive : drives_)
       drive->drive(grains(), time, dt, gas_.view().momentum, gas_.quanta.energy, gas_.driven.data());
-    const Vec3* momentum = gas_.view().momentum;
-    const double* over_mass = gas_.view().over_mass;
+    const GrainsView g = gas_.view();
     const int n = gas_.n;
     Found* found = found_.device();
     run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { found->speed2 = 0; });
@@ -151,7 +150,7 @@ class GasOn final : public DeviceGas {
         (n + a_part - 1) / a_part, [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
         [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
           const int s = p * a_part + t;
-          return Most{norm2(over_mass[s] * momentum[s])};
+          return Most{norm2(g.over_mass[s] * g.momentum[s])};
         },
         [=] LICHTENBERG_HOST_DEVICE(int, Most most) { parallel::enlarge_atomically(&found->speed2, most.value); });
     found_.fetch();
@@ -215,30 +214,27 @@ class GasOn final : public DeviceGas {
   }
   void recharge_sums(bool solved) {
     FieldBook* book = gas_.book.data();
-    const double* charge = gas_.view().charge;
+    const GrainsView g = gas_.view();
     const int n = gas_.n;
     run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { book->largest_charge = 0; });
     run_->sum_segments((n + a_part - 1) / a_part,
                        [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
-                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return Most{std::abs(charge[p * a_part + t])}; },
+                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return Most{std::abs(g.charge[p * a_part + t])}; },
                        [=] LICHTENBERG_HOST_DEVICE(int, Most most) {
                          parallel::enlarge_atomically(&book->largest_charge, most.value);
                        });
-    Charged* charges = gas_.view().charged;
-    const Vec3* place = gas_.view().place;
     const Vec3 over = gas_.turns_a_length();
     run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       const double scale = periodic::device::charge_scale(book->largest_charge);
-      charges[s] = {{turns(place[s].x, over.x), turns(place[s].y, over.y), turns(place[s].z, over.z)},
-                    static_cast<float>(scale * charge[s])};
+      g.charged[s] = {turns_of(g.place[s], over), static_cast<float>(scale * g.charge[s])};
       if (s == 0) book->scale = scale;
     });
     if (!dipoles_)
-      sums_->evaluate(charges, lists_.partners(), true);
+      sums_->evaluate(g.charged, lists_.partners(), true);
     else if (!solved)
-      dipoles_->follow_charges(charges, scale(), lists_.partners());
+      dipoles_->follow_charges(g.charged, scale(), lists_.partners());
     else
-      dipoles_->evaluate(charges, scale(), lists_.partners());
+      dipoles_->evaluate(g.charged, scale(), lists_.partners());
   }
   /// Forces of laws of pairs, and their energy. Sums of whole quanta do not depend on the order of lists.
   void find_pair_forces() {
@@ -251,8 +247,8 @@ class GasOn final : public DeviceGas {
   /// Forces at this instant, until the next ones are known.
   void hold() {
     const ForceView force = forces();
-    Vec3* held = gas_.view().held;
-    run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { held[s] = force(s); });
+    const GrainsView g = gas_.view();
+    run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { g.held[s] = force(s); });
   }
 
   /// The step that has been chosen, or if there is none what changes nothing: the host asks for some steps ahead.
@@ -268,8 +264,7 @@ class GasOn final : public DeviceGas {
   }
   template <class Law>
   void follow(const Law& law) {
-    const Landing land{gas_.box, gas_.turns_a_length(), gas_.view().image, gas_.view().charged};
-    run_->together(FollowContacts<Law>{contact_steps(law), land, &progress_.device()->go});
+    run_->together(FollowContacts<Law>{contact_steps(law), {gas_.box, gas_.turns_a_length()}, &progress_.device()->go});
   }
   void follow_charges() {
     if (dipoles_)
@@ -301,30 +296,27 @@ class GasOn final : public DeviceGas {
   template <class Then>
   void finish(Then then) {
     const ForceView force = forces();
-    const Vec3* place = gas_.view().place;
-    Vec3 *momentum = gas_.view().momentum, *held = gas_.view().held;
-    double* charge = gas_.view().charge;
-    const double *over_mass = gas_.view().over_mass, quantum = gas_.quanta.charge;
-    std::int64_t* moved = gas_.view().moved_charge;
+    const GrainsView g = gas_.view();
+    const double quantum = gas_.quanta.charge;
     const StepParameters* parameters = parameters_.device();
     FieldBook* book = gas_.book.data();
     Found* found = found_.device();
-    const Turns* sorted_at = gas_.view().sorted_at;
     const Vec3 over = gas_.turns_a_length();
     run_->template sum<1>(
         gas_.n,
         [=] LICHTENBERG_HOST_DEVICE(int s) {
-          const Vec3 now = force(s), at = place[s], p = momentum[s] + (0.5 * parameters->outer) * (now - held[s]);
-          momentum[s] = p, held[s] = now;
+          const Vec3 now = force(s), at = g.place[s];
+          const Vec3 p = g.momentum[s] + (0.5 * parameters->outer) * (now - g.held[s]);
+          g.momentum[s] = p, g.held[s] = now;
           if (s == 0) book->energy = force.energy();
-          if (moved[s] != 0) charge[s] += quantum * static_cast<double>(moved[s]), moved[s] = 0;
-          const Turns from = sorted_at[s];
-          const Vec3 path{lichtenberg::apart(turns(at.x, over.x), from.x) / over.x,
-                          lichtenberg::apart(turns(at.y, over.y), from.y) / over.y,
-                          lichtenberg::apart(turns(at.z, over.z), from.z) / over.z};
+          std::int64_t& moved = g.moved_charge[s];
+          if (moved != 0) g.charge[s] += quantum * static_cast<double>(moved), moved = 0;
+          const Turns from = g.sorted_at[s], to = turns_of(at, over);
+          const Vec3 path{lichtenberg::apart(to.x, from.x) / over.x, lichtenberg::apart(to.y, from.y) / over.y,
+                          lichtenberg::apart(to.z, from.z) / over.z};
           Largest here;
-          here.speed2 = norm2(over_mass[s] * p), here.acceleration2 = norm2(over_mass[s] * now);
-          here.moved2 = norm2(path), here.charge = std::abs(charge[s]);
+          here.speed2 = norm2(g.over_mass[s] * p), here.acceleration2 = norm2(g.over_mass[s] * now);
+          here.moved2 = norm2(path), here.charge = std::abs(g.charge[s]);
           here.lost = !(here.speed2 < INFINITY) || !(norm2(at) < INFINITY);
           return here;
         },

@@ -33,6 +33,11 @@ struct GasOptions : effects::DeviceForces {
   std::optional<periodic::device::MeshTables> tables;  ///< of `mesh`
 };
 
+/// A place in the box in parts of its lengths; `a_length`: turns a length.
+LICHTENBERG_HOST_DEVICE inline Turns turns_of(Vec3 place, Vec3 a_length) {
+  return {turns(place.x, a_length.x), turns(place.y, a_length.y), turns(place.z, a_length.z)};
+}
+
 /// Of a scene that check_scene does not refuse.
 GasOptions gas_options(const Scene& scene);
 /// Throws Failure, with the number of grains that would fit, if a device with so many free bytes has too few for a gas.

@@ -114,9 +114,7 @@ class GasLists {
   void sort_cells() {
     const Vec3* place = state_->view().place;
     const Vec3 over = state_->turns_a_length();
-    cells_.sort(state_->n, [=] LICHTENBERG_HOST_DEVICE(int i) {
-      return Turns{turns(place[i].x, over.x), turns(place[i].y, over.y), turns(place[i].z, over.z)};
-    });
+    cells_.sort(state_->n, [=] LICHTENBERG_HOST_DEVICE(int i) { return turns_of(place[i], over); });
   }
   void build(Sums& sums) {
     const GasState<Executor>& gas = *state_;

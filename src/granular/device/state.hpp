@@ -120,7 +120,7 @@ struct GasState {
     run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       const Grain g = to[s];
       all.put(s, g, felt);
-      all.sorted_at[s] = {turns(g.place.x, over.x), turns(g.place.y, over.y), turns(g.place.z, over.z)};
+      all.sorted_at[s] = turns_of(g.place, over);
       all.located[s] = {all.sorted_at[s], static_cast<float>(g.radius)};
       all.touches[s] = 0;
     });

@@ -12,6 +12,9 @@
 #include "solvers/laplace/measure.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "validation/reference_cases.hpp"
+#include "validation/program.hpp"
+
+namespace accuracy_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -164,7 +167,7 @@ void ask(Report& report, const std::string& what, const std::vector<Trial>& tria
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
   Report report("Accuracy asked for: realised error over asked");
 
@@ -191,3 +194,7 @@ int main(int argc, char** argv) {
   ask(report, "cut-cell", others, {.accuracy = 3e-3, .most_cells = 1024});
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("accuracy", validate);
+
+}  // namespace accuracy_validation

@@ -17,6 +17,9 @@
 #include "solvers/laplace/spheres/accuracy.hpp"
 #include "solvers/random.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace accuracy_asked_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -229,7 +232,7 @@ void ask_in_space(Rows& rows, int seed) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
   const int from = argc > 2 ? std::atoi(argv[1]) : 0, to = argc > 2 ? std::atoi(argv[2]) : all ? 500 : 30;
   Report report("Random scenes: realised error over the accuracy asked");
@@ -242,3 +245,7 @@ int main(int argc, char** argv) {
   rows.print(report);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("accuracy_asked", validate);
+
+}  // namespace accuracy_asked_validation

@@ -10,6 +10,9 @@
 #include "src/theory/broken_wire.hpp"
 #include "src/theory/two_disks.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace broken_wire_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::validation;
@@ -111,10 +114,14 @@ void tensions(Report& report, int cells) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const int cells = asked_for_long(argc, argv) ? 672 : 168;
   Report report("The broken wire: forces from the field, averaged over the places of the gap");
   transverse_forces(report, cells);
   tensions(report, cells);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("broken_wire", validate);
+
+}  // namespace broken_wire_validation

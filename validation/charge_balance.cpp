@@ -9,6 +9,9 @@
 #include "src/mechanics/simulation.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace charge_balance_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::validation;
@@ -41,7 +44,7 @@ void run(Report& report, Scene scene) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   Report report("Charge balance of whole runs");
   const std::string scenes = source_folder() + "/scenes/";
   run(report, read_scene(scenes + "seedling.toml"));
@@ -52,3 +55,7 @@ int main(int argc, char** argv) {
   }
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("charge_balance", validate);
+
+}  // namespace charge_balance_validation

@@ -23,6 +23,9 @@
 #include "src/effects/read_scene.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace energy_balance_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::validation;
@@ -163,10 +166,14 @@ void shorter_steps(Report& report, int cells) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   Report report("Energy of a shuttle behind a resistor in a leaking fluid");
   shorter_steps(report, 96);
   run(report, 192, 1e-3 * radius);
   if (asked_for_long(argc, argv)) run(report, 384, 1e-3 * radius);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("energy_balance", validate);
+
+}  // namespace energy_balance_validation

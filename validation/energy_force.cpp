@@ -9,6 +9,9 @@
 
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace energy_force_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -100,7 +103,7 @@ void compare(Report& report, int cells, int disks, double least_gap) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool is_long = asked_for_long(argc, argv);
   const int cells = is_long ? 512 : 128, disks = is_long ? 60 : 10;
   Report report("Forces against differences of the energy");
@@ -108,3 +111,7 @@ int main(int argc, char** argv) {
   for (const double least_gap : {4.0, 1.0, 0.3, 0.05}) compare(report, cells, disks, least_gap);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("energy_force", validate);
+
+}  // namespace energy_force_validation

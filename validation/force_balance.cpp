@@ -9,6 +9,9 @@
 
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace force_balance_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -71,7 +74,7 @@ Vec2 force_on_sides(const LaplaceProblem& problem, const Field& field) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const LaplaceProblem problem = scene();
   const std::vector<double> sizes = asked_for_long(argc, argv) ? std::vector<double>{64, 128, 256, 512, 1024, 2048}
                                                                : std::vector<double>{64, 128, 256, 512};
@@ -94,3 +97,7 @@ int main(int argc, char** argv) {
   report.at_least("order", order(sizes, sum), 1.7);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("force_balance", validate);
+
+}  // namespace force_balance_validation

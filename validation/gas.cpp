@@ -16,6 +16,9 @@
 #include "tests/grains.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace gas_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::grains;
@@ -198,7 +201,7 @@ void books(Report& report, bool all) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
   Report report("Gases of a thousand grains");
   books(report, all);
@@ -206,3 +209,7 @@ int main(int argc, char** argv) {
   monopolar(report, all);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("gas", validate);
+
+}  // namespace gas_validation

@@ -15,6 +15,9 @@
 #include "src/theory/stability.hpp"
 #include "tests/charge_integrals.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace gas_theory_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::theory;
@@ -186,7 +189,7 @@ void stability(Report& report) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   Report report("Theories of a gas of grains");
   closed_forms(report);
   chance(report, asked_for_long(argc, argv));
@@ -195,3 +198,7 @@ int main(int argc, char** argv) {
   stability(report);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("gas_theory", validate);
+
+}  // namespace gas_theory_validation

@@ -19,6 +19,9 @@
 #include "solvers/laplace/relaxation/solver.hpp"
 #include "tests/dense_algebra.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace gradient_descent_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -96,7 +99,7 @@ Steps critical_steps(const Eigen::MatrixXd& c) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool is_long = asked_for_long(argc, argv);
   const int sites = is_long ? 192 : 96;
   // Potential solves sixteen times as long as the source's 4 n10 sweeps: with insulated sides and few disks those leave
@@ -125,3 +128,7 @@ int main(int argc, char** argv) {
   }
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("gradient_descent", validate);
+
+}  // namespace gradient_descent_validation

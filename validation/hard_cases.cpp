@@ -8,10 +8,13 @@
 #include "validation/hard_cases/gaps.hpp"
 #include "validation/hard_cases/grid.hpp"
 #include "validation/hard_cases/random_scenes.hpp"
+#include "validation/program.hpp"
+
+namespace hard_cases_validation {
 
 using namespace lichtenberg::validation;
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool is_long = asked_for_long(argc, argv);
   Report report("Hard cases of the field");
   narrow_gaps(report, is_long);
@@ -20,3 +23,7 @@ int main(int argc, char** argv) {
   random_scenes(report, is_long ? 10000 : 400);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("hard_cases", validate);
+
+}  // namespace hard_cases_validation

@@ -24,6 +24,9 @@
 #include "src/mechanics/stepper.hpp"
 #include "tests/spheres.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace hard_cases_collisions_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::steel_spheres;
@@ -247,7 +250,7 @@ void too_soft(Report& report, Integrator integrator, bool wall) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
   Report report("Elastic contacts at their limits: errors as fractions");
   collisions(report, all);
@@ -265,3 +268,7 @@ int main(int argc, char** argv) {
     for (const bool wall : {false, true}) too_soft(report, integrator, wall);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("hard_cases_collisions", validate);
+
+}  // namespace hard_cases_collisions_validation

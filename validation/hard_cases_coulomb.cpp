@@ -16,6 +16,9 @@
 #include "src/mechanics/simulation.hpp"
 #include "tests/spheres.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace hard_cases_coulomb_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::steel_spheres;
@@ -315,7 +318,7 @@ void trap(Report& report, FieldCoupling coupling) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
   Report report("Charges at their limits in time");
   report.section("A conductor that bounces between two plates");
@@ -337,3 +340,7 @@ int main(int argc, char** argv) {
   fast_body(report);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("hard_cases_coulomb", validate);
+
+}  // namespace hard_cases_coulomb_validation

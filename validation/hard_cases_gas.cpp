@@ -21,6 +21,9 @@
 #include "tests/grains.hpp"
 #include "validation/gas_cases.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace hard_cases_gas_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::grains;
@@ -429,7 +432,7 @@ void bits(Report& report) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
   const std::vector<std::string_view> asked(argv + (all ? 2 : 1), argv + argc);
   Report report("Gases of charged grains at their limits");
@@ -452,3 +455,7 @@ int main(int argc, char** argv) {
   run("bits", [&] { bits(report); });
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("hard_cases_gas", validate);
+
+}  // namespace hard_cases_gas_validation

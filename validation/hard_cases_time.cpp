@@ -18,6 +18,9 @@
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace hard_cases_time_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::steel_spheres;
@@ -314,7 +317,7 @@ void crowds(Report& report, const std::string& way, int seeds, double end) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
   Report report("Time at its limits");
   report.section("Rest for a thousand seconds");
@@ -344,3 +347,7 @@ int main(int argc, char** argv) {
   crowds(report, "monolithic", all ? 20 : 2, 0.1);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("hard_cases_time", validate);
+
+}  // namespace hard_cases_time_validation

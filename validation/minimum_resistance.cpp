@@ -18,6 +18,9 @@
 #include "src/scene/scene.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace minimum_resistance_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -192,7 +195,7 @@ void least_power(Report& report) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   Report report("Minimum resistance, minimum power (D chapter 3)");
   for (const int cells : asked_for_long(argc, argv) ? std::vector<int>{256, 512, 1024} : std::vector<int>{256})
     pair_law(report, cells);
@@ -201,3 +204,7 @@ int main(int argc, char** argv) {
   least_power(report);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("minimum_resistance", validate);
+
+}  // namespace minimum_resistance_validation

@@ -16,6 +16,9 @@
 #include "tests/dense_algebra.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace networks_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::validation;
@@ -260,7 +263,7 @@ void random_networks(Report& report) {
 
 }  // namespace
 
-int main() {
+int validate(int, char**) {
   Report report("Resistor networks");
   exact_values(report);
   infinite_lattices(report);
@@ -269,3 +272,7 @@ int main() {
   random_networks(report);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("networks", validate);
+
+}  // namespace networks_validation

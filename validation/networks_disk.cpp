@@ -16,6 +16,9 @@
 #include "solvers/network/resistor.hpp"
 #include "tests/dense_algebra.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace networks_disk_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::validation;
@@ -183,10 +186,14 @@ void field_solver(Report& report) {
 
 }  // namespace
 
-int main() {
+int validate(int, char**) {
   Report report("A disk with small contacts");
   two_contacts(report);
   three_contacts(report);
   field_solver(report);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("networks_disk", validate);
+
+}  // namespace networks_disk_validation

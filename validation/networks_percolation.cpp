@@ -18,6 +18,9 @@
 #include "solvers/disjoint_sets.hpp"
 #include "solvers/network/conduction.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace networks_percolation_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::validation;
@@ -156,7 +159,7 @@ void conductivity(Report& report, const std::vector<int>& sides, int samples) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   Report report("Percolation on the square lattice");
   threshold(report);
   if (asked_for_long(argc, argv))
@@ -165,3 +168,7 @@ int main(int argc, char** argv) {
     conductivity(report, {8, 16, 32}, 20000);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("networks_percolation", validate);
+
+}  // namespace networks_percolation_validation

@@ -16,6 +16,9 @@
 #include "tests/dense_algebra.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace packing_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::validation;
@@ -234,7 +237,7 @@ void check_every_method(Report& report, int dimension, int count, double filled)
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   Report report("Static packings under U = k sum (q - 1) ln q");
   check_slot(report);
   check_reference(report);
@@ -247,3 +250,7 @@ int main(int argc, char** argv) {
   }
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("packing", validate);
+
+}  // namespace packing_validation

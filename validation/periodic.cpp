@@ -16,6 +16,9 @@
 #include "tests/periodic_sources.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace periodic_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::periodic;
@@ -414,7 +417,7 @@ void pairs_alone(Report& report) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   Report report("Charges and dipoles in a periodic box");
   constants(report);
   twenty_charges(report);
@@ -428,3 +431,7 @@ int main(int argc, char** argv) {
   if (asked_for_long(argc, argv)) motion(report);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("periodic", validate);
+
+}  // namespace periodic_validation

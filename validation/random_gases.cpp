@@ -20,6 +20,9 @@
 #include "src/effects/linear_contact.hpp"
 #include "tests/grains.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace random_gases_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::validation;
@@ -299,7 +302,7 @@ void steps(Report& report, std::uint64_t first, int count) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
   const int asked = argc > 1 && !all ? std::atoi(argv[1]) : 0, count = all ? 10000 : asked > 0 ? asked : 30;
   const std::uint64_t first = argc > 2 ? static_cast<std::uint64_t>(std::atoll(argv[2])) : 0;
@@ -309,3 +312,7 @@ int main(int argc, char** argv) {
   if (only != "sums") steps(report, first, count);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("random_gases", validate);
+
+}  // namespace random_gases_validation

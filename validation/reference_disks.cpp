@@ -7,6 +7,9 @@
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
 #include "validation/reference_cases.hpp"
+#include "validation/program.hpp"
+
+namespace reference_disks_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -16,7 +19,7 @@ using nlohmann::json;
 namespace {
 
 /// Errors a disk, in percent of the largest value of all disks.
-Spread potential_error(const Reference& reference, const LaplaceSolution& solution) {
+Spread potential_error(const validation::Reference& reference, const LaplaceSolution& solution) {
   const json& exact = reference.data["reference"]["phi_disk"];
   double largest = 0;
   for (const double phi : exact) largest = std::max(largest, std::abs(phi));
@@ -27,7 +30,7 @@ Spread potential_error(const Reference& reference, const LaplaceSolution& soluti
   return spread(error);
 }
 
-Spread force_error(const Reference& reference, const LaplaceSolution& solution) {
+Spread force_error(const validation::Reference& reference, const LaplaceSolution& solution) {
   std::vector<Vec2> exact;
   double largest = 0;
   for (const json& force : reference.data["reference"]["force"]) {
@@ -42,7 +45,7 @@ Spread force_error(const Reference& reference, const LaplaceSolution& solution) 
 
 /// The given charges come out as given (rounding of a sum over some hundred links), members' too where alone in a
 /// group.
-Spread charge_error(const Reference& reference, const LaplaceSolution& solution) {
+Spread charge_error(const validation::Reference& reference, const LaplaceSolution& solution) {
   std::vector<double> error;
   for (std::size_t b = 0; b < reference.problem.bodies.size(); ++b)
     if (reference.problem.groups[reference.problem.bodies[b].group].floating)
@@ -50,7 +53,7 @@ Spread charge_error(const Reference& reference, const LaplaceSolution& solution)
   return spread(error);
 }
 
-double capacitance_error(const Reference& reference, LaplaceSolver& solver) {
+double capacitance_error(const validation::Reference& reference, LaplaceSolver& solver) {
   const json& exact = reference.data["reference"]["capacitance_conductor"];
   const std::vector<double> computed = capacitance_matrix(solver, reference.problem);
   double largest = 0, worst = 0;
@@ -72,7 +75,7 @@ double at(const Field& field, Vec2 p) {
   return (1 - fy) * ((1 - fx) * v[0] + fx * v[1]) + fy * ((1 - fx) * v[field.nx] + fx * v[field.nx + 1]);
 }
 
-Spread probe_error(const Reference& reference, const Field& field) {
+Spread probe_error(const validation::Reference& reference, const Field& field) {
   double largest = 0;
   for (const double phi : reference.data["reference"]["phi_disk"]) largest = std::max(largest, std::abs(phi));
   std::vector<double> error;
@@ -86,7 +89,7 @@ Spread probe_error(const Reference& reference, const Field& field) {
 
 /// The figures to reach: potentials within 0.05 % of the largest, forces within 0.5 %. Capacitances and the energy,
 /// 1/2 sum Q phi, are held to the potentials' bound.
-void compare(Report& report, const Reference& reference) {
+void compare(Report& report, const validation::Reference& reference) {
   constexpr double potential_bound = 0.05, force_bound = 0.5;
   CutCellSolver solver({.cells = 512});
   const LaplaceSolution solution = solver.solve(reference.problem);
@@ -108,7 +111,7 @@ void compare(Report& report, const Reference& reference) {
   }
 }
 
-void convergence(Report& report, const Reference& reference) {
+void convergence(Report& report, const validation::Reference& reference) {
   const std::vector<double> cells = {128, 256, 512, 1024};
   std::vector<double> potential, force;
   for (const double s : cells) {
@@ -122,17 +125,17 @@ void convergence(Report& report, const Reference& reference) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   Report report("Reference solutions of circular conductors, S = 512");
-  const std::vector<Reference> cases = read_all();
+  const std::vector<validation::Reference> cases = read_all();
   report.section(fmt::format("cut-cell, {} cases", cases.size()));
-  for (const Reference& reference : cases) compare(report, reference);
+  for (const validation::Reference& reference : cases) compare(report, reference);
   if (asked_for_long(argc, argv)) {
     report.section("cut-cell, S = 128 ... 1024");  // the pairs in the plane: two_disks
-    for (const Reference& reference : cases)
+    for (const validation::Reference& reference : cases)
       if (!reference.plane) convergence(report, reference);
     report.section("relaxation, S = 512");
-    for (const Reference& reference : cases) {
+    for (const validation::Reference& reference : cases) {
       const LaplaceSolution solution = RelaxationSolver().solve(reference.problem);
       report.at_most(reference.name + ": potentials, % of the largest", potential_error(reference, solution), {});
       report.at_most(reference.name + ": forces, % of the largest", force_error(reference, solution), {});
@@ -140,3 +143,7 @@ int main(int argc, char** argv) {
   }
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("reference_disks", validate);
+
+}  // namespace reference_disks_validation

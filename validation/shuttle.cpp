@@ -15,6 +15,9 @@
 #include "src/theory/shuttle.hpp"
 #include "tests/spheres.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace shuttle_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::steel_spheres;
@@ -208,7 +211,7 @@ void three_dimensions() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool is_long = asked_for_long(argc, argv);
   Report report("The charge shuttle between two plates, against exact two-dimensional theory");
 
@@ -228,3 +231,7 @@ int main(int argc, char** argv) {
   three_dimensions();
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("shuttle", validate);
+
+}  // namespace shuttle_validation

@@ -10,6 +10,9 @@
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace solvers_agree_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -142,7 +145,7 @@ void compare(Report& report, const std::string& name, const LaplaceProblem& prob
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const std::vector<double> sizes =
       asked_for_long(argc, argv) ? std::vector<double>{64, 128, 256, 512, 1024} : std::vector<double>{64, 128, 256};
   Report report("Cut-cell against relaxation");
@@ -154,3 +157,7 @@ int main(int argc, char** argv) {
   compare(report, "no ground", ungrounded(), sizes);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("solvers_agree", validate);
+
+}  // namespace solvers_agree_validation

@@ -6,6 +6,9 @@
 
 #include "tests/sphere_references.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace spheres_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::validation;
@@ -30,7 +33,7 @@ void compare(Report& report, const SphereReference& reference, double accuracy) 
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   Report report("Reference solutions of conducting spheres; errors over the largest of a kind");
   const std::vector<SphereReference> cases = read_all_spheres();
   for (const SphereReference& reference : cases) compare(report, reference, 1e-10);
@@ -39,3 +42,7 @@ int main(int argc, char** argv) {
       for (const SphereReference& reference : cases) compare(report, reference, accuracy);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("spheres", validate);
+
+}  // namespace spheres_validation

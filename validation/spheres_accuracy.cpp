@@ -10,6 +10,9 @@
 #include "solvers/laplace/spheres/spheres.hpp"
 #include "solvers/random.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace spheres_accuracy_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -141,10 +144,14 @@ void compare(Report& report, double gap, int scenes, const std::vector<double>& 
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
   Report report("Errors of spheres in space over the accuracy that was asked for");
   for (const double gap : gaps)
     compare(report, gap, all ? 12 : 2, all ? std::vector{1e-2, 1e-3, 1e-4} : std::vector{1e-2, 1e-3});
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("spheres_accuracy", validate);
+
+}  // namespace spheres_accuracy_validation

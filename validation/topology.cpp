@@ -20,7 +20,10 @@
 #include "src/mechanics/simulation.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
 #include "validation/random_trees.hpp"
+
+namespace topology_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::analysis;
@@ -343,7 +346,7 @@ void report_runs(Report& report) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool large = asked_for_long(argc, argv);
   Report report("Topology: D's chapter 7");
   report_largest_degree(report);
@@ -353,3 +356,7 @@ int main(int argc, char** argv) {
   if (large) report_runs(report);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("topology", validate);
+
+}  // namespace topology_validation

@@ -11,6 +11,9 @@
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace two_disks_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::validation;
@@ -112,7 +115,7 @@ void jitter(Report& report) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int validate(int argc, char** argv) {
   const bool is_long = asked_for_long(argc, argv);
   Report report("Two disks in the plane, exact potential on the walls (D 6.37)");
 
@@ -133,3 +136,7 @@ int main(int argc, char** argv) {
               0.7);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("two_disks", validate);
+
+}  // namespace two_disks_validation

@@ -15,6 +15,9 @@
 #include "tests/grains.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace two_grains_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::grains;
@@ -92,7 +95,7 @@ void escaped(Report& report, const Bound& bound, double speed) {
 
 }  // namespace
 
-int main() {
+int validate(int, char**) {
   Report report("Two charged grains: capture and escape");
   const double limit = theory::capture_speed(free_pair);
   fmt::print("K q^2 = .25: a pair is captured that touches at less than {:.10f}\n", limit);
@@ -116,3 +119,7 @@ int main() {
   }
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("two_grains", validate);
+
+}  // namespace two_grains_validation

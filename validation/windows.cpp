@@ -9,6 +9,9 @@
 #include "solvers/periodic/accuracy.hpp"
 #include "solvers/periodic/influence.hpp"
 #include "validation/harness.hpp"
+#include "validation/program.hpp"
+
+namespace windows_validation {
 
 using namespace lichtenberg;
 using namespace lichtenberg::periodic;
@@ -80,9 +83,13 @@ void search(Report& report, const Aim& aim) {
 
 }  // namespace
 
-int main() {
+int validate(int, char**) {
   Report report("Prolate windows: by how much the coarsest spacing that serves falls short of the best window's");
   report.section("by number of boxes");
   for (const Aim& aim : aims) search(report, aim);
   return report.exit_status();
 }
+
+const lichtenberg::validation::Program program("windows", validate);
+
+}  // namespace windows_validation

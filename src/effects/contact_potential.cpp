@@ -119,7 +119,8 @@ double ContactPotential::range_energy_and_forces(const State& state, int first, 
                                                  std::vector<Push>& beyond) const {
   PairSum sum;
   if (!add_walls<dimension>(state, first, end, force, sum.energy)) return INFINITY;
-  add_pair_forces(law(), spheres<dimension>(state.bodies), state.neighbours, first, end, force, beyond, sum);
+  add_pair_forces(law(), spheres<dimension>(state.bodies), state.neighbours, ParticleRange{first, end},
+                  PairOutput{force, beyond, sum});
   return stiffness_ * sum.energy;
 }
 
@@ -156,7 +157,7 @@ std::vector<Overlap> ContactPotential::overlaps(const State& state) const {
 std::vector<Overlap> ContactPotential::overlaps(const State& state, int first, int end) const {
   std::vector<Overlap> all;
   const auto take = [&](const Overlap& o) { all.push_back(o); };
-  if (!visit_pairs(state, pairs_of(state.neighbours, first, end), take) ||
+  if (!visit_pairs(state, pairs_of(state.neighbours, {first, end}), take) ||
       !visit_walls(state, walls_, first, end, take))
     all.clear();
   return all;

@@ -78,8 +78,14 @@ Sums sums_of(const Bodies& b, int first, int last) {
   part.speed2 = std::max(part.speed2, *std::ranges::max_element(sums.speed2));
 }
 
-[[gnu::noinline]] void kick_range(Bodies& b, double dt, const double* before, const double* now, int first, int last,
-                                  Part& part) {
+/// A change of momentum by dt times the change of the force.
+struct Kick {
+  double dt;
+  const double *before, *now;
+};
+
+[[gnu::noinline]] void kick_range(Bodies& b, const Kick& kick, int first, int last, Part& part) {
+  const auto [dt, before, now] = kick;
   const int d = b.dimension;
   for (int i = first; i < last; ++i) {
     double square = 0;
@@ -104,7 +110,7 @@ Survey survey(const Bodies& bodies, parallel::Team& team) {
 Kicked kick(Bodies& bodies, double dt, std::span<const double> before, std::span<const double> now,
             parallel::Team& team) {
   const Part all = over_ranges(bodies.size(), team, [&](int first, int last, Part& part) {
-    kick_range(bodies, dt, before.data(), now.data(), first, last, part);
+    kick_range(bodies, {dt, before.data(), now.data()}, first, last, part);
     survey_range(bodies, first, last, part);
   });
   return {.most = std::sqrt(all.change2), .after = survey_of(all)};

@@ -21,10 +21,22 @@ struct Push {
   std::array<double, 3> force{};
 };
 
-/// What a loop over pairs found beside the forces.
+/// What a loop over pairs finds, energy and refusal.
 struct PairSum {
   double energy = 0;            ///< in the law's units
   std::optional<Pair> refused;  ///< the first pair that the law refuses
+};
+
+/// Where a loop over the pairs of some particles adds what it finds.
+struct PairOutput {
+  std::span<double> force;    ///< N, [N * d]; of these particles alone
+  std::vector<Push>& beyond;  ///< forces on other particles, appended
+  PairSum& sum;
+};
+
+/// Particles from `first` on up to before `end`.
+struct ParticleRange {
+  int first = 0, end = 0;
 };
 
 /// A pair within reach of its law.
@@ -35,10 +47,10 @@ struct PairInReach {
   PairSeen seen;
 };
 
-/// Those of the pairs, in ascending order, whose first particle is one from `first` on up to before `end`.
-inline std::span<const Pair> pairs_of(std::span<const Pair> pairs, int first, int end) {
-  const auto from = std::ranges::lower_bound(pairs, first, {}, &Pair::i);
-  return {from, std::ranges::lower_bound(from, pairs.end(), end, {}, &Pair::i)};
+/// Those of the pairs, in ascending order, whose first particle is in the range.
+inline std::span<const Pair> pairs_of(std::span<const Pair> pairs, const ParticleRange& range) {
+  const auto from = std::ranges::lower_bound(pairs, range.first, {}, &Pair::i);
+  return {from, std::ranges::lower_bound(from, pairs.end(), range.end, {}, &Pair::i)};
 }
 
 namespace pair_loop {
@@ -151,14 +163,14 @@ class Batch {
 
 template <bool periodic, bool all, int d, class Law>
 void add_range(const Law& law, const Spheres<d>& spheres, std::span<const double> velocity, std::span<const Pair> pairs,
-               int end, std::span<double> force, std::vector<Push>& beyond, PairSum& sum) {
+               int end, const PairOutput& output) {
   Batch<d, Law, periodic> batch(law, spheres, velocity);
   while (!pairs.empty()) {
     const std::span now = pairs.first(std::min(pairs.size(), batch.most));
     pairs = pairs.subspan(now.size());
     batch.gather(now);
-    batch.apply_law(sum);
-    batch.template add_forces<all>(end, force, beyond);
+    batch.apply_law(output.sum);
+    batch.template add_forces<all>(end, output.force, output.beyond);
   }
 }
 
@@ -211,18 +223,16 @@ void add_pair_derivatives(const Law& law, const PairInReach<d>& pair, Jacobian& 
   jacobian.add_central(j, i, normal, -along, -across);
 }
 
-/// Adds the forces (N, [N * d]) of the pairs whose first particle is one from `first` on up to before `end`: for who
-/// shares the particles among threads. Touches `force` of no other particles; what acts on those is appended to
-/// `beyond`. `velocity`: m/s, [N * d], for a law that is damped.
+/// Adds the forces of the pairs whose first particle is in the range, for callers that share the particles among
+/// threads. `velocity`: m/s, [N * d], for a law that is damped.
 template <int d, class Law>
-void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, int first, int end,
-                     std::span<double> force, std::vector<Push>& beyond, PairSum& sum,
-                     std::span<const double> velocity = {}) {
-  pairs = pairs_of(pairs, first, end);
-  const bool all = first == 0 && end == spheres.size();
+void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, const ParticleRange& range,
+                     const PairOutput& output, std::span<const double> velocity = {}) {
+  pairs = pairs_of(pairs, range);
+  const bool all = range.first == 0 && range.end == spheres.size();
   const auto add = [&]<bool periodic>(std::bool_constant<periodic>) {
-    all ? pair_loop::add_range<periodic, true>(law, spheres, velocity, pairs, end, force, beyond, sum)
-        : pair_loop::add_range<periodic, false>(law, spheres, velocity, pairs, end, force, beyond, sum);
+    all ? pair_loop::add_range<periodic, true>(law, spheres, velocity, pairs, range.end, output)
+        : pair_loop::add_range<periodic, false>(law, spheres, velocity, pairs, range.end, output);
   };
   spheres.box.any_periodic() ? add(std::true_type{}) : add(std::false_type{});
 }
@@ -237,14 +247,15 @@ PairSum add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<con
   PairSum sum;
   if (tasks <= 1) {
     std::vector<Push> none;
-    add_pair_forces(law, spheres, pairs, 0, n, force, none, sum, velocity);
+    add_pair_forces(law, spheres, pairs, ParticleRange{0, n}, PairOutput{force, none, sum}, velocity);
     return sum;
   }
   std::vector<PairSum> sums(tasks);
   std::vector<std::vector<Push>> beyond(tasks);
   team.for_each(tasks, [&](int task) {
-    const int first = task * particles_a_task, end = std::min(n, first + particles_a_task);
-    add_pair_forces(law, spheres, pairs, first, end, force, beyond[task], sums[task], velocity);
+    const int first = task * particles_a_task;
+    const ParticleRange range{first, std::min(n, first + particles_a_task)};
+    add_pair_forces(law, spheres, pairs, range, PairOutput{force, beyond[task], sums[task]}, velocity);
   });
   for (int task = 0; task < tasks; ++task) {
     sum.energy += sums[task].energy;

@@ -289,7 +289,8 @@ void put(hid_t parent, const std::string& name, std::span<const Number> numbers,
 
 template <class Number>
 void put_compressed(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
-                    const Shape& chunk, hid_t type, const std::string& unit) {
+                    const Compression& stored, const std::string& unit) {
+  const auto& [chunk, type] = stored;
   constexpr unsigned fastest = 1;  // of deflate's levels: higher ones save a few percent of a potential
   if (exists(parent, name)) check(H5Ldelete(parent, name.c_str(), H5P_DEFAULT));
   const Handle creation(H5Pcreate(H5P_DATASET_CREATE)), space = dataspace(shape);
@@ -346,12 +347,12 @@ std::string get_text(hid_t parent, const std::string& name) {
 
 Shape shape(hid_t parent, const std::string& name) { return dataset_shape(open_dataset(parent, name)); }
 
-#define FOR_NUMBER(Number)                                                                                            \
-  template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);                      \
-  template void put(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);            \
-  template void put_compressed(hid_t, const std::string&, std::span<const Number>, const Shape&, const Shape&, hid_t, \
-                               const std::string&);                                                                   \
-  template std::vector<Number> get(hid_t, const std::string&);                                                        \
+#define FOR_NUMBER(Number)                                                                                           \
+  template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);                     \
+  template void put(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);           \
+  template void put_compressed(hid_t, const std::string&, std::span<const Number>, const Shape&, const Compression&, \
+                               const std::string&);                                                                  \
+  template std::vector<Number> get(hid_t, const std::string&);                                                       \
   template std::vector<Number> get_rows(hid_t, const std::string&, hsize_t, hsize_t);
 FOR_NUMBER(double)
 FOR_NUMBER(std::int32_t)

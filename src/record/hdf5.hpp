@@ -115,10 +115,14 @@ std::vector<std::string> text_attribute(hid_t object, const std::string& name);
 template <class Number>
 void put(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
          const std::string& unit);
-/// The same, compressed chunk by chunk, with numbers stored as `type` (H5T_IEEE_F32LE, say); always a dataset anew.
+struct Compression {
+  Shape chunk;
+  hid_t type;  ///< of the numbers in the file: H5T_IEEE_F32LE, say
+};
+/// The same, compressed chunk by chunk; always a new dataset.
 template <class Number>
 void put_compressed(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
-                    const Shape& chunk, hid_t type, const std::string& unit);
+                    const Compression& stored, const std::string& unit);
 template <class Number>
 requires std::is_arithmetic_v<Number>
 void put(hid_t parent, const std::string& name, Number number, const std::string& unit) {

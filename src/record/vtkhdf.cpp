@@ -66,7 +66,7 @@ void put_topology(const hdf5::Handle& group, const std::string& name, const std:
                   std::size_t a_row, hid_t type) {
   constexpr std::size_t rows = 64;
   const hdf5::Shape shape{numbers.size()}, chunk{std::min(numbers.size(), rows * a_row)};
-  hdf5::put_compressed<std::int64_t>(group, name, numbers, shape, chunk, type, "1");
+  hdf5::put_compressed<std::int64_t>(group, name, numbers, shape, {chunk, type}, "1");
 }
 
 /// Corners of square cells, row by row from the origin on. Each coordinate is compressed by itself.
@@ -76,8 +76,8 @@ void put_corners(const hdf5::Handle& group, int nx, int ny, double h) {
   for (int j = 0; j <= ny; ++j)
     for (int i = 0; i <= nx; ++i) corners.insert(corners.end(), {i * h, j * h, 0});
   const hsize_t count = corners.size() / 3, rows = 64;
-  hdf5::put_compressed<double>(group, "Points", corners, {count, 3}, {std::min(count, rows * (nx + 1)), 1},
-                               H5T_IEEE_F64LE, "m");
+  hdf5::put_compressed<double>(group, "Points", corners, {count, 3},
+                               {{std::min(count, rows * (nx + 1)), 1}, H5T_IEEE_F64LE}, "m");
 }
 
 /// The cells one by one, as VTKHDF lists those of a grid of any shape.
@@ -125,8 +125,8 @@ void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field, StoredFie
   hdf5::put_fixed_attribute(data, "Scalars", "potential");
   const hdf5::Shape shape{field.value.size()}, row{static_cast<hsize_t>(field.nx)};
   const hid_t real = stored == StoredField::single_precision ? H5T_IEEE_F32LE : H5T_IEEE_F64LE;
-  hdf5::put_compressed<double>(data, "potential", field.value, shape, row, real, "V");
-  hdf5::put_compressed<std::int32_t>(data, "body", field.body, shape, row, H5T_STD_I32LE, "1");
+  hdf5::put_compressed<double>(data, "potential", field.value, shape, {row, real}, "V");
+  hdf5::put_compressed<std::int32_t>(data, "body", field.body, shape, {row, H5T_STD_I32LE}, "1");
 }
 
 void write_field_vtkhdf(const std::string& path, const laplace::Field& field, bool overwrite) {

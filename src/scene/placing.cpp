@@ -94,6 +94,7 @@ struct Obstacles {
   const std::vector<Electrode>& electrodes;
   const std::vector<Wall>& walls;
   const Domain& domain;
+  const SphereGrid& placed;
 };
 
 bool clear_of(const Obstacles& obstacles, const Conductor& conductor, double min_gap) {
@@ -104,11 +105,10 @@ bool clear_of(const Obstacles& obstacles, const Conductor& conductor, double min
          });
 }
 
-std::optional<Conductor> find_place(double radius, const PopulationDraft& population, const Draft& draft,
-                                    const Obstacles& obstacles, const SphereGrid& grid, UniformRandom& random,
-                                    long& tries_left, const StopRequest& stop) {
-  const Domain& domain = draft.scene.domain;
-  const int dimension = draft.scene.dimension();
+std::optional<Conductor> find_place(double radius, const PopulationDraft& population, const Obstacles& obstacles,
+                                    UniformRandom& random, long& tries_left, const StopRequest& stop) {
+  const Domain& domain = obstacles.domain;
+  const int dimension = domain.dimension();
   const Room room = room_for(radius, population, domain);
   for (int k = 0; k < dimension; ++k)
     if (room.lower[k] > room.upper[k]) return {};
@@ -122,7 +122,8 @@ std::optional<Conductor> find_place(double radius, const PopulationDraft& popula
     conductor.position.y = random.between(room.lower.y, room.upper.y);
     if (dimension == 3) conductor.position.z = random.between(room.lower.z, room.upper.z);
     if (!clear_of(obstacles, conductor, population.min_gap)) continue;
-    if (population.overlapping || !grid.conflict(sphere_of(conductor), population.min_gap)) return conductor;
+    if (population.overlapping || !obstacles.placed.conflict(sphere_of(conductor), population.min_gap))
+      return conductor;
   }
   return {};
 }
@@ -356,8 +357,8 @@ std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<El
     long tries_left = most_tries(population);
     for (int placed = 0; placed < population.count; ++placed) {
       const double radius = radii.next(random);
-      const auto place = find_place(radius, population, draft, {electrodes, walls, draft.scene.domain}, grid, random,
-                                    tries_left, stop);
+      const auto place =
+          find_place(radius, population, {electrodes, walls, draft.scene.domain, grid}, random, tries_left, stop);
       if (!place && placed == 0)
         refuse(
             draft.scene.path, population.line,

@@ -234,7 +234,7 @@ double CloseContacts::largest_move(std::span<const double> x) const {
 
 template <int d>
 void CloseContacts::collect(Range& range, int first, int end, std::span<const double> x) const {
-  const std::span pairs = pairs_of(pairs_, first, end);
+  const std::span pairs = pairs_of(pairs_, {first, end});
   range.i.resize(pairs.size()), range.j.resize(pairs.size()), range.per_reach.resize(pairs.size());
   std::size_t count = 0;
   for (const auto [i, j] : pairs) {  // no branch: which pairs are close is hard to guess

@@ -49,9 +49,17 @@ Extent extent(const Bar& bar, Vec2) {
 }
 Extent extent(const Ring&, Vec2 size) { return {{0, 0}, size}; }
 
-/// Writes `body` on every point (origin + (i, j) h) of the nx x ny grid that lies in the shape and is fluid so far.
+/// The points origin + (i, j) h, nx x ny in number.
+struct Points {
+  Vec2 origin;
+  double h;
+  int nx, ny;
+};
+
+/// Writes `body` on every point that lies in the shape and is fluid so far.
 template <class S>
-void paint(const S& shape, int body, Vec2 size, Vec2 origin, double h, int nx, int ny, std::vector<int>& owner) {
+void paint(const S& shape, int body, Vec2 size, const Points& points, std::vector<int>& owner) {
+  const auto [origin, h, nx, ny] = points;
   const Extent box = extent(shape, size);
   const int i0 = std::max(0, static_cast<int>(std::floor((box.low.x - origin.x) / h)));
   const int j0 = std::max(0, static_cast<int>(std::floor((box.low.y - origin.y) / h)));
@@ -64,10 +72,10 @@ void paint(const S& shape, int body, Vec2 size, Vec2 origin, double h, int nx, i
     }
 }
 
-std::vector<int> paint_bodies(const LaplaceProblem& problem, Vec2 origin, double h, int nx, int ny) {
-  std::vector<int> owner(static_cast<std::size_t>(nx) * ny, Lattice::fluid);
+std::vector<int> paint_bodies(const LaplaceProblem& problem, const Points& points) {
+  std::vector<int> owner(static_cast<std::size_t>(points.nx) * points.ny, Lattice::fluid);
   for (std::size_t b = 0; b < problem.bodies.size(); ++b)
-    std::visit([&](const auto& shape) { paint(shape, static_cast<int>(b), problem.size, origin, h, nx, ny, owner); },
+    std::visit([&](const auto& shape) { paint(shape, static_cast<int>(b), problem.size, points, owner); },
                problem.bodies[b].shape);
   return owner;
 }
@@ -139,7 +147,7 @@ void RelaxationSolver::place(const LaplaceProblem& problem) {
   problem_ = problem;
   grounded_ = problem.has_ground();
 
-  site_body_ = paint_bodies(problem, {0, 0}, h, cells_x + 1, cells_y + 1);
+  site_body_ = paint_bodies(problem, {{0, 0}, h, cells_x + 1, cells_y + 1});
   std::vector<int> sites(problem.bodies.size());
   for (int body : site_body_)
     if (body >= 0) ++sites[body];
@@ -308,7 +316,7 @@ Field RelaxationSolver::field() const {
   if (lattice_.cells_x() < 0) throw Failure("relaxation: no field before the first solve");
   const int nx = lattice_.cells_x(), ny = lattice_.cells_y();
   const double h = lattice_.spacing();
-  Field field{.nx = nx, .ny = ny, .h = h, .value = {}, .body = paint_bodies(problem_, {0.5 * h, 0.5 * h}, h, nx, ny)};
+  Field field{.nx = nx, .ny = ny, .h = h, .value = {}, .body = paint_bodies(problem_, {{0.5 * h, 0.5 * h}, h, nx, ny})};
   field.value.reserve(field.body.size());
   for (int j = 0; j < ny; ++j)
     for (int i = 0; i < nx; ++i) {

@@ -64,7 +64,7 @@ void CellField::move_to_cells(const Batch& batch, const double* multipoles, Lane
     for (int l = 0; l <= batch.degree; ++l, power *= ratio)
       for (int m = -l; m <= l; ++m) value[at(l, m)][k] = power * multipoles[source_start_[member.site] + at(l, m)];
   }
-  translation_->shift(batch.ways, batch.length, true, batch.degree, degree, value, scratch.data());
+  translation_->shift(batch.ways, {batch.length, true, batch.degree, degree}, value, scratch.data());
 }
 
 void CellField::spread(const std::vector<double>& in_cells, double* local, parallel::Team& team) const {
@@ -77,7 +77,7 @@ void CellField::move_from_cells(const Batch& batch, const std::vector<double>& i
   for (int k = 0; k < batch.count; ++k)
     for (int h = 0; h < all; ++h)
       value[h][k] = in_cells[static_cast<std::ptrdiff_t>(h) * cells_ + batch.member[k].cell];
-  translation_->shift(batch.ways, batch.length, false, degree, batch.degree, value.data(), scratch.data());
+  translation_->shift(batch.ways, {batch.length, false, degree, batch.degree}, value.data(), scratch.data());
   for (int k = 0; k < batch.count; ++k) {
     const Member& member = batch.member[k];
     const double ratio = targets_[member.site].radius / convolution_->unit();

@@ -87,7 +87,7 @@ Eigen::VectorXd Octant::screened_copies(const Place& at) const {
         const int x = at[0] + a * cells_.period[0], y = at[1] + b * cells_.period[1], z = at[2] + c * cells_.period[2];
         const Vec3 way = cells_.way(x, y, z);
         if (norm(way) < split_.cutoff)
-          add_screened(way, split_.alpha, cells_.is_near(x, y, z), 1, degree_, term.data(), value.data());
+          add_screened(way, {split_.alpha, cells_.is_near(x, y, z), 1}, degree_, term.data(), value.data());
       }
   return value;
 }

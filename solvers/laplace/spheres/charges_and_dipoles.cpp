@@ -71,8 +71,8 @@ void ChargesAndDipoles::add_near(const std::vector<NearPair>& pairs, Eigen::Matr
     for (int h = 0; h < n; ++h) {
       unit.fill(0), field.fill(0);
       unit[h] = 1;
-      coupling.add(derivatives.data(), degree_, source.radius, pair.mask, pair.sign, unit.data(), degree_,
-                   target.radius, field.data());
+      coupling.add(derivatives.data(), {degree_, source.radius, pair.mask, pair.sign}, unit.data(),
+                   {degree_, target.radius}, field.data());
       for (int k = 0; k < n; ++k) matrix(pair.target * n + k, pair.source * n + h) += scale * field[k];
     }
   }

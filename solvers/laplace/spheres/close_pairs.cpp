@@ -30,12 +30,12 @@ double narrowness(double radius, double other, double gap) {
 namespace {
 
 /// Image charges for one sphere at potential 1 and the other at 0, as multipoles of the first and of the second.
-void add_images(double first, double second, double distance, double accuracy, double weight,
-                std::vector<double>& of_first, std::vector<double>& of_second) {
+void add_images(double first, double second, double distance, double accuracy, std::vector<double>& of_first,
+                std::vector<double>& of_second) {
   double charge = first, place = 0, own = first, other = second;
   std::vector<double>*here = &of_first, *there = &of_second;
   const auto add = [&] {
-    double term = weight * charge / own;
+    double term = charge / own;
     const double ratio = place / own;
     for (double& value : *here) value += term, term *= ratio;
   };
@@ -81,8 +81,8 @@ std::array<PairSolution, 2> pair_solution(double radius, double other, double ga
   const double distance = gap + radius + other;
   const std::vector<double> none(degree + 1);
   std::array<std::vector<double>, 2> first{none, none}, second{none, none};  // either sphere at potential 1
-  add_images(radius, other, distance, accuracy, 1, first[0], first[1]);
-  add_images(other, radius, distance, accuracy, 1, second[1], second[0]);
+  add_images(radius, other, distance, accuracy, first[0], first[1]);
+  add_images(other, radius, distance, accuracy, second[1], second[0]);
   const auto charge = [&](const std::array<std::vector<double>, 2>& of) {
     return radius * of[0][0] + other * of[1][0];
   };
@@ -431,9 +431,17 @@ Vec3 force_between(const Tail& one, const Tail& other, int degree) {
 
 namespace {
 
-/// sum over l > degree of a_l (R/r)^(l+1) P_l, and its gradient.
-void add_axial(const std::vector<double>& multipoles, double scale, int degree, double radius, Vec3 axis, Vec3 r,
-               double& potential, Vec3& field) {
+/// Multipoles about an axis, of which those above the degree count.
+struct AxialTail {
+  const std::vector<double>& multipoles;
+  int degree;
+  double radius;
+  Vec3 axis;
+};
+
+/// Adds `scale` times the potential sum over l > degree of a_l (R/r)^(l+1) P_l, and less its gradient.
+void add_axial(const AxialTail& tail, double scale, Vec3 r, double& potential, Vec3& field) {
+  const auto [multipoles, degree, radius, axis] = tail;
   const double distance = norm(r), ratio = radius / distance, u = std::clamp(dot(r, axis) / distance, -1.0, 1.0);
   double power = ratio, below = 0, legendre = 1, slope = 0, value = 0, radial = 0, polar = 0;
   for (std::size_t l = 0; l < multipoles.size(); ++l, power *= ratio) {
@@ -458,9 +466,9 @@ void add_axial(const std::vector<double>& multipoles, double scale, int degree, 
 
 void add_tail(const Tail& tail, const Site& site, double amplitude, Vec3 point, double& potential, Vec3& field) {
   const double scale = tail.sign * amplitude;
-  add_axial(tail.multipoles, scale, site.degree, site.radius, tail.axis, point - site.centre, potential, field);
+  add_axial({tail.multipoles, site.degree, site.radius, tail.axis}, scale, point - site.centre, potential, field);
   if (tail.faces_image)
-    add_axial(tail.facing, scale, tail.facing_degree, tail.facing_radius, tail.axis * -1.0,
+    add_axial({tail.facing, tail.facing_degree, tail.facing_radius, tail.axis * -1.0}, scale,
               point - site.centre - tail.axis * tail.distance, potential, field);
 }
 

@@ -96,9 +96,9 @@ void FarField::add(const T* multipoles, T* local, parallel::Team& team, int beyo
     const Site& target = targets_[t];
     for (std::size_t k = 0; k < masks_.size(); ++k)
       for (int s = 0; s < sources; ++s)
-        coupling_->add(derivatives_[k].col(static_cast<Eigen::Index>(t) * sources + s).data(), sources_[s].degree,
-                       sources_[s].radius, masks_[k], 1, multipoles + source_start_[s], target.degree + beyond,
-                       target.radius, local + target_start[t]);
+        coupling_->add(derivatives_[k].col(static_cast<Eigen::Index>(t) * sources + s).data(),
+                       {sources_[s].degree, sources_[s].radius, masks_[k], 1}, multipoles + source_start_[s],
+                       {target.degree + beyond, target.radius}, local + target_start[t]);
   });
   add_background(multipoles, target_start, local);
 }

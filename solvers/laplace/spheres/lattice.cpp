@@ -70,22 +70,22 @@ Coupling::Coupling(int degree) : degree_(degree), terms_((degree + 1) * (degree 
 }
 
 template <class T>
-void Coupling::add(const double* derivatives, int source_degree, double source_radius, int mask, double sign,
-                   const T* multipoles, int target_degree, double target_radius, T* local) const {
-  double source_power = sign * source_radius;
-  for (int l = 0; l <= std::min(source_degree, degree_); ++l, source_power *= source_radius) {
+void Coupling::add(const double* derivatives, const Source& source, const T* multipoles, const Target& target,
+                   T* local) const {
+  double source_power = source.sign * source.radius;
+  for (int l = 0; l <= std::min(source.degree, degree_); ++l, source_power *= source.radius) {
     double power = source_power;
-    for (int t = 0; t <= target_degree && l + t <= degree_; ++t, power *= target_radius)
+    for (int t = 0; t <= target.degree && l + t <= degree_; ++t, power *= target.radius)
       for (const Term& term : terms_[l * (degree_ + 1) + t]) {
         const int m = term.source - l * (l + 1);
         local[term.target] += power * term.factor * derivatives[term.derivative] * multipoles[term.source] *
-                              static_cast<double>(mask ? mirror_sign(l, m, mask) : 1);
+                              static_cast<double>(source.mask ? mirror_sign(l, m, source.mask) : 1);
       }
   }
 }
 
-template void Coupling::add(const double*, int, double, int, double, const double*, int, double, double*) const;
-template void Coupling::add(const double*, int, double, int, double, const Lanes*, int, double, Lanes*) const;
+template void Coupling::add(const double*, const Source&, const double*, const Target&, double*) const;
+template void Coupling::add(const double*, const Source&, const Lanes*, const Target&, Lanes*) const;
 
 EwaldSplit ewald_split(double range, double accuracy) {
   const double decay = std::sqrt(-std::log(accuracy)) + 0.5, alpha = decay / range;
@@ -145,7 +145,8 @@ void LatticeSum::make_waves() {
   }
 }
 
-void add_screened(Vec3 r, double alpha, bool without, double sign, int degree, double* term, double* value) {
+void add_screened(Vec3 r, const Screened& screened, int degree, double* term, double* value) {
+  const auto [alpha, without, sign] = screened;
   const double t = alpha * alpha * norm2(r);
   if (t < 1e-12) {  // the charge itself: its cloud's potential in the middle
     value[0] -= sign * 2 * alpha / std::sqrt(std::numbers::pi);
@@ -167,7 +168,7 @@ void LatticeSum::add_near(int mask, Vec3 from, Vec3 place, double* value) const 
   for (const MirrorImage& image : mirrors_.images) {
     if (image.mask != mask) continue;
     mirrors_.for_each_copy(place, from + image.shift, split_.cutoff, [&](Vec3 r) {
-      add_screened(r, split_.alpha, norm2(r) < range_ * range_, image.sign, degree_, term.data(), value);
+      add_screened(r, {split_.alpha, norm2(r) < range_ * range_, image.sign}, degree_, term.data(), value);
     });
   }
 }

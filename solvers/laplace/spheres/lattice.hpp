@@ -16,11 +16,21 @@ class Coupling {
   /// For l + t up to the degree.
   explicit Coupling(int degree);
 
-  /// Adds sum over l, m of a_lm (source_radius)^(l+1) target_radius^t * derivatives, for t up to target_degree. `mask`:
-  /// the source is mirrored. `T`: double, or Lanes for eight fields at once.
+  struct Target {
+    int degree;
+    double radius;
+  };
+  /// `mask`: the source is mirrored.
+  struct Source {
+    int degree;
+    double radius;
+    int mask;
+    double sign;
+  };
+  /// Adds sign * sum over l, m of a_lm source.radius^(l+1) target.radius^t * derivatives, for t up to target.degree.
+  /// `T`: double, or Lanes for eight fields at once.
   template <class T>
-  void add(const double* derivatives, int source_degree, double source_radius, int mask, double sign,
-           const T* multipoles, int target_degree, double target_radius, T* local) const;
+  void add(const double* derivatives, const Source& source, const T* multipoles, const Target& target, T* local) const;
 
   /// local[target] += factor * derivatives[derivative] * multipoles[source], in powers of one length.
   struct Term {
@@ -38,9 +48,15 @@ class Coupling {
 /// C_lm / r^(l+1) at r, all up to the degree.
 void irregular_harmonics(Vec3 r, int degree, double* value);
 
-/// Adds sign times C_nm(grad) of erfc(alpha r) / r, or, `without` 1/r, of that less 1/r, as derivatives for Coupling
-/// (LatticeSum has the formula). `term`: scratch of harmonics(degree) numbers.
-void add_screened(Vec3 r, double alpha, bool without, double sign, int degree, double* term, double* value);
+/// A potential sign * erfc(alpha r) / r, or, `without` 1/r, sign times that less 1/r.
+struct Screened {
+  double alpha;
+  bool without;
+  double sign;
+};
+/// Adds C_nm(grad) of it, as derivatives for Coupling (LatticeSum has the formula). `term`: scratch of
+/// harmonics(degree) numbers.
+void add_screened(Vec3 r, const Screened& screened, int degree, double* term, double* value);
 
 /// How Ewald's sums are shared between images and waves where images nearer than `range` are not meant. With erfc about
 /// exp(-x^2), images at the range have the accuracy, and half a unit more makes up for how many there are. Derivatives

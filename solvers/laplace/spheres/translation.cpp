@@ -94,8 +94,8 @@ void Translation::along_axis(int source_degree, int target_degree, const Lanes* 
     for (int m = both + 1; m <= t; ++m) to[at(t, m)] = to[at(t, -m)] = Lanes{};
 }
 
-void Translation::shift_along_axis(const Lanes& length, bool outward, int degree, int new_degree, const Lanes* from,
-                                   Lanes* to) const {
+void Translation::shift_along_axis(const Shift& shift, const Lanes* from, Lanes* to) const {
+  const auto [length, outward, degree, new_degree] = shift;
   std::vector<Lanes> power(std::max(degree, new_degree) + 1, Lanes{} + 1);
   for (std::size_t k = 1; k < power.size(); ++k) power[k] = power[k - 1] * length;
   for (int t = 0; t <= new_degree; ++t)
@@ -151,10 +151,9 @@ void Translation::in_pair_frame(const Ways& ways, int degree, const double* fact
   in_axis_frame(ways, degree, degree, value, scratch, multiply);
 }
 
-void Translation::shift(const Ways& ways, const Lanes& length, bool outward, int degree, int new_degree, Lanes* value,
-                        Lanes* scratch) const {
-  in_axis_frame(ways, degree, new_degree, value, scratch,
-                [&](const Lanes* from, Lanes* to) { shift_along_axis(length, outward, degree, new_degree, from, to); });
+void Translation::shift(const Ways& ways, const Shift& shift, Lanes* value, Lanes* scratch) const {
+  in_axis_frame(ways, shift.degree, shift.new_degree, value, scratch,
+                [&](const Lanes* from, Lanes* to) { shift_along_axis(shift, from, to); });
 }
 
 }  // namespace lichtenberg::laplace::spheres

@@ -32,19 +32,23 @@ class Translation {
   /// Multiplies by matrices factor[m][t][t'], up to the degree, in the frame whose z is the way.
   void in_pair_frame(const Ways& ways, int degree, const double* factor, Lanes* value, Lanes* scratch) const;
 
-  /// Moves the centre of multipoles (`outward`) or of local coefficients: value_l goes into degrees t >= l times the
-  /// length to the power t - l, or the other way round into t <= l times its power l - t. `ways` lead from the new
+  /// A move of the centre of multipoles (`outward`) or of local coefficients: value_l goes into degrees t >= l times
+  /// the length to the power t - l, or the other way round into t <= l times its power l - t.
+  struct Shift {
+    const Lanes& length;
+    bool outward;
+    int degree, new_degree;
+  };
+  /// `ways` lead from the new
   /// centre of multipoles to the old one, and for local coefficients from the old one to the new one. Factors are those
   /// of solid harmonics without scale: moments r^l C_lm, potentials sum b_lm r^l C_lm.
-  void shift(const Ways& ways, const Lanes& length, bool outward, int degree, int new_degree, Lanes* value,
-             Lanes* scratch) const;
+  void shift(const Ways& ways, const Shift& shift, Lanes* value, Lanes* scratch) const;
 
  private:
   template <class AlongAxis>
   void in_axis_frame(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch,
                      AlongAxis along) const;
-  void shift_along_axis(const Lanes& length, bool outward, int degree, int new_degree, const Lanes* from,
-                        Lanes* to) const;
+  void shift_along_axis(const Shift& shift, const Lanes* from, Lanes* to) const;
   void turn_about_z(const Lanes& cosine, const Lanes& sine, int degree, Lanes* value) const;
   void quarter_turn(int degree, const Lanes* from, Lanes* to) const;
   void along_axis(int source_degree, int target_degree, const Lanes* from, Lanes* to) const;

@@ -3,7 +3,6 @@
 #include <cuda_runtime.h>
 
 #include <bit>
-#include <cstdlib>
 #include <cstring>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
@@ -12,38 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "solvers/error.hpp"
+#include "solvers/parallel/cuda_device.hpp"
 #include "solvers/parallel/cuda_kernels.hpp"
 #include "solvers/parallel/host_executor.hpp"
 
 namespace lichtenberg::parallel {
-
-inline void check_cuda(cudaError_t code) {
-  if (code == cudaSuccess) return;
-  cudaGetLastError();
-  throw Failure(std::string("CUDA device: ") + cudaGetErrorString(code));
-}
-
-/// Throws InputError unless there is a CUDA device that can be used.
-inline void require_cuda_device() {
-  int count = 0;
-  const cudaError_t code = cudaGetDeviceCount(&count);
-  if (code == cudaSuccess && count > 0) return;
-  cudaGetLastError();
-  throw InputError(std::string("device = \"cuda\": this machine has no CUDA device that can be used (") +
-                   cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
-}
-
-/// Whether the host decides on conditions and loops, in place of conditional nodes in graphs: the environment variable
-/// LICHTENBERG_CUDA_LOOPS is "host". The tools of compute-sanitizer 2025.3 report false errors or crash for kernels in
-/// such nodes. Throws InputError for other values than "host" and "device".
-inline bool cuda_loops_on_host() {
-  const char* name = "LICHTENBERG_CUDA_LOOPS";
-  const char* value = std::getenv(name);
-  const std::string wanted = value ? value : "device";
-  if (wanted == "host" || wanted == "device") return wanted == "host";
-  throw InputError(std::string(name) + ": \"" + wanted + "\" is neither \"device\" nor \"host\"");
-}
 
 /// Whether a kernel is brought to the processors after those ahead of it, or before they are done (begin_kernel).
 enum class KernelStart { in_turn, early };
@@ -57,10 +29,7 @@ class CudaExecutor {
     check_cuda(cudaEventCreateWithFlags(&fork_, cudaEventDisableTiming));
     check_cuda(cudaEventCreateWithFlags(&join_, cudaEventDisableTiming));
     check_cuda(cudaMallocHost(&pinned_, pinned_size));
-    int device = 0, generation = 0;
-    check_cuda(cudaGetDevice(&device));
-    check_cuda(cudaDeviceGetAttribute(&generation, cudaDevAttrComputeCapabilityMajor, device));
-    starts_early_ = start == KernelStart::early && generation >= 9;
+    starts_early_ = start == KernelStart::early && attribute(cudaDevAttrComputeCapabilityMajor) >= 9;
     sums_ = allocate(2 * sizeof(int) + sums_size);
     fill(sums_, 0, 2 * sizeof(int) + sums_size);
     more_ = reinterpret_cast<int*>(static_cast<char*>(sums_) + sums_size) + 1;
@@ -109,24 +78,20 @@ class CudaExecutor {
     launch(block_kernel<threads, F>, static_cast<unsigned>(blocks), threads, bytes, f);
   }
   std::size_t most_block_memory() const {
-    int device = 0, bytes = 0;
-    check_cuda(cudaGetDevice(&device));
-    check_cuda(cudaDeviceGetAttribute(&bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
-    return static_cast<std::size_t>(bytes);
+    return static_cast<std::size_t>(attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin));
   }
 
   using Grid = CudaGrid;
   template <class F>
   void together(F f) const {
     constexpr int threads = 512;  // with 128 registers each: as fast as half as many with all of them
-    int device = 0, processors = 0, blocks = 0;
-    check_cuda(cudaGetDevice(&device));
-    check_cuda(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device));
+    int blocks = 0;
     check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, grid_kernel<threads, F>, threads, 0));
     void* arguments[] = {&f};
-    check_cuda(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(&grid_kernel<threads, F>),
-                                           dim3(static_cast<unsigned>(processors * blocks)), dim3(threads), arguments,
-                                           0, stream_));
+    check_cuda(
+        cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(&grid_kernel<threads, F>),
+                                    dim3(static_cast<unsigned>(attribute(cudaDevAttrMultiProcessorCount) * blocks)),
+                                    dim3(threads), arguments, 0, stream_));
   }
 
   template <class Count, class Keep, class Put>
@@ -190,23 +155,16 @@ class CudaExecutor {
     copy(values, sorted_values, bytes);
   }
 
-  std::size_t room() const {
-    std::size_t room = 0, all = 0;
-    check_cuda(cudaMemGetInfo(&room, &all));
-    return room;
-  }
+  std::size_t room() const { return memory().room; }
   void check_room(std::size_t bytes) const {
-    std::size_t room = 0, all = 0;
-    check_cuda(cudaMemGetInfo(&room, &all));
-    if (bytes > room) refuse(bytes, room, all);
+    if (const auto [room, all] = memory(); bytes > room) refuse(bytes, room, all);
   }
   void* allocate(std::size_t bytes) const {
     void* memory = nullptr;
     const cudaError_t code = cudaMalloc(&memory, bytes > 0 ? bytes : 1);
     if (code == cudaErrorMemoryAllocation) {
       cudaGetLastError();
-      std::size_t room = 0, all = 0;
-      check_cuda(cudaMemGetInfo(&room, &all));
+      const auto [room, all] = this->memory();
       refuse(bytes, room, all);
     }
     check_cuda(code);
@@ -365,22 +323,23 @@ class CudaExecutor {
 
   template <class F>
   double seconds(F f) const {
-    cudaEvent_t start = nullptr, end = nullptr;
-    check_cuda(cudaEventCreate(&start));
-    check_cuda(cudaEventCreate(&end));
+    Moment start, end;
     wait();
-    check_cuda(cudaEventRecord(start, stream_));
+    mark(start);
     f();
-    check_cuda(cudaEventRecord(end, stream_));
-    check_cuda(cudaEventSynchronize(end));
-    float milliseconds = 0;
-    check_cuda(cudaEventElapsedTime(&milliseconds, start, end));
-    cudaEventDestroy(start);
-    cudaEventDestroy(end);
-    return 1e-3 * milliseconds;
+    mark(end);
+    check_cuda(cudaEventSynchronize(end.event_));
+    return end.seconds_since(start);
   }
 
  private:
+  /// Of the current device.
+  static int attribute(cudaDeviceAttr attribute) {
+    int device = 0, value = 0;
+    check_cuda(cudaGetDevice(&device));
+    check_cuda(cudaDeviceGetAttribute(&value, attribute, device));
+    return value;
+  }
   /// Of two kernels at the same time: whose blocks a processor that has room takes.
   enum class Priority { first, last };
   static cudaStream_t make_stream(Priority priority) {
@@ -483,6 +442,14 @@ class CudaExecutor {
     check_cuda(f(branch.scratch, bytes));
   }
 
+  struct DeviceMemory {
+    std::size_t room = 0, all = 0;
+  };
+  static DeviceMemory memory() {
+    DeviceMemory now;
+    check_cuda(cudaMemGetInfo(&now.room, &now.all));
+    return now;
+  }
   [[noreturn]] static void refuse(std::size_t bytes, std::size_t room, std::size_t all) {
     const auto megabytes = [](std::size_t b) { return std::to_string(b >> 20) + " MiB"; };
     throw Failure("the CUDA device has no room for " + megabytes(bytes) + " more: " + megabytes(room) + " of its " +

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cuda_runtime.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::parallel {
+
+inline void check_cuda(cudaError_t code) {
+  if (code == cudaSuccess) return;
+  cudaGetLastError();
+  throw Failure(std::string("CUDA device: ") + cudaGetErrorString(code));
+}
+
+/// Throws InputError unless there is a CUDA device that can be used.
+inline void require_cuda_device() {
+  int count = 0;
+  const cudaError_t code = cudaGetDeviceCount(&count);
+  if (code == cudaSuccess && count > 0) return;
+  cudaGetLastError();
+  throw InputError(std::string("device = \"cuda\": this machine has no CUDA device that can be used (") +
+                   cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
+}
+
+/// Whether the host decides on conditions and loops, in place of conditional nodes in graphs: the environment variable
+/// LICHTENBERG_CUDA_LOOPS is "host". The tools of compute-sanitizer 2025.3 report false errors or crash for kernels in
+/// such nodes. Throws InputError for other values than "host" and "device".
+inline bool cuda_loops_on_host() {
+  const char* name = "LICHTENBERG_CUDA_LOOPS";
+  const char* value = std::getenv(name);
+  const std::string wanted = value ? value : "device";
+  if (wanted == "host" || wanted == "device") return wanted == "host";
+  throw InputError(std::string(name) + ": \"" + wanted + "\" is neither \"device\" nor \"host\"");
+}
+
+}  // namespace lichtenberg::parallel

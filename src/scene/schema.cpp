@@ -36,6 +36,12 @@ const Table* Schema::find_table(std::string_view path) const {
   return found == tables_.end() ? nullptr : &*found;
 }
 
+std::vector<Key> joined(std::initializer_list<std::vector<Key>> lists) {
+  std::vector<Key> all;
+  for (const std::vector<Key>& list : lists) all.insert(all.end(), list.begin(), list.end());
+  return all;
+}
+
 const Key* find_key(const Table& table, std::string_view name) {
   const auto found = std::ranges::find(table.keys, name, &Key::name);
   return found == table.keys.end() ? nullptr : &*found;

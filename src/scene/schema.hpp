@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -104,6 +105,9 @@ struct Key {
   /// "required", or the default, which an `untouched` draft (Schema::blank_draft) holds.
   std::string fallback(Draft& untouched) const;
 };
+
+/// The keys of several lists, in order.
+std::vector<Key> joined(std::initializer_list<std::vector<Key>> lists);
 
 struct Table {
   enum class Kind { optional, required, repeated };

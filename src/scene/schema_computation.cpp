@@ -78,143 +78,161 @@ std::string default_tolerances(const std::string& usual, double FieldTolerances:
   return fmt::format("{}; {}", usual, fmt::join(others, ", "));
 }
 
-Table field() {
+std::vector<Key> field_accuracy() {
   return {
-      .path = "field",
-      .help = "How the potential is computed.",
-      .keys = {
-          {.name = "accuracy",
-           .place = [](Draft& d) { return &d.field.accuracy; },
-           .range = {.low = 1e-12, .high = 0.1},
-           .computed_default = "none; cells and tolerances count",
-           .help =
-               "chooses cells, tolerances and, unless given, the method, so that no error is larger: of a potential "
+      {.name = "accuracy",
+       .place = [](Draft& d) { return &d.field.accuracy; },
+       .range = {.low = 1e-12, .high = 0.1},
+       .computed_default = "none; cells and tolerances count",
+       .help = "chooses cells, tolerances and, unless given, the method, so that no error is larger: of a potential "
                "over the largest difference of potentials (of spheres without walls, from infinity too), of a "
                "conductor's charge over the largest (what resistors carry in time, too), of a force on a conductor "
                "over the largest there, however small it is (what is below 1e-11 of eps V^2, V being the largest "
                "difference, is rounding and no error). Errors are measured: `solve` refuses what cannot be met, a run "
                "is chosen for at its start, in the plane for gaps down to contact_discharge's, and there checked at "
                "checkpoints"},
-          {.name = "method",
-           .place = field_method(),
-           .computed_default = "\"cut-cell\"; in three dimensions \"spheres\"",
-           .help = methods_in_words()},
-          {.name = "cells",
-           .place = [](Draft& d) { return &d.field.options.cells; },
-           .range = {.low = 8, .high = most_cells},
-           .help =
-               "square cells along the domain's longer side; of multipole, which needs none, those of its pictures"},
-          {.name = "tolerance",
-           .place = [](Draft& d) { return &d.field.tolerance; },
-           .range = accuracy,
-           .computed_default = default_tolerances("1e-8", &FieldTolerances::single),
-           .help = "error of a single solve: of cut-cell in the energy norm, relative to the solution's; of multipole "
-                   "and spheres in potentials, charges and forces, relative to the largest; of relaxation in the "
-                   "groups' charges"},
-          {.name = "moving_tolerance",
-           .place = [](Draft& d) { return &d.field.moving_tolerance; },
-           .range = accuracy,
-           .computed_default = default_tolerances(
-               "1e-4 where mechanics.position_tolerance is 1e-3 of the smallest radius, with its square below, from "
-               "1e-5 to 1e-4; 1e-5 with a circuit, coupling = \"monolithic\" or integrator = \"euler\"",
-               &FieldTolerances::moving),
-           .help = "the same for the solves of a moving scene"},
-          {.name = "device",
-           .place = [](Draft& d) { return &d.field.options.device; },
-           .help = "where cut-cell solves; --device on the command line comes first"},
-          {.name = "threads",
-           .place = [](Draft& d) { return &d.field.options.threads; },
-           .range = {.low = 0, .high = 1024},
-           .help = "that cut-cell and spheres share their work among, for the same bits; 0: one a core, fewer on small "
-                   "grids"},
-          {.name = "links",
-           .place = [](Draft& d) { return &d.field.options.links; },
-           .help =
-               "conductance from a cell to a disk: exact for a logarithmic potential, or for a linear one; aperture: "
+      {.name = "method",
+       .place = field_method(),
+       .computed_default = "\"cut-cell\"; in three dimensions \"spheres\"",
+       .help = methods_in_words()},
+      {.name = "cells",
+       .place = [](Draft& d) { return &d.field.options.cells; },
+       .range = {.low = 8, .high = most_cells},
+       .help = "square cells along the domain's longer side; of multipole, which needs none, those of its pictures"},
+      {.name = "tolerance",
+       .place = [](Draft& d) { return &d.field.tolerance; },
+       .range = accuracy,
+       .computed_default = default_tolerances("1e-8", &FieldTolerances::single),
+       .help = "error of a single solve: of cut-cell in the energy norm, relative to the solution's; of multipole "
+               "and spheres in potentials, charges and forces, relative to the largest; of relaxation in the "
+               "groups' charges"},
+      {.name = "moving_tolerance",
+       .place = [](Draft& d) { return &d.field.moving_tolerance; },
+       .range = accuracy,
+       .computed_default = default_tolerances(
+           "1e-4 where mechanics.position_tolerance is 1e-3 of the smallest radius, with its square below, from "
+           "1e-5 to 1e-4; 1e-5 with a circuit, coupling = \"monolithic\" or integrator = \"euler\"",
+           &FieldTolerances::moving),
+       .help = "the same for the solves of a moving scene"},
+  };
+}
+
+std::vector<Key> field_solvers() {
+  return {
+      {.name = "device",
+       .place = [](Draft& d) { return &d.field.options.device; },
+       .help = "where cut-cell solves; --device on the command line comes first"},
+      {.name = "threads",
+       .place = [](Draft& d) { return &d.field.options.threads; },
+       .range = {.low = 0, .high = 1024},
+       .help = "that cut-cell and spheres share their work among, for the same bits; 0: one a core, fewer on small "
+               "grids"},
+      {.name = "links",
+       .place = [](Draft& d) { return &d.field.options.links; },
+       .help = "conductance from a cell to a disk: exact for a logarithmic potential, or for a linear one; aperture: "
                "the obvious, first-order, to compare with (linear_solver = \"assembled\")"},
-          {.name = "linear_solver",
-           .place = [](Draft& d) { return &d.field.options.linear_solver; },
-           .help = "multigrid: matrix-free, the fastest; assembled: any preconditioner of PETSc"},
-          {.name = "relaxation_eta",
-           .place = [](Draft& d) { return &d.field.relaxation_eta; },
-           .unit = "V m/C",
-           .range = positive,
-           .computed_default = "chosen by the solver",
-           .help = "step of the gradient descent (D 6.30)"},
-      }};
+      {.name = "linear_solver",
+       .place = [](Draft& d) { return &d.field.options.linear_solver; },
+       .help = "multigrid: matrix-free, the fastest; assembled: any preconditioner of PETSc"},
+      {.name = "relaxation_eta",
+       .place = [](Draft& d) { return &d.field.relaxation_eta; },
+       .unit = "V m/C",
+       .range = positive,
+       .computed_default = "chosen by the solver",
+       .help = "step of the gradient descent (D 6.30)"},
+  };
+}
+
+Table field() {
+  return {
+      .path = "field", .help = "How the potential is computed.", .keys = joined({field_accuracy(), field_solvers()})};
+}
+
+std::vector<Key> integrators() {
+  return {
+      {.name = "integrator",
+       .place = [](Draft& d) { return &d.scene.mechanics.integrator; },
+       .computed_default = "\"cvode\"; \"multirate\" of grains",
+       .help = "cvode: implicit, error-controlled, contacts located as events; euler: explicit (D 6.7). Of "
+               "grains multirate: charges act as impulses, between which contacts are followed by steps of "
+               "their own; verlet: with predicted velocities; gear, gear-printed: Gear's of order 6, corrected "
+               "and as G prints it; cvode: the reference, for few grains"},
+      {.name = "coupling",
+       .place = [](Draft& d) { return &d.scene.mechanics.coupling; },
+       .help = "split: field extrapolated over error-controlled steps; monolithic: solved in each evaluation"},
+      {.name = "predictor",
+       .place = [](Draft& d) { return &d.scene.mechanics.predictor; },
+       .help = "split: between field solves, solves on a coarser grid that resolves the conductors"},
+  };
+}
+
+std::vector<Key> conductor_steps() {
+  return {
+      {.name = "relative_tolerance",
+       .place = [](Draft& d) { return &d.scene.mechanics.relative_tolerance; },
+       .range = {.low = 1e-15, .high = 1, .high_itself = false},  // below it is rounding
+       .computed_default = "1e-6; 1e-13 of grains",
+       .help = "of positions and momenta, each step of the integrator; of grains that of cvode"},
+      {.name = "position_tolerance",
+       .place = [](Draft& d) { return &d.position_tolerance; },
+       .unit = "m",
+       .range = positive,
+       .computed_default = "1e-3 * the smallest radius",
+       .help = "error of the positions allowed in a coupling step; at least 1e-9 of the smallest radius. Over "
+               "that radius it is also what a step may leave of the charge that resistors carry, over the "
+               "largest charge; field.accuracy makes that smaller where it needs to"},
+      {.name = "largest_step",
+       .place = [](Draft& d) { return &d.largest_step; },
+       .unit = "s",
+       .range = times,
+       .computed_default = "output.every",
+       .help = "largest coupling step"},
+      {.name = "keep_height",
+       .place = [](Draft& d) { return &d.scene.mechanics.keep_height; },
+       .help = "in three dimensions: conductors lie on something and keep their z; what pulls them along z is "
+               "taken up by that, and is not among the forces of a run"},
+      {.name = "euler_step",
+       .place = [](Draft& d) { return &d.scene.mechanics.euler_step; },
+       .unit = "s",
+       .range = positive,
+       .help = "time step of euler"},
+      {.name = "euler_field_step",
+       .place = [](Draft& d) { return &d.scene.mechanics.euler_field_step; },
+       .unit = "s",
+       .range = positive,
+       .help = "time between two field solves of euler"},
+  };
+}
+
+std::vector<Key> grain_steps() {
+  return {
+      {.name = "step",
+       .place = [](Draft& d) { return &d.scene.mechanics.step; },
+       .unit = "t0",
+       .range = positive,
+       .computed_default =
+           "multirate: what effects.coulomb.accuracy asks for, or 0.05; 0.005 of verlet, 0.0015 of gear",
+       .help = "of grains: the longest step, over which multirate holds the forces of charges; it is shorter "
+               "where the fastest grain would fly farther than .2 d0; those of verlet and gear must resolve "
+               "the shortest contact"},
+      {.name = "contact_steps",
+       .place = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
+       .range = {.low = 4, .high = 1e4},
+       .computed_default = "what effects.coulomb.accuracy asks for: 16 of 1e-3, 50 of 1e-4; 16 without",
+       .help = "of multirate: steps of contacts in the shortest contact that there could be, or, where damping "
+               "is so strong that this is shorter, in the time in which it slows grains down; n of them are "
+               "wrong by about 1 / (4 n^2) of a contact's energy"},
+      {.name = "threads",
+       .place = [](Draft& d) { return &d.scene.mechanics.threads; },
+       .range = {.low = 0, .high = 1024},
+       .help = "that move grains, for the same bits; 0: one a core, fewer for few grains"},
+  };
 }
 
 Table mechanics() {
   return {.path = "mechanics",
           .help = "How the motion is computed.",
-          .keys = {
-              {.name = "integrator",
-               .place = [](Draft& d) { return &d.scene.mechanics.integrator; },
-               .computed_default = "\"cvode\"; \"multirate\" of grains",
-               .help = "cvode: implicit, error-controlled, contacts located as events; euler: explicit (D 6.7). Of "
-                       "grains multirate: charges act as impulses, between which contacts are followed by steps of "
-                       "their own; verlet: with predicted velocities; gear, gear-printed: Gear's of order 6, corrected "
-                       "and as G prints it; cvode: the reference, for few grains"},
-              {.name = "coupling",
-               .place = [](Draft& d) { return &d.scene.mechanics.coupling; },
-               .help = "split: field extrapolated over error-controlled steps; monolithic: solved in each evaluation"},
-              {.name = "predictor",
-               .place = [](Draft& d) { return &d.scene.mechanics.predictor; },
-               .help = "split: between field solves, solves on a coarser grid that resolves the conductors"},
-              {.name = "relative_tolerance",
-               .place = [](Draft& d) { return &d.scene.mechanics.relative_tolerance; },
-               .range = {.low = 1e-15, .high = 1, .high_itself = false},  // below it is rounding
-               .computed_default = "1e-6; 1e-13 of grains",
-               .help = "of positions and momenta, each step of the integrator; of grains that of cvode"},
-              {.name = "position_tolerance",
-               .place = [](Draft& d) { return &d.position_tolerance; },
-               .unit = "m",
-               .range = positive,
-               .computed_default = "1e-3 * the smallest radius",
-               .help = "error of the positions allowed in a coupling step; at least 1e-9 of the smallest radius. Over "
-                       "that radius it is also what a step may leave of the charge that resistors carry, over the "
-                       "largest charge; field.accuracy makes that smaller where it needs to"},
-              {.name = "largest_step",
-               .place = [](Draft& d) { return &d.largest_step; },
-               .unit = "s",
-               .range = times,
-               .computed_default = "output.every",
-               .help = "largest coupling step"},
-              {.name = "keep_height",
-               .place = [](Draft& d) { return &d.scene.mechanics.keep_height; },
-               .help = "in three dimensions: conductors lie on something and keep their z; what pulls them along z is "
-                       "taken up by that, and is not among the forces of a run"},
-              {.name = "euler_step",
-               .place = [](Draft& d) { return &d.scene.mechanics.euler_step; },
-               .unit = "s",
-               .range = positive,
-               .help = "time step of euler"},
-              {.name = "euler_field_step",
-               .place = [](Draft& d) { return &d.scene.mechanics.euler_field_step; },
-               .unit = "s",
-               .range = positive,
-               .help = "time between two field solves of euler"},
-              {.name = "step",
-               .place = [](Draft& d) { return &d.scene.mechanics.step; },
-               .unit = "t0",
-               .range = positive,
-               .computed_default =
-                   "multirate: what effects.coulomb.accuracy asks for, or 0.05; 0.005 of verlet, 0.0015 of gear",
-               .help = "of grains: the longest step, over which multirate holds the forces of charges; it is shorter "
-                       "where the fastest grain would fly farther than .2 d0; those of verlet and gear must resolve "
-                       "the shortest contact"},
-              {.name = "contact_steps",
-               .place = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
-               .range = {.low = 4, .high = 1e4},
-               .computed_default = "what effects.coulomb.accuracy asks for: 16 of 1e-3, 50 of 1e-4; 16 without",
-               .help = "of multirate: steps of contacts in the shortest contact that there could be, or, where damping "
-                       "is so strong that this is shorter, in the time in which it slows grains down; n of them are "
-                       "wrong by about 1 / (4 n^2) of a contact's energy"},
-              {.name = "threads",
-               .place = [](Draft& d) { return &d.scene.mechanics.threads; },
-               .range = {.low = 0, .high = 1024},
-               .help = "that move grains, for the same bits; 0: one a core, fewer for few grains"},
-          }};
+          .keys = joined({integrators(), conductor_steps(), grain_steps()})};
 }
 
 Table network() {

@@ -108,78 +108,87 @@ Table material() {
           }};
 }
 
+std::vector<Key> electrode_supply() {
+  return {
+      {.name = "name",
+       .place = [](Draft& d) { return &d.electrodes.back().name; },
+       .computed_default = "the shape and a number, as in \"disk 1\"",
+       .help = "its name in messages and results"},
+      {.name = "shape",
+       .place = [](Draft& d) { return &d.electrodes.back().shape; },
+       .texts = {"disk", "half-disk", "bar", "ring", "sphere"},
+       .required = true,
+       .help = "half-disk: a disk centred on a side of the domain; ring: conducting outside its circle; "
+               "sphere: in three dimensions, where no other shape is"},
+      {.name = "potential",
+       .place = [](Draft& d) { return &d.electrodes.back().potential; },
+       .unit = "V",
+       .required = true,
+       .help = "its potential, or that of the supply if there is a series resistance"},
+      {.name = "series_resistance",
+       .place = [](Draft& d) { return &d.electrodes.back().series_resistance; },
+       .unit = "ohm",
+       .range = positive,
+       .computed_default = "none",
+       .help = "resistor between the supply and the body, which starts without charge and whose potential "
+               "follows from the current; one that no charge passes, of 1e30 ohm, leaves the body floating"},
+  };
+}
+
+std::vector<Key> electrode_shape() {
+  return {
+      {.name = "centre",
+       .place = [](Draft& d) { return &d.electrodes.back().centre; },
+       .unit = "m",
+       .shapes = {"disk", "ring"},
+       .help = "of the circle"},
+      {.name = "position",
+       .place = [](Draft& d) { return &d.electrodes.back().position; },
+       .unit = "m",
+       .shapes = {"sphere"},
+       .help = "of the centre"},
+      {.name = "radius",
+       .place = [](Draft& d) { return &d.electrodes.back().radius; },
+       .unit = "m",
+       .range = positive,
+       .shapes = {"disk", "half-disk", "ring", "sphere"},
+       .help = "of the circle or the sphere"},
+      {.name = "side",
+       .place = [](Draft& d) { return &d.electrodes.back().side; },
+       .texts = {"left", "right", "bottom", "top"},
+       .shapes = {"half-disk"},
+       .help = "side of the domain on which the centre lies"},
+      {.name = "at",
+       .place = [](Draft& d) { return &d.electrodes.back().at; },
+       .unit = "m",
+       .range = not_negative,
+       .shapes = {"half-disk"},
+       .help = "x of the centre (bottom, top) or y (left, right)"},
+      {.name = "from",
+       .place = [](Draft& d) { return &d.electrodes.back().from; },
+       .unit = "m",
+       .shapes = {"bar"},
+       .help = "one end of the bar's axis"},
+      {.name = "to",
+       .place = [](Draft& d) { return &d.electrodes.back().to; },
+       .unit = "m",
+       .shapes = {"bar"},
+       .help = "the other end; the ends are flat"},
+      {.name = "width",
+       .place = [](Draft& d) { return &d.electrodes.back().width; },
+       .unit = "m",
+       .range = positive,
+       .shapes = {"bar"},
+       .help = "across the axis"},
+  };
+}
+
 Table electrode() {
   return {.path = "electrode",
           .kind = repeated,
           .help = "A fixed conducting body at a given potential. It may reach beyond the domain, which cuts it.",
           .open = [](Draft& d, int line) { d.electrodes.push_back({.line = line}); },
-          .keys = {
-              {.name = "name",
-               .place = [](Draft& d) { return &d.electrodes.back().name; },
-               .computed_default = "the shape and a number, as in \"disk 1\"",
-               .help = "its name in messages and results"},
-              {.name = "shape",
-               .place = [](Draft& d) { return &d.electrodes.back().shape; },
-               .texts = {"disk", "half-disk", "bar", "ring", "sphere"},
-               .required = true,
-               .help = "half-disk: a disk centred on a side of the domain; ring: conducting outside its circle; "
-                       "sphere: in three dimensions, where no other shape is"},
-              {.name = "potential",
-               .place = [](Draft& d) { return &d.electrodes.back().potential; },
-               .unit = "V",
-               .required = true,
-               .help = "its potential, or that of the supply if there is a series resistance"},
-              {.name = "series_resistance",
-               .place = [](Draft& d) { return &d.electrodes.back().series_resistance; },
-               .unit = "ohm",
-               .range = positive,
-               .computed_default = "none",
-               .help = "resistor between the supply and the body, which starts without charge and whose potential "
-                       "follows from the current; one that no charge passes, of 1e30 ohm, leaves the body floating"},
-              {.name = "centre",
-               .place = [](Draft& d) { return &d.electrodes.back().centre; },
-               .unit = "m",
-               .shapes = {"disk", "ring"},
-               .help = "of the circle"},
-              {.name = "position",
-               .place = [](Draft& d) { return &d.electrodes.back().position; },
-               .unit = "m",
-               .shapes = {"sphere"},
-               .help = "of the centre"},
-              {.name = "radius",
-               .place = [](Draft& d) { return &d.electrodes.back().radius; },
-               .unit = "m",
-               .range = positive,
-               .shapes = {"disk", "half-disk", "ring", "sphere"},
-               .help = "of the circle or the sphere"},
-              {.name = "side",
-               .place = [](Draft& d) { return &d.electrodes.back().side; },
-               .texts = {"left", "right", "bottom", "top"},
-               .shapes = {"half-disk"},
-               .help = "side of the domain on which the centre lies"},
-              {.name = "at",
-               .place = [](Draft& d) { return &d.electrodes.back().at; },
-               .unit = "m",
-               .range = not_negative,
-               .shapes = {"half-disk"},
-               .help = "x of the centre (bottom, top) or y (left, right)"},
-              {.name = "from",
-               .place = [](Draft& d) { return &d.electrodes.back().from; },
-               .unit = "m",
-               .shapes = {"bar"},
-               .help = "one end of the bar's axis"},
-              {.name = "to",
-               .place = [](Draft& d) { return &d.electrodes.back().to; },
-               .unit = "m",
-               .shapes = {"bar"},
-               .help = "the other end; the ends are flat"},
-              {.name = "width",
-               .place = [](Draft& d) { return &d.electrodes.back().width; },
-               .unit = "m",
-               .range = positive,
-               .shapes = {"bar"},
-               .help = "across the axis"},
-          }};
+          .keys = joined({electrode_supply(), electrode_shape()})};
 }
 
 Table wall() {
@@ -204,56 +213,75 @@ Table wall() {
           }};
 }
 
+/// Keys of the material of `particles`: the draft's conductors or populations.
+template <auto particles>
+std::vector<Key> material_keys(Place relative_resistivity) {
+  return {
+      {.name = "relative_resistivity",
+       .place = relative_resistivity,
+       .range = positive,
+       .help = "by what its resistors in [network] resist more than the parameters there say"},
+      {.name = "young",
+       .place = [](Draft& d) { return &(d.*particles).back().young; },
+       .unit = "Pa",
+       .range = positive,
+       .computed_default = "effects.hertz_contact.young, or without that effect effects.wall_contact.young",
+       .help = "Young's modulus of its material, in elastic contacts"},
+      {.name = "poisson",
+       .place = [](Draft& d) { return &(d.*particles).back().poisson; },
+       .range = {.low = -1, .high = 0.5, .low_itself = false},
+       .computed_default = "effects.hertz_contact.poisson, or effects.wall_contact.poisson",
+       .help = "Poisson's ratio of its material, in elastic contacts"},
+  };
+}
+
+std::vector<Key> conductor_sphere() {
+  return {
+      {.name = "position",
+       .place = [](Draft& d) { return &d.conductors.back().position; },
+       .unit = "m",
+       .required = true,
+       .help = "of the centre"},
+      {.name = "radius",
+       .place = [](Draft& d) { return &d.conductors.back().conductor.radius; },
+       .unit = "m",
+       .range = positive,
+       .required = true,
+       .help = "its radius"},
+  };
+}
+
+std::vector<Key> conductor_state() {
+  return {
+      {.name = "charge",
+       .place = [](Draft& d) { return &d.conductors.back().charge; },
+       .unit = "C",
+       .computed_default = "0",
+       .help = "charge at the start; not for a member of a group"},
+      {.name = "velocity",
+       .place = [](Draft& d) { return &d.conductors.back().velocity; },
+       .unit = "m/s",
+       .computed_default = "0 along each axis",
+       .help = "velocity at the start"},
+      {.name = "held",
+       .place = [](Draft& d) { return &d.conductors.back().conductor.held; },
+       .help = "it stays where it is, whatever pulls or pushes"},
+      {.name = "group",
+       .place = [](Draft& d) { return &d.conductors.back().group; },
+       .computed_default = "none",
+       .help = "name of the [[group]] that it is wired to"},
+  };
+}
+
 Table conductor() {
   return {.path = "conductor",
           .kind = repeated,
           .help = "A movable conductor: a disk to a field in the plane, a sphere to one in space and to the mechanics.",
           .open = [](Draft& d, int line) { d.conductors.push_back({.line = line}); },
-          .keys = {
-              {.name = "position",
-               .place = [](Draft& d) { return &d.conductors.back().position; },
-               .unit = "m",
-               .required = true,
-               .help = "of the centre"},
-              {.name = "radius",
-               .place = [](Draft& d) { return &d.conductors.back().conductor.radius; },
-               .unit = "m",
-               .range = positive,
-               .required = true,
-               .help = "its radius"},
-              {.name = "relative_resistivity",
-               .place = [](Draft& d) { return &d.conductors.back().conductor.relative_resistivity; },
-               .range = positive,
-               .help = "by what its resistors in [network] resist more than the parameters there say"},
-              {.name = "young",
-               .place = [](Draft& d) { return &d.conductors.back().young; },
-               .unit = "Pa",
-               .range = positive,
-               .computed_default = "effects.hertz_contact.young, or without that effect effects.wall_contact.young",
-               .help = "Young's modulus of its material, in elastic contacts"},
-              {.name = "poisson",
-               .place = [](Draft& d) { return &d.conductors.back().poisson; },
-               .range = {.low = -1, .high = 0.5, .low_itself = false},
-               .computed_default = "effects.hertz_contact.poisson, or effects.wall_contact.poisson",
-               .help = "Poisson's ratio of its material, in elastic contacts"},
-              {.name = "charge",
-               .place = [](Draft& d) { return &d.conductors.back().charge; },
-               .unit = "C",
-               .computed_default = "0",
-               .help = "charge at the start; not for a member of a group"},
-              {.name = "velocity",
-               .place = [](Draft& d) { return &d.conductors.back().velocity; },
-               .unit = "m/s",
-               .computed_default = "0 along each axis",
-               .help = "velocity at the start"},
-              {.name = "held",
-               .place = [](Draft& d) { return &d.conductors.back().conductor.held; },
-               .help = "it stays where it is, whatever pulls or pushes"},
-              {.name = "group",
-               .place = [](Draft& d) { return &d.conductors.back().group; },
-               .computed_default = "none",
-               .help = "name of the [[group]] that it is wired to"},
-          }};
+          .keys = joined({conductor_sphere(), material_keys<&Draft::conductors>([](Draft& d) {
+                            return &d.conductors.back().conductor.relative_resistivity;
+                          }),
+                          conductor_state()})};
 }
 
 Table group() {
@@ -280,94 +308,96 @@ Table group() {
       }};
 }
 
+std::vector<Key> population_radii() {
+  return {
+      {.name = "count",
+       .place = [](Draft& d) { return &d.populations.back().count; },
+       .range = {.low = 1, .high = 1e7},
+       .required = true,
+       .help = "how many; 1e6 at most but of grains"},
+      {.name = "radius",
+       .place = [](Draft& d) { return &d.populations.back().radius; },
+       .unit = "m",
+       .range = positive,
+       .computed_default = "none; needed unless radii are given; 0.5 of grains",
+       .help = "of all, or the interval from which each draws its own"},
+      {.name = "radii",
+       .place = [](Draft& d) { return &d.populations.back().radii; },
+       .unit = "m",
+       .range = positive,
+       .computed_default = "none",
+       .help = "in place of radius: radii that are taken in turn, and over again if count is larger"},
+      {.name = "distribution",
+       .place = [](Draft& d) { return &d.populations.back().distribution; },
+       .help = "of the radii in their interval, which truncates it"},
+      {.name = "mean",
+       .place = [](Draft& d) { return &d.populations.back().mean; },
+       .unit = "m",
+       .range = positive,
+       .computed_default = "the middle of the interval",
+       .help = "of normal before it is truncated; of lognormal the median"},
+      {.name = "deviation",
+       .place = [](Draft& d) { return &d.populations.back().deviation; },
+       .range = positive,
+       .computed_default = "none; needed for normal and lognormal",
+       .help = "standard deviation: of normal over the mean, of lognormal that of the radius's logarithm"},
+      {.name = "overlapping",
+       .place = [](Draft& d) { return &d.populations.back().overlapping; },
+       .help = "places are taken as they are drawn, overlapping or not; needs effects.contact_potential"},
+  };
+}
+
+std::vector<Key> population_charges() {
+  return {
+      {.name = "charge",
+       .place = [](Draft& d) { return &d.populations.back().charge; },
+       .unit = "C",
+       .help = "of each at the start; of those drawn (charge_distribution) the width"},
+      {.name = "charge_distribution",
+       .place = [](Draft& d) { return &d.populations.back().charge_distribution; },
+       .help = "of grains: all have the same charge; gaussian, with the standard deviation charge; or "
+               "exponential-power, of the density z / (2 Gamma(1/z)) exp(-|q|^z), q in units of charge (G "
+               "3.49). Those drawn add up to exactly 0"},
+      {.name = "charge_exponent",
+       .place = [](Draft& d) { return &d.populations.back().charge_exponent; },
+       .range = {.low = 0.25},
+       .computed_default = "none; needed for exponential-power",
+       .help = "z: 1 is Laplace's distribution, 2 Gaussian, and from 8 on it is nearly uniform between -charge "
+               "and charge; below .25 tails are so heavy that sums of charges round"},
+  };
+}
+
+std::vector<Key> population_places() {
+  return {
+      {.name = "temperature",
+       .place = [](Draft& d) { return &d.populations.back().temperature; },
+       .unit = "m0 v0^2",
+       .range = not_negative,
+       .computed_default = "0: at rest",
+       .help = "of grains: velocities are Gaussian, of this variance times mass a component, and their momenta "
+               "add up to 0"},
+      {.name = "min_gap",
+       .place = [](Draft& d) { return &d.populations.back().min_gap; },
+       .unit = "m",
+       .range = not_negative,
+       .help = "least gap from a surface to any other conductor, electrode or side of the domain"},
+      {.name = "region",
+       .place = [](Draft& d) { return &d.populations.back().region; },
+       .unit = "m",
+       .computed_default = "the whole domain",
+       .help = "rectangle or cuboid that they lie in; a rectangle in three dimensions goes from front to back"},
+  };
+}
+
 Table population() {
   return {.path = "population",
           .kind = repeated,
           .help = "Conductors at random places, drawn uniformly one after the other, by default without overlap.",
           .open = [](Draft& d, int line) { d.populations.push_back({.line = line}); },
-          .keys = {
-              {.name = "count",
-               .place = [](Draft& d) { return &d.populations.back().count; },
-               .range = {.low = 1, .high = 1e7},
-               .required = true,
-               .help = "how many; 1e6 at most but of grains"},
-              {.name = "radius",
-               .place = [](Draft& d) { return &d.populations.back().radius; },
-               .unit = "m",
-               .range = positive,
-               .computed_default = "none; needed unless radii are given; 0.5 of grains",
-               .help = "of all, or the interval from which each draws its own"},
-              {.name = "radii",
-               .place = [](Draft& d) { return &d.populations.back().radii; },
-               .unit = "m",
-               .range = positive,
-               .computed_default = "none",
-               .help = "in place of radius: radii that are taken in turn, and over again if count is larger"},
-              {.name = "distribution",
-               .place = [](Draft& d) { return &d.populations.back().distribution; },
-               .help = "of the radii in their interval, which truncates it"},
-              {.name = "mean",
-               .place = [](Draft& d) { return &d.populations.back().mean; },
-               .unit = "m",
-               .range = positive,
-               .computed_default = "the middle of the interval",
-               .help = "of normal before it is truncated; of lognormal the median"},
-              {.name = "deviation",
-               .place = [](Draft& d) { return &d.populations.back().deviation; },
-               .range = positive,
-               .computed_default = "none; needed for normal and lognormal",
-               .help = "standard deviation: of normal over the mean, of lognormal that of the radius's logarithm"},
-              {.name = "overlapping",
-               .place = [](Draft& d) { return &d.populations.back().overlapping; },
-               .help = "places are taken as they are drawn, overlapping or not; needs effects.contact_potential"},
-              {.name = "relative_resistivity",
-               .place = [](Draft& d) { return &d.populations.back().relative_resistivity; },
-               .range = positive,
-               .help = "by what its resistors in [network] resist more than the parameters there say"},
-              {.name = "young",
-               .place = [](Draft& d) { return &d.populations.back().young; },
-               .unit = "Pa",
-               .range = positive,
-               .computed_default = "effects.hertz_contact.young, or without that effect effects.wall_contact.young",
-               .help = "Young's modulus of its material, in elastic contacts"},
-              {.name = "poisson",
-               .place = [](Draft& d) { return &d.populations.back().poisson; },
-               .range = {.low = -1, .high = 0.5, .low_itself = false},
-               .computed_default = "effects.hertz_contact.poisson, or effects.wall_contact.poisson",
-               .help = "Poisson's ratio of its material, in elastic contacts"},
-              {.name = "charge",
-               .place = [](Draft& d) { return &d.populations.back().charge; },
-               .unit = "C",
-               .help = "of each at the start; of those drawn (charge_distribution) the width"},
-              {.name = "charge_distribution",
-               .place = [](Draft& d) { return &d.populations.back().charge_distribution; },
-               .help = "of grains: all have the same charge; gaussian, with the standard deviation charge; or "
-                       "exponential-power, of the density z / (2 Gamma(1/z)) exp(-|q|^z), q in units of charge (G "
-                       "3.49). Those drawn add up to exactly 0"},
-              {.name = "charge_exponent",
-               .place = [](Draft& d) { return &d.populations.back().charge_exponent; },
-               .range = {.low = 0.25},
-               .computed_default = "none; needed for exponential-power",
-               .help = "z: 1 is Laplace's distribution, 2 Gaussian, and from 8 on it is nearly uniform between -charge "
-                       "and charge; below .25 tails are so heavy that sums of charges round"},
-              {.name = "temperature",
-               .place = [](Draft& d) { return &d.populations.back().temperature; },
-               .unit = "m0 v0^2",
-               .range = not_negative,
-               .computed_default = "0: at rest",
-               .help = "of grains: velocities are Gaussian, of this variance times mass a component, and their momenta "
-                       "add up to 0"},
-              {.name = "min_gap",
-               .place = [](Draft& d) { return &d.populations.back().min_gap; },
-               .unit = "m",
-               .range = not_negative,
-               .help = "least gap from a surface to any other conductor, electrode or side of the domain"},
-              {.name = "region",
-               .place = [](Draft& d) { return &d.populations.back().region; },
-               .unit = "m",
-               .computed_default = "the whole domain",
-               .help = "rectangle or cuboid that they lie in; a rectangle in three dimensions goes from front to back"},
-          }};
+          .keys = joined({population_radii(), material_keys<&Draft::populations>([](Draft& d) {
+                            return &d.populations.back().relative_resistivity;
+                          }),
+                          population_charges(), population_places()})};
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ double energy_account(const ConductorFrame& frame) {
 }
 
 double allowed_energy_imbalance(const Scene& scene) {
-  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  const double radius = scene.smallest_radius();
   const double steps = std::pow(2 * scene.mechanics.position_tolerance / radius, 2.0 / 3);
   if (scene.dimension() == 3) return steps + scene.field().moving_tolerance;
   if (!scene.field().method->on_grid) return steps;

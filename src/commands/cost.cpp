@@ -45,7 +45,7 @@ bool is_fed_dragged_and_discharged(const Scene& scene) {
 /// conductors' share of the domain. Of many, more and more mergers share a solve.
 FieldSolves solves_in_plane(const Scene& scene, double ways) {
   constexpr double half_shared = 3e4;
-  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  const double radius = scene.smallest_radius();
   const double tolerance = scene.mechanics.position_tolerance / radius / 1e-3;  // over the default
   const double predictions = 13 * ways / (1 + ways / half_shared) * std::pow(tolerance, -0.4);
   // Of a field whose grid follows from an accuracy it is not known here whether it is fine enough to predict on.

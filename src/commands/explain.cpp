@@ -122,7 +122,7 @@ void explain_cells(const ExplainedGrid& grid, std::int64_t floating) {
 
 std::string resolution_in_words(const Scene& scene, double h) {
   if (scene.conductors.empty()) return "";
-  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  const double radius = scene.smallest_radius();
   return fmt::format("; the smallest radius is {:.3g} cells{}", radius / h,
                      radius < h ? ", less than one: unresolved" : "");
 }

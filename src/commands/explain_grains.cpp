@@ -48,14 +48,12 @@ void explain_sums(const Scene& scene) {
                std::sqrt(squares / static_cast<double>(scene.conductors.size())), largest);
 }
 
-double smallest_radius(const Scene& scene) { return std::ranges::min(scene.conductors, {}, &Conductor::radius).radius; }
-
 double smallest_mass(const Scene& scene) {
-  return 4.0 / 3 * std::numbers::pi * scene.material.density * std::pow(smallest_radius(scene), 3);
+  return 4.0 / 3 * std::numbers::pi * scene.material.density * std::pow(scene.smallest_radius(), 3);
 }
 
 granular::GrainsSeen grains_seen(const Scene& scene) {
-  return {smallest_mass(scene), smallest_radius(scene), granular::typical_impact(scene.conductors.size())};
+  return {smallest_mass(scene), scene.smallest_radius(), granular::typical_impact(scene.conductors.size())};
 }
 
 /// Of grains as light as the lightest, at a temperature.
@@ -72,7 +70,7 @@ double crowding(const Scene& scene, const GrainContactLaw& law, double temperatu
 /// By what there are as many steps of contacts as there are.
 std::string reason_of_steps(const Scene& scene) {
   const int steps = scene.mechanics.contact_steps;
-  const std::optional<double> accuracy = least_in(scene, &EffectKind::force_accuracy);
+  const std::optional<double> accuracy = least_in(scene, &StepLimits::force_accuracy);
   const std::string error = fmt::format("wrong by about {:.1g} of a contact's energy", contact_error(steps));
   if (steps != contact_steps_for(accuracy.value_or(usual_contact_accuracy))) return error + ": mechanics.contact_steps";
   if (steps == fewest_contact_steps) return error + ", the fewest that there are";
@@ -212,7 +210,7 @@ std::string why_so_long(const granular::Gas& gas, double step) {
     return fmt::format("the fastest grain flies {:.2g} d0", granular::way_by_length(scene));
   const double way = granular::way_by_accuracy(scene);
   if (step * gas.fastest() > 1.001 * way) return "forces come with each step of contacts";
-  const double accuracy = least_in(scene, &EffectKind::force_accuracy).value();
+  const double accuracy = least_in(scene, &StepLimits::force_accuracy).value();
   return fmt::format("the fastest grain flies {:.2g} d0, which costs what forces to {:g} do", way, accuracy);
 }
 
@@ -253,7 +251,7 @@ void explain_stages(const Scene& scene) {
 void explain_memory(const Scene& scene) {
   constexpr double at_start = 60e6, grain = 660;  // bytes
   double each = grain;
-  for (const Effects::Entry& effect : scene.effects) each += effect.kind->bytes;
+  for (const Effects::Entry& effect : scene.effects) each += effect.kind->cost.bytes;
   fmt::print("  memory               some {:.0f} MiB\n",
              (at_start + each * static_cast<double>(scene.conductors.size())) / (1 << 20));
 }
@@ -282,8 +280,8 @@ double seconds_of_forces(granular::Gas& gas, const Slowness& slow) {
   double seconds = 0;
   for (const auto& effect : std::as_const(gas).model().effects) {
     const EffectKind& kind = effect->kind();
-    if (kind.seconds) seconds += kind.seconds(gas.scene());
-    if (!kind.seconds && kind.make.overrides().add_forces)
+    if (kind.cost.seconds) seconds += kind.cost.seconds(gas.scene());
+    if (!kind.cost.seconds && kind.make.overrides().add_forces)
       seconds += gas.seconds_of_forces(*effect) / (slow.forces * gas.bodies().size());
   }
   return seconds;

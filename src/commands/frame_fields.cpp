@@ -32,7 +32,7 @@ constexpr double picture_tolerance = 1e-4;  // a colour map has 256 steps
 /// Enough to see the smallest conductor; the same for all frames.
 int cells_for(const Scene& scene) {
   const Vec2 size = plane(scene.domain.size);
-  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  const double radius = scene.smallest_radius();
   const double wanted = cells_in_a_radius * std::max(size.x, size.y) / radius;
   return laplace::Grids(size).at_least(static_cast<int>(std::clamp<double>(wanted, fewest_cells, most_cells)));
 }

@@ -168,8 +168,7 @@ void sweep_time(const Scene& scene, const Request& request) {
         fmt::format("{}: work-precision compares places in the plane, which nothing leaves: two dimensions "
                     "and no periodic side are allowed",
                     scene.path));
-  MovingSubject subject{.scene = effects::with_field_chosen(scene),
-                        .radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius};
+  MovingSubject subject{.scene = effects::with_field_chosen(scene), .radius = scene.smallest_radius()};
   choose(all_methods(subject), request);  // names are checked before anything is computed
   Diagram diagram{
       .quantities = {"positions"},

@@ -19,12 +19,6 @@ class Among {
   std::span<const Contact>::iterator next_, end_;
 };
 
-double smallest_radius(const Scene& scene) {
-  double smallest = INFINITY;
-  for (const Conductor& conductor : scene.conductors) smallest = std::min(smallest, conductor.radius);
-  return smallest;
-}
-
 /// How far (m) both may come closer, or go apart.
 double approach(Contact contact, int bodies, std::span<const double> travel) {
   return travel[contact.conductor] + (contact.partner < bodies ? travel[contact.partner] : 0);
@@ -96,8 +90,7 @@ const EffectKind& ContactDischargeOptions::kind() {
       .complete =
           [](const Draft& draft, Scene& scene) {
             if (draft.line("effects.contact_discharge.gap") == 0)
-              scene.effects.find<ContactDischargeOptions>()->gap =
-                  std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+              scene.effects.find<ContactDischargeOptions>()->gap = scene.smallest_radius();
           },
       .make = [](const Scene& scene) { return std::make_unique<ContactDischarge>(scene); },
       .contact_gap = [](const Scene& scene) { return scene.effects.find<ContactDischargeOptions>()->gap; }};
@@ -111,7 +104,7 @@ ContactDischarge::ContactDischarge(const Scene& scene)
                    std::max(scene.effects.find<ContactDischargeOptions>()->hysteresis * make_gap_, tolerance_)),
       together_(std::min(tolerance_, 0.25 * (release_gap_ - make_gap_))),
       terminals_(terminals_of(scene)),
-      least_skin_(smallest_radius(scene) / 16) {}
+      least_skin_(scene.smallest_radius() / 16) {}
 
 double ContactDischarge::gap(const Bodies& bodies, Contact contact) const {
   const int i = contact.conductor, j = contact.partner, n = bodies.size();

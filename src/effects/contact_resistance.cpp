@@ -10,10 +10,10 @@ void check(const Draft& draft) {
   const std::string name = options.kind().name;
   if (options.resistivity > 0 && options.spot == 0)
     refuse_effect(draft, name, "a spot in m, greater than 0, beside its resistivity");
-  if (const int line = draft.line("effects.contact_resistance.spot"); line > 0 && options.resistivity == 0)
-    refuse(draft.scene.path, line,
-           "effects.contact_resistance.spot needs effects.contact_resistance.resistivity in ohm m, greater than 0, of "
-           "what the spot is made: add it, or leave the spot out");
+  if (options.resistivity == 0)
+    refuse_given(draft, "effects.contact_resistance.spot",
+                 "needs effects.contact_resistance.resistivity in ohm m, greater than 0, of what the spot is made: "
+                 "add it, or leave the spot out");
   if (options.ohms() == 0) refuse_effect(draft, name, "a resistance in ohm or a resistivity in ohm m, greater than 0");
 }
 

@@ -10,9 +10,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/neighbours/pairs.hpp"
-#include "solvers/periodic/accuracy.hpp"
-#include "solvers/periodic/ewald.hpp"
-#include "solvers/periodic/short_range.hpp"
+#include "src/effects/coulomb_sum.hpp"
 #include "src/effects/device_forces.hpp"
 #include "src/effects/induced_dipoles.hpp"
 #include "src/effects/multipole_truncation.hpp"
@@ -23,95 +21,9 @@
 namespace lichtenberg::effects {
 namespace {
 
-double smallest_radius(const Scene& scene) { return std::ranges::min(scene.conductors, {}, &Conductor::radius).radius; }
-
 std::vector<double> scaled(std::vector<double> values, double factor) {
   for (double& value : values) value *= factor;
   return values;
-}
-
-Vec3 lengths_of(const Scene& scene) { return scene.domain.box().lengths; }
-
-double half_of_box(const Scene& scene) {
-  const Vec3 lengths = lengths_of(scene);
-  return 0.5 * std::min({lengths.x, lengths.y, lengths.z});
-}
-
-/// Of sums that are given pairs: lists of these go by surfaces, up to what the smallest grains need, and find nothing
-/// beyond half of the box.
-double longest_cutoff(const Scene& scene) {
-  const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
-  return half_of_box(scene) * (1 - 1e-9) - 2 * (largest.radius - smallest.radius);
-}
-
-/// Of shifted_force: some room is left for lists of pairs that hold for more than a step.
-double default_cutoff(const Scene& scene) { return std::min(7.0, 0.9 * longest_cutoff(scene)); }
-
-periodic::MeshRequest mesh_request(const Scene& scene) {
-  const auto& options = *scene.effects.find<CoulombOptions>();
-  const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
-  return {.accuracy = options.accuracy,
-          .charges = static_cast<int>(scene.conductors.size()),
-          .lengths = lengths_of(scene),
-          .contact = 2 * smallest_radius(scene),
-          .polarizability = dipoles ? std::optional(dipoles->polarizability) : std::nullopt,
-          .by_hand = {options.cutoff, options.alpha, options.mesh, options.order},
-          .longest_cutoff = longest_cutoff(scene)};
-}
-
-periodic::MeshChoice mesh_for(const Scene& scene) {
-  const std::vector<double> charge = initial_charges(scene);
-  std::vector<double> position;
-  for (const Conductor& grain : scene.conductors)
-    for (int k = 0; k < 3; ++k) position.push_back(grain.position[k]);
-  const periodic::MeshRequest request = mesh_request(scene);
-  return periodic::choose_measured_mesh(request, {request.lengths, position, charge});
-}
-
-/// What is to be said of a mesh whose forces are not as good as they should be; empty if they are.
-std::string doubt_about(const Scene& scene, const periodic::MeshChoice& choice) {
-  constexpr double most = 0.1;  // that may be asked for as effects.coulomb.accuracy
-  const double asked = scene.effects.find<CoulombOptions>()->accuracy;
-  if (mesh_request(scene).by_hand.complete()) {
-    if (choice.error <= most) return "";
-    return fmt::format(
-        "effects.coulomb: forces are off by {:.2g} of the rms force at random places, as is estimated, with the "
-        "cutoff, mesh and order given by hand: {:g} is the most that effects.coulomb.accuracy may ask for",
-        choice.error, most);
-  }
-  if (choice.error <= asked) return "";
-  return fmt::format(
-      "effects.coulomb.accuracy = {:g} is not reached: forces are off by {:.2g} of the rms force where the grains are",
-      asked, choice.error);
-}
-
-/// With the table's name before what is wrong.
-template <class Work>
-auto naming_the_table(const Scene& scene, const std::string& table, const Work& work) {
-  try {
-    return work();
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}: {}", scene.path, table, error.what()));
-  }
-}
-
-std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& doubt) {
-  const auto& options = *scene.effects.find<CoulombOptions>();
-  switch (options.sum) {
-    case CoulombSum::mesh:
-      return naming_the_table(scene, "effects.coulomb", [&] {
-        const periodic::MeshChoice choice = mesh_for(scene);
-        doubt = doubt_about(scene, choice);
-        return periodic::make_mesh_sum(choice);
-      });
-    case CoulombSum::ewald:
-      return std::make_unique<periodic::Ewald>(options.accuracy);
-    case CoulombSum::minimum_image:
-      return std::make_unique<periodic::MinimumImage>(periodic::MinimumImage::Reach::box);
-    case CoulombSum::shifted_force:
-      break;
-  }
-  return std::make_unique<periodic::ShiftedForce>(options.cutoff.value_or(default_cutoff(scene)), options.damping);
 }
 
 /// Pairs alone promise nothing, and are right to 1e-2 at the best.
@@ -217,7 +129,7 @@ std::vector<Remark> explain(const Scene& scene) {
          fmt::format("forces of dielectric spheres of relative permittivity {:.3g}, multipoles to degree "
                      "{}, to {:g}, in place of effects.coulomb.sum; a run takes longer than is said "
                      "below, which counts pairs and a mesh",
-                     dipoles->relative_permittivity(smallest_radius(scene)), dipoles->degree, dipoles->tolerance)});
+                     dipoles->relative_permittivity(scene.smallest_radius()), dipoles->degree, dipoles->tolerance)});
   else
     remarks = explain_mesh(scene);
   check_polarization(scene);
@@ -240,11 +152,10 @@ void check_cutoff(const Draft& draft, Scene& scene) {
 void check(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<CoulombOptions>();
   const auto only_with = [&](const std::string& key, bool allowed, const std::string& sums) {
-    const std::string path = "effects.coulomb." + key;
-    if (const int line = draft.line(path); line > 0 && !allowed)
-      refuse(draft.scene.path, line,
-             fmt::format("{} is not allowed with effects.coulomb.sum = \"{}\": it is for {}", path,
-                         name_of(options.sum), sums));
+    if (!allowed)
+      refuse_given(
+          draft, "effects.coulomb." + key,
+          fmt::format("is not allowed with effects.coulomb.sum = \"{}\": it is for {}", name_of(options.sum), sums));
   };
   const bool far = options.sum == CoulombSum::mesh || options.sum == CoulombSum::ewald;
   const bool shifted = options.sum == CoulombSum::shifted_force;
@@ -252,16 +163,58 @@ void check(const Draft& draft) {
   const bool mesh = options.sum == CoulombSum::mesh;
   only_with("cutoff", shifted || mesh, "\"mesh\" and \"shifted-force\"");
   for (const std::string key : {"alpha", "mesh", "order"}) only_with(key, mesh, "\"mesh\"");
-  if (const int line = draft.line("effects.coulomb.accuracy");
-      line > 0 && mesh && options.cutoff && options.mesh && options.order)
-    refuse(draft.scene.path, line,
-           "effects.coulomb.accuracy is not allowed together with effects.coulomb.cutoff, mesh and order: they leave "
-           "nothing to choose");
+  if (mesh && options.cutoff && options.mesh && options.order)
+    refuse_given(draft, "effects.coulomb.accuracy",
+                 "is not allowed together with effects.coulomb.cutoff, mesh and order: they leave nothing to choose");
   only_with("damping", shifted, "\"shifted-force\"");
   if (shifted && draft.scene.effects.has("induced_dipoles"))
     refuse(draft.scene.path, draft.line("effects.coulomb.sum"),
            "effects.coulomb.sum = \"shifted-force\" is not allowed with effects.induced_dipoles, of which it knows "
            "nothing: \"mesh\", \"ewald\" and \"minimum-image\" are");
+}
+
+double strength_in(const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; }
+
+std::vector<Key> keys() {
+  return {{.name = "strength",
+           .place = place<&CoulombOptions::strength>,
+           .range = {.low = 0, .high = 1e100},
+           .help = "K = k_e q0^2 / (m0 v0^2 d0)"},
+          {.name = "sum",
+           .place = place<&CoulombOptions::sum>,
+           .help = "mesh: near pairs, all else on a mesh; ewald: term by term, the reference; minimum-image, "
+                   "shifted-force: pairs alone, without a promise"},
+          {.name = "accuracy",
+           .place = place<&CoulombOptions::accuracy>,
+           .range = {.low = 1e-12, .high = 0.1},
+           .help = "of mesh and ewald: error of a force over a force, both rms; chooses what is not given by hand"},
+          {.name = "cutoff",
+           .place = place<&CoulombOptions::cutoff>,
+           .unit = "d0",
+           .range = ranges::positive,
+           .computed_default = "from the accuracy; of shifted-force 7, or .45 of the box",
+           .help = "up to which pairs count; of mesh and shifted-force"},
+          {.name = "alpha",
+           .place = place<&CoulombOptions::alpha>,
+           .unit = "1/d0",
+           .range = ranges::positive,
+           .computed_default = "none: a prolate splitting",
+           .help = "of mesh: Ewald's splitting, erfc(alpha r) / r near by, in place of the prolate one"},
+          {.name = "mesh",
+           .place = place<&CoulombOptions::mesh>,
+           .range = {.low = 8, .high = 1024},
+           .computed_default = "from the accuracy",
+           .help = "of mesh: points along the longest side"},
+          {.name = "order",
+           .place = place<&CoulombOptions::order>,
+           .range = {.low = 4, .high = 8},
+           .computed_default = "from the accuracy",
+           .help = "of mesh: of its windows; with cutoff, mesh and order nothing is left to the accuracy"},
+          {.name = "damping",
+           .place = place<&CoulombOptions::damping>,
+           .unit = "1/d0",
+           .range = ranges::not_negative,
+           .help = "of shifted-force: alpha of erfc(alpha r) / r; 0: none"}};
 }
 
 }  // namespace
@@ -274,46 +227,7 @@ const EffectKind& CoulombOptions::kind() {
           "Charges of grains act on each other and on all their periodic images, in tin-foil boundaries (G 3.13 to "
           "3.20, corrected). Where they do not add up to 0, a uniform background makes the box neutral.",
       .options = CoulombOptions{},
-      .keys = {{.name = "strength",
-                .place = place<&CoulombOptions::strength>,
-                .range = {.low = 0, .high = 1e100},
-                .help = "K = k_e q0^2 / (m0 v0^2 d0)"},
-               {.name = "sum",
-                .place = place<&CoulombOptions::sum>,
-                .help = "mesh: near pairs, all else on a mesh; ewald: term by term, the reference; minimum-image, "
-                        "shifted-force: pairs alone, without a promise"},
-               {.name = "accuracy",
-                .place = place<&CoulombOptions::accuracy>,
-                .range = {.low = 1e-12, .high = 0.1},
-                .help =
-                    "of mesh and ewald: error of a force over a force, both rms; chooses what is not given by hand"},
-               {.name = "cutoff",
-                .place = place<&CoulombOptions::cutoff>,
-                .unit = "d0",
-                .range = ranges::positive,
-                .computed_default = "from the accuracy; of shifted-force 7, or .45 of the box",
-                .help = "up to which pairs count; of mesh and shifted-force"},
-               {.name = "alpha",
-                .place = place<&CoulombOptions::alpha>,
-                .unit = "1/d0",
-                .range = ranges::positive,
-                .computed_default = "none: a prolate splitting",
-                .help = "of mesh: Ewald's splitting, erfc(alpha r) / r near by, in place of the prolate one"},
-               {.name = "mesh",
-                .place = place<&CoulombOptions::mesh>,
-                .range = {.low = 8, .high = 1024},
-                .computed_default = "from the accuracy",
-                .help = "of mesh: points along the longest side"},
-               {.name = "order",
-                .place = place<&CoulombOptions::order>,
-                .range = {.low = 4, .high = 8},
-                .computed_default = "from the accuracy",
-                .help = "of mesh: of its windows; with cutoff, mesh and order nothing is left to the accuracy"},
-               {.name = "damping",
-                .place = place<&CoulombOptions::damping>,
-                .unit = "1/d0",
-                .range = ranges::not_negative,
-                .help = "of shifted-force: alpha of erfc(alpha r) / r; 0: none"}},
+      .keys = keys(),
       .dimensions = {3},
       .periodic = true,
       .grains = true,
@@ -321,18 +235,16 @@ const EffectKind& CoulombOptions::kind() {
       .complete = check_cutoff,
       .make = [](const Scene& scene) { return std::make_unique<Coulomb>(scene); },
       .explain = explain,
-      .charge_strength = [](const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; },
-      .force_accuracy = force_accuracy,
-      .contact_attraction =
-          [](const Scene& scene) {
-            return ContactAttraction{.by_charge = scene.effects.find<CoulombOptions>()->strength};
-          },
-      .seconds =
-          [](const Scene& scene) {
-            const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
-            return dipoles && dipoles->degree > 1 ? 0 : 1.6e-7;  // a field of spheres takes this sum's place
-          },
-      .bytes = 850,  // at an accuracy of 1e-4
+      .charge_strength = strength_in,
+      .steps = {.force_accuracy = force_accuracy,
+                .contact_attraction =
+                    [](const Scene& scene) { return ContactAttraction{.by_charge = strength_in(scene)}; }},
+      .cost = {.seconds =
+                   [](const Scene& scene) {
+                     const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
+                     return dipoles && dipoles->degree > 1 ? 0 : 1.6e-7;  // a field of spheres takes this sum's place
+                   },
+               .bytes = 850},  // at an accuracy of 1e-4
       .device = device};
   return kind;
 }
@@ -341,7 +253,7 @@ struct Coulomb::Implementation {
   explicit Implementation(const Scene& scene)
       : options(*scene.effects.find<CoulombOptions>()),
         sum(make_sum(scene, doubt)),
-        range(std::min(sum->cutoff(), longest_cutoff(scene)) - 2 * smallest_radius(scene)),
+        range(std::min(sum->cutoff(), longest_cutoff(scene)) - 2 * scene.smallest_radius()),
         wants_potentials(scene.effects.has("induced_dipoles") || scene.effects.has("charge_exchange")) {
     const auto* found = scene.effects.find<InducedDipolesOptions>();
     if (!found) return;

@@ -22,7 +22,7 @@ double grains_within(const Scene& scene, double range) {
 PairSeen strongest_pair(const Scene& scene, double reach) {
   double charge = 1;
   for (const Conductor& grain : scene.conductors) charge = std::max(charge, std::abs(grain.charge));
-  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  const double radius = scene.smallest_radius();
   return {2 * radius, reach, radius, radius, 0, charge, charge};
 }
 

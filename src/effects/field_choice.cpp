@@ -119,7 +119,7 @@ double usual_moving_tolerance(const Scene& scene) {
   const MechanicsOptions& mechanics = scene.mechanics;
   const bool has_tolerance = mechanics.kind().reads("position_tolerance");
   if (!has_tolerance || scene.conductors.empty() || has_circuit(scene)) return least;
-  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  const double radius = scene.smallest_radius();
   const double asked = mechanics.position_tolerance / radius / measured;
   return std::clamp(most * asked * asked, least, most);
 }

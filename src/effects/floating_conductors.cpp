@@ -108,7 +108,7 @@ int predictor_cells(const Scene& scene) {
   if (!scene.field().method->follow || scene.conductors.empty()) return 0;
   if (has_circuit(scene)) return 0;     // small errors of potentials are large ones of currents
   constexpr double least_radius = 1.9;  // cells
-  const double smallest = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  const double smallest = scene.smallest_radius();
   const double side = std::max(scene.domain.size.x, scene.domain.size.y);
   int cells = scene.field().cells;
   for (int next = cells; next > 0 && smallest * next >= least_radius * side;

@@ -45,7 +45,7 @@ void check(const Draft& draft) {
 void complete(const Draft& draft, Scene& scene) {
   const auto& options = *scene.effects.find<InducedDipolesOptions>();
   if (options.degree == 1) return;
-  const double least = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius, most = std::pow(least, 3);
+  const double least = scene.smallest_radius(), most = std::pow(least, 3);
   if (options.polarizability >= most)
     refuse(draft.scene.path, draft.line("effects.induced_dipoles.degree"),
            fmt::format(
@@ -121,7 +121,7 @@ const EffectKind& InducedDipolesOptions::kind() {
             const auto& options = *scene.effects.find<InducedDipolesOptions>();
             return options.degree == 1 ? std::cbrt(2 * options.polarizability) : 0.0;
           },
-      .seconds = seconds_a_grain,
+      .cost = {.seconds = seconds_a_grain},
       .device = device};
   return kind;
 }

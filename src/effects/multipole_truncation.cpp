@@ -47,7 +47,7 @@ laplace::SphereProblem dielectric_spheres(const InducedDipolesOptions& options, 
 
 std::optional<MultipoleTruncation> multipole_truncation(const Scene& scene) {
   const auto& options = *scene.effects.find<InducedDipolesOptions>();
-  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  const double radius = scene.smallest_radius();
   if (options.polarizability >= std::pow(radius, 3)) return {};
   MultipoleTruncation truncation{.in_contact = error_in_contact(radius, options)};
   const int higher = 2 * options.degree + 4;

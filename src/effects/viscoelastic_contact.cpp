@@ -15,12 +15,10 @@ void check(const Draft& draft) {
   const auto path = [](const std::string& key) { return "effects.viscoelastic_contact." + key; };
   const bool some = options.young || options.poisson || options.viscosity;
   for (const char* pure : {"elastic", "dissipative"})
-    if (const int line = draft.line(path(pure)); line > 0 && some)
-      refuse(
-          draft.scene.path, line,
-          fmt::format("{} is given, and so are young, poisson or viscosity in SI, from which it follows: leave one of "
-                      "the two out",
-                      path(pure)));
+    if (some)
+      refuse_given(draft, path(pure),
+                   "is given, and so are young, poisson or viscosity in SI, from which it follows: leave one of the "
+                   "two out");
   for (const auto& [key, value] :
        {std::pair{"young", options.young}, {"poisson", options.poisson}, {"viscosity", options.viscosity}})
     if (some && !value)

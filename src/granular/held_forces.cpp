@@ -9,23 +9,23 @@
 namespace lichtenberg::granular {
 
 double way_by_length(const Scene& scene) {
-  const std::optional<double> length = least_in(scene, &EffectKind::force_length);
+  const std::optional<double> length = least_in(scene, &StepLimits::force_length);
   return longest_way * std::min(1.0, length.value_or(1));
 }
 
 double way_by_accuracy(const Scene& scene) {
-  const std::optional<double> accuracy = least_in(scene, &EffectKind::force_accuracy);
+  const std::optional<double> accuracy = least_in(scene, &StepLimits::force_accuracy);
   if (!accuracy) throw Failure(scene.path + ": no effect has an accuracy of its forces, from which steps would follow");
-  const double diameter = 2 * std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
-  const double length = least_in(scene, &EffectKind::force_length).value_or(diameter);
+  const double diameter = 2 * scene.smallest_radius();
+  const double length = least_in(scene, &StepLimits::force_length).value_or(diameter);
   return way_for(*accuracy, scene.conductors.size(), std::min(diameter, length));
 }
 
 ContactAttraction contact_attraction(const Scene& scene) {
   ContactAttraction sum;
   for (const Effects::Entry& entry : scene.effects)
-    if (entry.kind->contact_attraction) {
-      const ContactAttraction one = entry.kind->contact_attraction(scene);
+    if (entry.kind->steps.contact_attraction) {
+      const ContactAttraction one = entry.kind->steps.contact_attraction(scene);
       sum.constant += one.constant, sum.by_charge += one.by_charge;
     }
   return sum;

@@ -87,7 +87,7 @@ class Effect {
 
   /// Adds its forces (N, [N * dimension]) on the bodies asked for. Forces on grains follow from positions and charges
   /// alone, have a potential (stored_energy), and change little while a grain moves by a small part of
-  /// EffectKind::force_length: they act as impulses between the steps in which contacts are followed.
+  /// StepLimits::force_length: they act as impulses between the steps in which contacts are followed.
   virtual void add_forces(const State& state, std::span<double> force) const { (void)state, (void)force; }
   /// Adds the derivatives of what add_forces adds. What is left out slows an implicit integrator's iteration down, but
   /// does not change where it converges to.

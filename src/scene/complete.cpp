@@ -59,11 +59,9 @@ void check_series_resistances(const Draft& draft) {
 void check_materials(const Draft& draft) {
   if (draft.scene.effects.has("hertz_contact") || draft.scene.effects.has("wall_contact")) return;
   for (const char* key : {"conductor.young", "conductor.poisson", "population.young", "population.poisson"})
-    if (const int line = draft.line(key); line > 0)
-      refuse(draft.scene.path, line,
-             fmt::format("{} needs the table [effects.hertz_contact] or [effects.wall_contact]: add one of them, or "
-                         "leave the key out",
-                         key));
+    refuse_given(draft, key,
+                 "needs the table [effects.hertz_contact] or [effects.wall_contact]: add one of them, or leave the key "
+                 "out");
 }
 
 double permittivity(const Draft& draft) {
@@ -116,8 +114,7 @@ void check_accuracy(const Draft& draft) {
   const FieldDraft& field = draft.field;
   if (!field.accuracy) return;
   for (const std::string key : {"field.cells", "field.tolerance", "field.moving_tolerance"})
-    if (const int line = draft.line(key); line > 0)
-      refuse(draft.scene.path, line, key + " is chosen for field.accuracy: leave one of the two out");
+    refuse_given(draft, key, "is chosen for field.accuracy: leave one of the two out");
   const auto refuse_with = [&](const std::string& key, const std::string& value, const std::string& why) {
     refuse(draft.scene.path, draft.line(key),
            fmt::format("{} = \"{}\" is not allowed with field.accuracy: {}", key, value, why));
@@ -343,15 +340,17 @@ void check_position_tolerance(const Draft& draft, double smallest_radius) {
                      *draft.position_tolerance, least, touching_slack));
 }
 
-/// Gaps are differences of places, which are rounded to 2.2e-16 of the domain: to 2e-7 of a conductor as small as this.
+/// Gaps and overlaps are differences of places, which are rounded to 2.2e-16 of the domain: to 2e-7 of a body as small
+/// as this. Overlaps of grains, some hundredths of a diameter, are rounded to 1e-5 of themselves.
 void check_size(const Draft& draft, double smallest_radius) {
   const Vec3 size = draft.scene.domain.size;
   const double longest = std::max({size.x, size.y, size.z});
   if (2 * smallest_radius >= finest_diameter * longest) return;
   refuse(draft.scene.path, draft.line("domain.size"),
-         fmt::format("domain.size = {:g} m along its longest side is not allowed with a conductor of diameter {:g} m: "
-                     "at most {:g} times that is, or gaps would be lost in rounding",
-                     longest, 2 * smallest_radius, 1 / finest_diameter));
+         fmt::format("domain.size = {0:g} {3} along its longest side is not allowed with a {4} of diameter {1:g} {3}: "
+                     "at most {2:g} times that is, or {5} would be lost in rounding",
+                     longest, 2 * smallest_radius, 1 / finest_diameter, draft.scene.units().length,
+                     draft.scene.reference ? "grain" : "conductor", draft.scene.reference ? "contacts" : "gaps"));
 }
 
 void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, double largest_radius) {
@@ -398,7 +397,7 @@ Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Co
   const auto [smallest, largest] =
       empty ? std::ranges::minmax_result<Conductor>{} : std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
   if (!empty) {
-    if (!scene.reference) check_size(draft, smallest.radius);
+    check_size(draft, smallest.radius);
     check_resolution(draft, smallest.radius, h);
     check_position_tolerance(draft, smallest.radius);
   }

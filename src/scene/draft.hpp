@@ -138,6 +138,8 @@ std::string place_in(const std::string& path, int line);
 
 /// Throws the InputError "path:line: sentence"; line 0 is left out.
 [[noreturn]] void refuse(const std::string& path, int line, const std::string& sentence);
+/// Refuses a table or key that the file has: "[table] PREDICATE" or "table.key PREDICATE".
+void refuse_given(const Draft& draft, const std::string& key, const std::string& predicate);
 
 /// Puts places and velocities into the scene's two or three dimensions, which are those of the domain. Throws
 /// InputError for one that has others, for an axis that is periodic on one side only, and for what knows nothing of

@@ -85,6 +85,23 @@ class EffectMaker {
   Overrides overrides_;
 };
 
+/// What steps of grains are chosen by: they keep to the strictest of all effects. Functions may be null.
+struct StepLimits {
+  /// The error that the effect's forces may have, rms over rms.
+  double (*force_accuracy)(const Scene&) = nullptr;
+  /// d0, over which its forces change; null: over the smallest diameter.
+  double (*force_length)(const Scene&) = nullptr;
+  /// Null: its forces hold no two grains together.
+  ContactAttraction (*contact_attraction)(const Scene&) = nullptr;
+};
+
+/// For estimates of cost; bytes are those of its arrays.
+struct CostPerGrain {
+  /// s that its forces take on one core with AVX-512; null: they are timed.
+  double (*seconds)(const Scene&) = nullptr;
+  double bytes = 0;
+};
+
 /// All that the program knows of a kind of effect before it makes one: what its table in a scene file may hold, what it
 /// asks of the rest of the scene, and how one is made. An effect's file defines one, and a list names it
 /// (effects::all_kinds(), or one's own).
@@ -122,22 +139,12 @@ struct EffectKind {
   effects::SharingLaw (*sharing)(const Scene&, effects::Contact) = nullptr;
   /// K of the energy K q_i q_j / r of two charged grains.
   double (*charge_strength)(const Scene&) = nullptr;
-  // Of grains: what their steps are chosen by. Steps keep to the strictest of all effects.
-
-  /// The error that its forces may have, rms over rms.
-  double (*force_accuracy)(const Scene&) = nullptr;
-  /// d0, over which its forces change; null: over the smallest diameter.
-  double (*force_length)(const Scene&) = nullptr;
-  /// Null: its forces hold no two grains together.
-  ContactAttraction (*contact_attraction)(const Scene&) = nullptr;
+  StepLimits steps{};  ///< of grains
   /// How often a step of grains computes the forces of charges; 1 where no effect says it.
   double (*evaluations_a_step)(const Scene&) = nullptr;
   /// d0: two grains whose centres come that close polarize each other without end.
   double (*closest_approach)(const Scene&) = nullptr;
-
-  /// s a grain that its forces take on one core with AVX-512, for an estimate of the cost; null: they are timed.
-  double (*seconds)(const Scene&) = nullptr;
-  double bytes = 0;  ///< a grain that its arrays take, for an estimate of the memory
+  CostPerGrain cost{};
   /// Of grains: tells the steps on a device what this effect does there. Throws InputError (effects::refuse_on_device)
   /// for what a device does not compute of it. Null: a device does not compute the effect, and refuses it.
   void (*device)(const Scene&, effects::DeviceForces&) = nullptr;
@@ -151,8 +158,8 @@ struct EffectKind {
 
 /// The largest of the numbers that the scene's effects give, &EffectKind::contact_gap for example; empty if none does.
 std::optional<double> number_in(const Scene& scene, double (*EffectKind::*number)(const Scene&));
-/// The smallest of them.
-std::optional<double> least_in(const Scene& scene, double (*EffectKind::*number)(const Scene&));
+/// The smallest of the numbers that limit steps.
+std::optional<double> least_in(const Scene& scene, double (*StepLimits::*number)(const Scene&));
 
 /// True if an effect of the scene drives its grains, so that no theory of free cooling holds.
 bool is_driven(const Scene& scene);

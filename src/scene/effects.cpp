@@ -27,10 +27,10 @@ std::optional<double> number_in(const Scene& scene, double (*EffectKind::*number
   return largest;
 }
 
-std::optional<double> least_in(const Scene& scene, double (*EffectKind::*number)(const Scene&)) {
+std::optional<double> least_in(const Scene& scene, double (*StepLimits::*number)(const Scene&)) {
   std::optional<double> least;
   for (const Effects::Entry& entry : scene.effects)
-    if (const auto of = entry.kind->*number) least = std::min(of(scene), least.value_or(INFINITY));
+    if (const auto of = entry.kind->steps.*number) least = std::min(of(scene), least.value_or(INFINITY));
   return least;
 }
 

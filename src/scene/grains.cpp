@@ -91,34 +91,35 @@ std::vector<Table> tables_of_grains() { return {tables::reference(), tables::sta
 
 namespace {
 
+/// Keys of [mechanics] that are for conductors alone.
+constexpr const char* conductor_keys[] = {"coupling",    "predictor",  "position_tolerance", "largest_step",
+                                          "keep_height", "euler_step", "euler_field_step"};
+
 /// Throws InputError for a key of [mechanics] that the integrator of conductors does not read.
 void check_keys(const Draft& draft) {
   const MechanicsOptions& mechanics = draft.scene.mechanics;
-  for (const char* key : {"coupling", "predictor", "relative_tolerance", "position_tolerance", "largest_step",
-                          "keep_height", "euler_step", "euler_field_step"}) {
-    const int line = draft.line(std::string("mechanics.") + key);
-    if (line == 0 || mechanics.kind().reads(key)) continue;
-    const bool monolithic = &mechanics.kind() != &mechanics.integrator.kind();
-    refuse(draft.scene.path, line,
-           fmt::format("mechanics.{} is not allowed with {}: it is not read then; leave it out", key,
-                       monolithic ? std::string("mechanics.coupling = \"monolithic\"")
-                                  : fmt::format("mechanics.integrator = \"{}\"", name_of(mechanics.integrator))));
-  }
+  const bool monolithic = &mechanics.kind() != &mechanics.integrator.kind();
+  const auto check = [&](const std::string& key) {
+    if (!mechanics.kind().reads(key))
+      refuse_given(
+          draft, "mechanics." + key,
+          fmt::format("is not allowed with {}: it is not read then; leave it out",
+                      monolithic ? std::string("mechanics.coupling = \"monolithic\"")
+                                 : fmt::format("mechanics.integrator = \"{}\"", name_of(mechanics.integrator))));
+  };
+  for (const char* key : conductor_keys) check(key);
+  check("relative_tolerance");
 }
 
 void check_conductors(const Draft& draft) {
-  const auto refuse_it = [&](const std::string& key) {
-    if (const int line = draft.line(key); line > 0)
-      refuse(draft.scene.path, line,
-             key + " needs the table [reference], which makes the scene one of grains: add it, or leave the key out");
-  };
   for (const Effects::Entry& entry : draft.scene.effects)
     if (entry.kind->grains)
       refuse_effect(draft, entry.kind->name, "the table [reference], which makes the scene one of grains");
   for (const char* key :
        {"stage", "population.temperature", "population.charge_distribution", "population.charge_exponent",
         "mechanics.step", "mechanics.contact_steps", "mechanics.threads"})
-    refuse_it(key);
+    refuse_given(draft, key,
+                 "needs the table [reference], which makes the scene one of grains: add it, or leave the key out");
   if (!draft.scene.mechanics.integrator->moves_conductors)
     refuse(draft.scene.path, draft.line("mechanics.integrator"),
            fmt::format("mechanics.integrator = \"{}\" needs the table [reference], which makes the scene one of "
@@ -129,20 +130,15 @@ void check_conductors(const Draft& draft) {
 
 /// What moves grains has no use for keys of what moves conductors.
 void check_mechanics(const Draft& draft) {
-  for (const char* name :
-       {"coupling", "predictor", "position_tolerance", "largest_step", "keep_height", "euler_step", "euler_field_step"})
-    if (const int line = draft.line(std::string("mechanics.") + name); line > 0)
-      refuse(draft.scene.path, line,
-             fmt::format("mechanics.{} is not allowed with [reference], which makes the scene one of grains: it is for "
-                         "conductors; leave it out",
-                         name));
+  for (const std::string key : conductor_keys)
+    refuse_given(draft, "mechanics." + key,
+                 "is not allowed with [reference], which makes the scene one of grains: it is for conductors; leave it "
+                 "out");
   const Integrator integrator = draft.scene.mechanics.integrator;
-  if (const int line = draft.line("mechanics.relative_tolerance"); line > 0 && !integrator->reads("relative_tolerance"))
-    refuse(
-        draft.scene.path, line,
-        fmt::format("mechanics.relative_tolerance is not allowed with mechanics.integrator = \"{}\": of grains it is "
-                    "for \"cvode\"",
-                    name_of(integrator)));
+  if (!integrator->reads("relative_tolerance"))
+    refuse_given(draft, "mechanics.relative_tolerance",
+                 fmt::format("is not allowed with mechanics.integrator = \"{}\": of grains it is for \"cvode\"",
+                             name_of(integrator)));
 }
 
 }  // namespace
@@ -156,9 +152,7 @@ void check_grains(const Draft& draft) {
                          "scenes of conductors or packings; leave one out",
                          entry.kind->name));
   for (const char* table : {"electrode", "wall", "group", "medium", "field", "minimize", "network"})
-    if (const int line = draft.line(table); line > 0)
-      refuse(draft.scene.path, line,
-             fmt::format("[{}] is not allowed with [reference]: grains have none of that; leave it out", table));
+    refuse_given(draft, table, "is not allowed with [reference]: grains have none of that; leave it out");
   const int sides = 2 * draft.scene.dimension();
   for (int s = 0; s < sides; ++s)
     if (!draft.scene.domain.sides[s].periodic)
@@ -177,12 +171,12 @@ namespace {
 /// the shortest contact of grains at T = 10 in a stage ten times as stiff.
 double default_step(const Scene& scene) {
   const IntegratorKind& integrator = scene.mechanics.integrator.kind();
-  return integrator.takes_any_step && least_in(scene, &EffectKind::force_accuracy) ? INFINITY : integrator.usual_step;
+  return integrator.takes_any_step && least_in(scene, &StepLimits::force_accuracy) ? INFINITY : integrator.usual_step;
 }
 
 /// Contacts may be as wrong as the most accurate forces.
 int default_contact_steps(const Scene& scene) {
-  return contact_steps_for(least_in(scene, &EffectKind::force_accuracy).value_or(usual_contact_accuracy));
+  return contact_steps_for(least_in(scene, &StepLimits::force_accuracy).value_or(usual_contact_accuracy));
 }
 
 }  // namespace
@@ -222,23 +216,11 @@ void check_charges(const Draft& draft, const PopulationDraft& population) {
     refuse_it("has no use for population.charge_exponent, which is for \"exponential-power\": leave it out");
 }
 
-/// A grain must not meet two images of another. Overlaps, some hundredths of a diameter, are differences of places,
-/// which are rounded to 2e-16 of the box: to 1e-5 of themselves where a diameter is 1e-9 of it.
-void check_sizes(const Draft& draft, const Scene& scene) {
-  double shortest = INFINITY, longest = 0, smallest = INFINITY, largest = 0;
-  for (int k = 0; k < scene.dimension(); ++k) {
-    shortest = std::min(shortest, scene.domain.size[k]);
-    longest = std::max(longest, scene.domain.size[k]);
-  }
-  for (const Conductor& grain : scene.conductors) {
-    smallest = std::min(smallest, 2 * grain.radius);
-    largest = std::max(largest, 2 * grain.radius);
-  }
-  if (smallest < finest_diameter * longest)
-    refuse(scene.path, draft.line("domain.size"),
-           fmt::format("domain.size = {:g} d0 along its longest side is not allowed with a grain of diameter {:g} d0: "
-                       "at most {:g} times that is, or contacts would be lost in rounding",
-                       longest, smallest, 1 / finest_diameter));
+/// A grain must not meet two images of another.
+void check_shortest_side(const Draft& draft, const Scene& scene) {
+  double shortest = INFINITY, largest = 0;
+  for (int k = 0; k < scene.dimension(); ++k) shortest = std::min(shortest, scene.domain.size[k]);
+  for (const Conductor& grain : scene.conductors) largest = std::max(largest, 2 * grain.radius);
   if (largest > shortest / 2)
     refuse(scene.path, draft.line("domain.size"),
            fmt::format("domain.size = {:g} d0 along its shortest side is not allowed with a grain of diameter {:g} d0: "
@@ -285,7 +267,7 @@ void set_temperature(Scene& scene, std::size_t first, std::size_t end, double te
 
 void complete_grains(const Draft& draft, Scene& scene) {
   check_stages(draft);
-  check_sizes(draft, scene);
+  check_shortest_side(draft, scene);
   for (const PopulationDraft& population : draft.populations) check_charges(draft, population);
   const IntegratorKind& integrator = scene.mechanics.integrator.kind();
   if (integrator.most_grains > 0 && scene.conductors.size() > integrator.most_grains)

@@ -179,7 +179,8 @@ std::string read_text(const std::string& path) {
   if (type == std::filesystem::file_type::not_found) throw InputError(path + ": there is no such scene file");
   if (error) throw InputError(path + ": this scene file cannot be read (" + error.message() + ")");
   if (type == std::filesystem::file_type::directory) throw InputError(path + " is a directory, not a scene file");
-  if (type != std::filesystem::file_type::regular) throw InputError(path + " is not a regular file, as a scene file is");
+  if (type != std::filesystem::file_type::regular)
+    throw InputError(path + " is not a regular file, as a scene file is");
   constexpr std::uintmax_t most = 100'000'000;  // B: a million bodies, one by one
   if (const std::uintmax_t size = std::filesystem::file_size(path, error); !error && size > most)
     throw InputError(fmt::format("{} has {} bytes: a scene file has at most {}", path, size, most));
@@ -197,6 +198,11 @@ std::string place_in(const std::string& path, int line) {
 
 void refuse(const std::string& path, int line, const std::string& sentence) {
   throw InputError(place_in(path, line) + sentence);
+}
+
+void refuse_given(const Draft& draft, const std::string& key, const std::string& predicate) {
+  if (const int line = draft.line(key); line > 0)
+    refuse(draft.scene.path, line, (key.find('.') == std::string::npos ? "[" + key + "] " : key + " ") + predicate);
 }
 
 namespace {

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -205,6 +207,12 @@ struct Scene {
 
   UnitNames units() const { return reference ? UnitNames{"d0", "m0", "t0"} : UnitNames{}; }
   int dimension() const { return domain.dimension(); }
+  /// Of the conductors; infinite if there are none.
+  double smallest_radius() const {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const Conductor& conductor : conductors) smallest = std::min(smallest, conductor.radius);
+    return smallest;
+  }
   /// Throws InputError while it is only asked for.
   const FieldOptions& field() const {
     if (field_request())

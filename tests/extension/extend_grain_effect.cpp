@@ -21,18 +21,19 @@ namespace {
 template <class E>
 struct OptionsOf {
   static const EffectKind& kind() {
-    static const EffectKind kind = {.name = "standing_wave",
-                                    .options = OptionsOf{},
-                                    .dimensions = {2, 3},
-                                    .periodic = true,
-                                    .grains = E::grains,
-                                    .make = [](const Scene&) { return std::make_unique<E>(); },
-                                    .force_accuracy = [](const Scene& s) { return 1e-6 * s.conductors.at(0).radius; },
-                                    .force_length = [](const Scene&) { return 0.1; },
-                                    .contact_attraction =
-                                        [](const Scene&) {
-                                          return ContactAttraction{0.25, 0};
-                                        }};
+    static const EffectKind kind = {
+        .name = "standing_wave",
+        .options = OptionsOf{},
+        .dimensions = {2, 3},
+        .periodic = true,
+        .grains = E::grains,
+        .make = [](const Scene&) { return std::make_unique<E>(); },
+        .steps = {.force_accuracy = [](const Scene& s) { return 1e-6 * s.conductors.at(0).radius; },
+                  .force_length = [](const Scene&) { return 0.1; },
+                  .contact_attraction =
+                      [](const Scene&) {
+                        return ContactAttraction{0.25, 0};
+                      }}};
     return kind;
   }
 };

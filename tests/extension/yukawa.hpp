@@ -28,9 +28,9 @@ inline const EffectKind& YukawaOptions::kind() {
           [](const Scene& scene) {
             return std::make_unique<PairEffect<YukawaLaw>>(YukawaOptions::kind(), law_in(scene), scene);
           },
-      .force_length = [](const Scene& scene) { return law_in(scene).screen; },
-      .contact_attraction =
-          [](const Scene& scene) { return ContactAttraction{.by_charge = law_in(scene).bare(1).force}; },
+      .steps = {.force_length = [](const Scene& scene) { return law_in(scene).screen; },
+                .contact_attraction =
+                    [](const Scene& scene) { return ContactAttraction{.by_charge = law_in(scene).bare(1).force}; }},
       .device =
           [](const Scene& scene, effects::DeviceForces& forces) {
             effects::add_pair_law_with_kernels(scene, law_in(scene), forces);

@@ -1,0 +1,88 @@
+#include "src/effects/coulomb_sum.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "solvers/periodic/ewald.hpp"
+#include "solvers/periodic/short_range.hpp"
+#include "src/effects/induced_dipoles.hpp"
+#include "src/model/motion.hpp"
+
+namespace lichtenberg::effects {
+namespace {
+
+Vec3 lengths_of(const Scene& scene) { return scene.domain.box().lengths; }
+
+double half_of_box(const Scene& scene) {
+  const Vec3 lengths = lengths_of(scene);
+  return 0.5 * std::min({lengths.x, lengths.y, lengths.z});
+}
+
+/// Of shifted_force: some room is left for lists of pairs that hold for more than a step.
+double default_cutoff(const Scene& scene) { return std::min(7.0, 0.9 * longest_cutoff(scene)); }
+
+}  // namespace
+
+double longest_cutoff(const Scene& scene) {
+  const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
+  return half_of_box(scene) * (1 - 1e-9) - 2 * (largest.radius - smallest.radius);
+}
+
+periodic::MeshRequest mesh_request(const Scene& scene) {
+  const auto& options = *scene.effects.find<CoulombOptions>();
+  const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
+  return {.accuracy = options.accuracy,
+          .charges = static_cast<int>(scene.conductors.size()),
+          .lengths = lengths_of(scene),
+          .contact = 2 * scene.smallest_radius(),
+          .polarizability = dipoles ? std::optional(dipoles->polarizability) : std::nullopt,
+          .by_hand = {options.cutoff, options.alpha, options.mesh, options.order},
+          .longest_cutoff = longest_cutoff(scene)};
+}
+
+periodic::MeshChoice mesh_for(const Scene& scene) {
+  const std::vector<double> charge = initial_charges(scene);
+  std::vector<double> position;
+  for (const Conductor& grain : scene.conductors)
+    for (int k = 0; k < 3; ++k) position.push_back(grain.position[k]);
+  const periodic::MeshRequest request = mesh_request(scene);
+  return periodic::choose_measured_mesh(request, {request.lengths, position, charge});
+}
+
+std::string doubt_about(const Scene& scene, const periodic::MeshChoice& choice) {
+  constexpr double most = 0.1;  // that may be asked for as effects.coulomb.accuracy
+  const double asked = scene.effects.find<CoulombOptions>()->accuracy;
+  if (mesh_request(scene).by_hand.complete()) {
+    if (choice.error <= most) return "";
+    return fmt::format(
+        "effects.coulomb: forces are off by {:.2g} of the rms force at random places, as is estimated, with the "
+        "cutoff, mesh and order given by hand: {:g} is the most that effects.coulomb.accuracy may ask for",
+        choice.error, most);
+  }
+  if (choice.error <= asked) return "";
+  return fmt::format(
+      "effects.coulomb.accuracy = {:g} is not reached: forces are off by {:.2g} of the rms force where the grains are",
+      asked, choice.error);
+}
+
+std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& doubt) {
+  const auto& options = *scene.effects.find<CoulombOptions>();
+  switch (options.sum) {
+    case CoulombSum::mesh:
+      return naming_the_table(scene, "effects.coulomb", [&] {
+        const periodic::MeshChoice choice = mesh_for(scene);
+        doubt = doubt_about(scene, choice);
+        return periodic::make_mesh_sum(choice);
+      });
+    case CoulombSum::ewald:
+      return std::make_unique<periodic::Ewald>(options.accuracy);
+    case CoulombSum::minimum_image:
+      return std::make_unique<periodic::MinimumImage>(periodic::MinimumImage::Reach::box);
+    case CoulombSum::shifted_force:
+      break;
+  }
+  return std::make_unique<periodic::ShiftedForce>(options.cutoff.value_or(default_cutoff(scene)), options.damping);
+}
+
+}  // namespace lichtenberg::effects

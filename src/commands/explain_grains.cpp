@@ -193,7 +193,9 @@ Work count_work(const Scene& scene, const GrainContactLaw& law, const Foreseen& 
   for (const Stage& stage : scene.stages)
     if (stage.elastic)
       add(stage.duration, initial_temperature(scene), foreseen.charge.front(), elastic(law, stage.stiffness), 1);
-  const double evaluations = number_in(scene, &EffectKind::evaluations_a_step).value_or(1);
+  double evaluations = 1;
+  for (const Effects::Entry& effect : scene.effects)
+    if (const auto number = effect.kind->cost.evaluations_a_step) evaluations = std::max(evaluations, number(scene));
   for (std::size_t k = 1; k < foreseen.time.size(); ++k)
     add(foreseen.time[k] - foreseen.time[k - 1], std::sqrt(foreseen.temperature[k - 1] * foreseen.temperature[k]),
         foreseen.charge[k], law, evaluations);

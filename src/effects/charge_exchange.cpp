@@ -109,10 +109,10 @@ const EffectKind& ChargeExchangeOptions::kind() {
           [](const Scene& scene) {
             return std::make_unique<ChargeExchange>(*scene.effects.find<ChargeExchangeOptions>(), scene.seed);
           },
-      .evaluations_a_step =
-          [](const Scene& scene) {
-            return scene.effects.find<ChargeExchangeOptions>()->model == ExchangeModel::none ? 1.0 : 2.0;
-          },
+      .cost = {.evaluations_a_step =
+                   [](const Scene& scene) {
+                     return scene.effects.find<ChargeExchangeOptions>()->model == ExchangeModel::none ? 1.0 : 2.0;
+                   }},
       .device = device};
   return kind;
 }

@@ -99,6 +99,8 @@ struct StepLimits {
 struct CostPerGrain {
   /// s that its forces take on one core with AVX-512; null: they are timed.
   double (*seconds)(const Scene&) = nullptr;
+  /// How often a step of grains computes the forces of charges because of it; null: once.
+  double (*evaluations_a_step)(const Scene&) = nullptr;
   double bytes = 0;
 };
 
@@ -133,15 +135,13 @@ struct EffectKind {
   std::vector<Remark> (*explain)(const Scene&) = nullptr;
   /// m: conductors with surfaces closer than that are in electrical contact.
   double (*contact_gap)(const Scene&) = nullptr;
-  /// The law by which the two of a contact share charge. One effect of a scene may have it, and needs one with
-  /// contact_gap, which says who is in contact. Null: contacts make their two one conductor, unless another effect says
-  /// otherwise.
+  /// The law by which the two of a contact share charge. One effect of a scene may have it, and needs
+  /// contact_discharge, which says who is in contact. Null: contacts make their two one conductor, unless another
+  /// effect says otherwise.
   effects::SharingLaw (*sharing)(const Scene&, effects::Contact) = nullptr;
   /// K of the energy K q_i q_j / r of two charged grains.
   double (*charge_strength)(const Scene&) = nullptr;
   StepLimits steps{};  ///< of grains
-  /// How often a step of grains computes the forces of charges; 1 where no effect says it.
-  double (*evaluations_a_step)(const Scene&) = nullptr;
   /// d0: two grains whose centres come that close polarize each other without end.
   double (*closest_approach)(const Scene&) = nullptr;
   CostPerGrain cost{};

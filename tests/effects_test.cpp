@@ -426,15 +426,12 @@ TEST_CASE("effects can be listed with what they are and what they need") {
     CHECK(effect.needs.field == (effect.name == "contact_discharge"));
     CHECK(effect.needs.neighbour_range.has_value() == (effect.name == "hertz_contact"));
   }
-  scene.effects.add<effects::WallContactOptions>();
-  scene.effects.add<effects::FloatingConductorsOptions>();
-  scene.effects.add<effects::CurrentSourceOptions>();
-  scene.effects.add<effects::StokesDragOptions>();
-  scene.effects.add<effects::GravityOptions>();
-  scene.effects
-      .add<effects::ContactPotentialOptions>();  // no scene file may have it beside others, but the list does not know
-  scene.effects.add(effects::LeakageOptions{.conductivity = 1e-12});
-  scene.effects.add(effects::ContactResistanceOptions{.resistance = 1});
+  // No scene file may have all of them beside each other, but the list does not know.
+  scene.effects = {};
+  for (const EffectKind* kind : effects::all_kinds())
+    if (!kind->grains) scene.effects.add(*kind, kind->options);
+  scene.effects.find<effects::LeakageOptions>()->conductivity = 1e-12;
+  scene.effects.find<effects::ContactResistanceOptions>()->resistance = 1;
   const Model model = make_model(scene);
   const std::vector<EffectSummary> listed = summarize_effects(scene);
   REQUIRE(listed.size() == model.effects.size());

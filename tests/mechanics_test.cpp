@@ -13,6 +13,7 @@
 #include "src/effects/wall_contact.hpp"
 #include "src/mechanics/cvode.hpp"
 #include "src/mechanics/electrics.hpp"
+#include "src/mechanics/free_flight.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/mechanics/step_control.hpp"
 #include "src/mechanics/stepper.hpp"
@@ -459,11 +460,9 @@ TEST_CASE(
   scene.effects.add(effects::LeakageOptions{.conductivity = 1e-12});
   const auto log = std::make_shared<SolverLog>();
   Simulation simulation(scene, std::make_unique<LineCharges>(log));
-  const Effect& leakage = *simulation.model().effects.back();
-  CHECK(leakage.name() == "leakage");
-  std::vector<bool> pushed(2, false);
-  leakage.mark_pushed(simulation.model().bodies, {}, pushed);
-  CHECK(pushed == std::vector<bool>(2, false));
+  Model model = effects::make_model(scene);
+  CHECK(model.effects.back()->name() == "leakage");
+  CHECK(mechanics::FreeFlight(model).pushed(std::vector{1.0, 1.0}).empty());
   simulation.advance_to(1);
   CHECK(log->solves == 11);
   // A charged conductor whose fluid does not conduct, and no difference of potentials: no circuit, no books of energy.

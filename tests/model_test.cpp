@@ -1,7 +1,9 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <new>
 #include <numbers>
 #include <random>
@@ -335,6 +337,23 @@ TEST_CASE("drag: two laws add up, and their derivatives are those of the forces"
     }
   }
   CHECK_THROWS_AS(Drag(1).add(0, {.linear = -1}), InputError);
+}
+
+TEST_CASE("drag: a law with a force at rest, a wrong sign or a wrong slope is refused") {
+  const auto refusal = [](const std::function<DragForce(double)>& law) {
+    try {
+      Drag(1).add(0, {.nonlinear = law});
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK(refusal([](double v) { return DragForce{v * v, 2 * v}; }).empty());
+  CHECK(refusal([](double v) { return DragForce{std::min(v, 1.0), v < 1 ? 1.0 : 0.0}; }).empty());  // a kink at 1 m/s
+  CHECK(refusal([](double) { return DragForce{1e-6, 0}; }).find("1e-06 N at rest") != std::string::npos);
+  CHECK(refusal([](double v) { return DragForce{-v * v, 2 * v}; }).find("at least 0") != std::string::npos);
+  CHECK(refusal([](double v) { return DragForce{v * v, -2 * v}; }).find("at least 0") != std::string::npos);
+  CHECK(refusal([](double v) { return DragForce{v * v, 0}; }).find("derivative") != std::string::npos);
 }
 
 }  // namespace model_test

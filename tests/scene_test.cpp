@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <set>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 
 #include "solvers/error.hpp"
@@ -449,6 +450,14 @@ TEST_CASE("a number of any key: a size beyond its bounds is refused by name") {
                       {path_in(table, key.name) + " = ", "is not allowed"});
       }
   CHECK(numeric > 5 * 80);
+}
+
+TEST_CASE("a rule that asks for a key which no scene can have is an error of the program") {
+  const Draft draft = Schema(effects::all_kinds()).blank_draft();
+  CHECK(draft.line("effects.hertz_contact.young") == 0);
+  CHECK(draft.line("effects.of_another_program.key") == 0);  // its kind is not in the list
+  CHECK_THROWS_AS(draft.line("effects.hertz_contact.yuong"), std::logic_error);
+  CHECK_THROWS_AS(draft.line("hertz_contact.young"), std::logic_error);
 }
 
 TEST_CASE("help lists every key with its unit and default") {

@@ -19,17 +19,17 @@ void check(const Draft& draft) {
   const bool impact = options.model == ExchangeModel::impact, none = options.model == ExchangeModel::none;
   const auto only_with = [&](const std::string& key, bool allowed, const std::string& models) {
     if (!allowed)
-      refuse_given(draft, "effects.charge_exchange." + key,
-                   fmt::format("is not allowed with effects.charge_exchange.model = \"{}\": it is for {}",
-                               name_of(options.model), models));
+      refuse_if_given(draft, "effects.charge_exchange." + key,
+                      fmt::format("is not allowed with effects.charge_exchange.model = \"{}\": it is for {}",
+                                  name_of(options.model), models));
   };
   only_with("exponent", impact, "\"impact\"");
   only_with("each_step", impact, "\"impact\"");
   only_with("rate", !impact && !none, "\"random-walk\" and \"contact-area\"");
   for (const char* key : {"strength", "capacity", "over_capacity"}) only_with(key, !none, "the others");
   if (!options.capacity)
-    refuse_given(draft, "effects.charge_exchange.over_capacity",
-                 "needs effects.charge_exchange.capacity: add it, or leave the key out");
+    refuse_if_given(draft, "effects.charge_exchange.over_capacity",
+                    "needs effects.charge_exchange.capacity: add it, or leave the key out");
 }
 
 void check_capacity(const Draft& draft, Scene& scene) {

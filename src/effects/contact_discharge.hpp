@@ -29,8 +29,6 @@ class ContactDischarge : public Effect {
   const EffectKind& kind() const override { return ContactDischargeOptions::kind(); }
   Needs needs() const override { return {.charges = true, .field = true}; }
 
-  void mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
-
   double make_gap() const { return make_gap_; }        ///< m
   double release_gap() const { return release_gap_; }  ///< m
   /// Surface to surface (m), and its rate of change (m/s).
@@ -61,8 +59,8 @@ class ContactDischarge : public Effect {
     return gap(bodies, watch.contact) - (watch.made ? release_gap_ + together_ : make_gap_);
   }
   /// The same of a contact that is to be made and may wait: its sign changes where it can wait no longer, since the two
-  /// go apart again or are closer by a sixteenth of the gap. Not a distance (m) everywhere: near where they turn round it
-  /// is their speed away from each other.
+  /// go apart again or are closer by a sixteenth of the gap. Not a distance (m) everywhere: near where they turn round
+  /// it is their speed away from each other.
   double excess_of_waiting(const Bodies& bodies, const Watch& watch) const;
   /// How far (m) the two may move against each other between two looks at them. A gap that passes its threshold by one
   /// position tolerance, on a straight way past each other, is beyond it for at least this long: no graze is missed.

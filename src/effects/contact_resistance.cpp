@@ -11,9 +11,9 @@ void check(const Draft& draft) {
   if (options.resistivity > 0 && options.spot == 0)
     refuse_effect(draft, name, "a spot in m, greater than 0, beside its resistivity");
   if (options.resistivity == 0)
-    refuse_given(draft, "effects.contact_resistance.spot",
-                 "needs effects.contact_resistance.resistivity in ohm m, greater than 0, of what the spot is made: "
-                 "add it, or leave the spot out");
+    refuse_if_given(draft, "effects.contact_resistance.spot",
+                    "needs effects.contact_resistance.resistivity in ohm m, greater than 0, of what the spot is made: "
+                    "add it, or leave the spot out");
   if (options.ohms() == 0) refuse_effect(draft, name, "a resistance in ohm or a resistivity in ohm m, greater than 0");
 }
 

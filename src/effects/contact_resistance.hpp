@@ -20,7 +20,6 @@ class ContactResistance : public Effect {
  public:
   const EffectKind& kind() const override { return ContactResistanceOptions::kind(); }
   Needs needs() const override { return {.charges = true, .field = true}; }
-  void mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
 };
 
 }  // namespace lichtenberg::effects

@@ -153,7 +153,7 @@ void check(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<CoulombOptions>();
   const auto only_with = [&](const std::string& key, bool allowed, const std::string& sums) {
     if (!allowed)
-      refuse_given(
+      refuse_if_given(
           draft, "effects.coulomb." + key,
           fmt::format("is not allowed with effects.coulomb.sum = \"{}\": it is for {}", name_of(options.sum), sums));
   };
@@ -164,8 +164,9 @@ void check(const Draft& draft) {
   only_with("cutoff", shifted || mesh, "\"mesh\" and \"shifted-force\"");
   for (const std::string key : {"alpha", "mesh", "order"}) only_with(key, mesh, "\"mesh\"");
   if (mesh && options.cutoff && options.mesh && options.order)
-    refuse_given(draft, "effects.coulomb.accuracy",
-                 "is not allowed together with effects.coulomb.cutoff, mesh and order: they leave nothing to choose");
+    refuse_if_given(
+        draft, "effects.coulomb.accuracy",
+        "is not allowed together with effects.coulomb.cutoff, mesh and order: they leave nothing to choose");
   only_with("damping", shifted, "\"shifted-force\"");
   if (shifted && draft.scene.effects.has("induced_dipoles"))
     refuse(draft.scene.path, draft.line("effects.coulomb.sum"),

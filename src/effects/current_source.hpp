@@ -17,7 +17,6 @@ class CurrentSource : public Effect {
 
   const EffectKind& kind() const override { return CurrentSourceOptions::kind(); }
   Needs needs() const override { return {.charges = true}; }
-  void mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
   void add_currents(const State&, std::span<double> current) const override {
     for (double& c : current) c += current_;
   }

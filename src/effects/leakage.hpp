@@ -19,7 +19,6 @@ class Leakage : public Effect {
 
   const EffectKind& kind() const override { return LeakageOptions::kind(); }
   Needs needs() const override { return {.charges = true}; }
-  void mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
   double charge_relaxation_time() const override { return relaxation_time_; }
 
  private:

@@ -16,7 +16,6 @@ class StokesDrag : public Effect {
 
   const EffectKind& kind() const override { return StokesDragOptions::kind(); }
   DragLaw drag(const Bodies& bodies, int body) const override;
-  void mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
 
  private:
   double viscosity_;

@@ -16,9 +16,9 @@ void check(const Draft& draft) {
   const bool some = options.young || options.poisson || options.viscosity;
   for (const char* pure : {"elastic", "dissipative"})
     if (some)
-      refuse_given(draft, path(pure),
-                   "is given, and so are young, poisson or viscosity in SI, from which it follows: leave one of the "
-                   "two out");
+      refuse_if_given(draft, path(pure),
+                      "is given, and so are young, poisson or viscosity in SI, from which it follows: leave one of the "
+                      "two out");
   for (const auto& [key, value] :
        {std::pair{"young", options.young}, {"poisson", options.poisson}, {"viscosity", options.viscosity}})
     if (some && !value)

@@ -4,14 +4,42 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "solvers/error.hpp"
 #include "src/model/effect.hpp"
 
 namespace lichtenberg {
 
+namespace {
+
+/// Throws InputError unless a nonlinear law vanishes at rest and has no negative force or slope at some speeds, and if
+/// at more than one of them, where it might have a kink, its slope is not the derivative of its force.
+void check_nonlinear(const DragLaw& law) {
+  if (const double at_rest = law.nonlinear(0).force; at_rest != 0)
+    throw InputError(fmt::format("the nonlinear drag of a body is {:g} N at rest: it must be 0", at_rest));
+  int wrong = 0;
+  for (double speed = 1e-6; speed < 100; speed *= 10) {
+    const auto [force, slope] = law.nonlinear(speed);
+    if (!(force >= 0 && slope >= 0))
+      throw InputError(fmt::format(
+          "the nonlinear drag of a body is {:g} N with a slope of {:g} kg/s at {:g} m/s: both must be at least 0",
+          force, slope, speed));
+    constexpr double step = 1e-3, allowed = 0.01;  // of the speed; of the slope, far more than the difference is wrong
+    const double above = law.nonlinear(speed * (1 + step)).force, below = law.nonlinear(speed * (1 - step)).force;
+    const double difference = (above - below) / (2 * step * speed);
+    if (std::abs(difference - slope) > allowed * std::max(std::abs(difference), slope) && ++wrong > 1)
+      throw InputError(fmt::format(
+          "the nonlinear drag of a body has a slope of {:g} kg/s at {:g} m/s: the derivative of its force is {:g} kg/s",
+          slope, speed, difference));
+  }
+}
+
+}  // namespace
+
 bool Drag::add(int body, const DragLaw& law) {
   if (!(law.linear >= 0)) throw InputError(fmt::format("the drag of a body is {:g} kg/s: at least 0", law.linear));
+  if (law.nonlinear) check_nonlinear(law);
   linear_[body] += law.linear;
   if (!law.nonlinear) return law.linear > 0;
   nonlinear_.resize(linear_.size());

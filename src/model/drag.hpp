@@ -31,7 +31,8 @@ class Drag {
  public:
   explicit Drag(int bodies = 0) : linear_(bodies) {}
 
-  /// Adds a law for a body; returns whether it is more than nothing. Throws InputError for a linear part below 0.
+  /// Adds a law for a body; returns whether it is more than nothing. Throws InputError for a linear part below 0,
+  /// and for a nonlinear part with a force at rest, a negative force or slope, or a slope that is not its derivative.
   bool add(int body, const DragLaw& law);
 
   bool is_linear() const { return nonlinear_.empty(); }  ///< for every body

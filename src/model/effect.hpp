@@ -95,9 +95,9 @@ class Effect {
   /// The energy (J) that its forces have stored and give back: that of springs, of weight. The field's is not among
   /// them.
   virtual double stored_energy(const State& state) const { return (void)state, 0; }
-  /// Marks the bodies that it may push while each body i moves by at most travel[i] (m), both partners of a pair: a
-  /// body that no effect marks flies beside the integration of the others, which see it where it was. More than need be
-  /// may cost time, but no accuracy.
+  /// For an effect that overrides add_forces: marks the bodies that it may push while each body i moves by at most
+  /// travel[i] (m), both partners of a pair: a body that no effect marks flies beside the integration of the others,
+  /// which see it where it was. More than need be may cost time, but no accuracy.
   virtual void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const {
     (void)bodies, (void)travel, pushed.assign(pushed.size(), true);
   }

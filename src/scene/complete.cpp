@@ -59,9 +59,10 @@ void check_series_resistances(const Draft& draft) {
 void check_materials(const Draft& draft) {
   if (draft.scene.effects.has("hertz_contact") || draft.scene.effects.has("wall_contact")) return;
   for (const char* key : {"conductor.young", "conductor.poisson", "population.young", "population.poisson"})
-    refuse_given(draft, key,
-                 "needs the table [effects.hertz_contact] or [effects.wall_contact]: add one of them, or leave the key "
-                 "out");
+    refuse_if_given(
+        draft, key,
+        "needs the table [effects.hertz_contact] or [effects.wall_contact]: add one of them, or leave the key "
+        "out");
 }
 
 double permittivity(const Draft& draft) {
@@ -114,7 +115,7 @@ void check_accuracy(const Draft& draft) {
   const FieldDraft& field = draft.field;
   if (!field.accuracy) return;
   for (const std::string key : {"field.cells", "field.tolerance", "field.moving_tolerance"})
-    refuse_given(draft, key, "is chosen for field.accuracy: leave one of the two out");
+    refuse_if_given(draft, key, "is chosen for field.accuracy: leave one of the two out");
   const auto refuse_with = [&](const std::string& key, const std::string& value, const std::string& why) {
     refuse(draft.scene.path, draft.line(key),
            fmt::format("{} = \"{}\" is not allowed with field.accuracy: {}", key, value, why));

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -126,11 +127,11 @@ struct Draft {
   std::vector<PopulationDraft> populations;
   std::map<std::string, int> lines;  ///< where a table or key stands, by path; of repeated tables the last
 
-  /// The line of a table or key, 0 if the file does not have it.
-  int line(const std::string& path) const {
-    const auto found = lines.find(path);
-    return found == lines.end() ? 0 : found->second;
-  }
+  std::set<std::string> known;  ///< paths of all tables and keys of the schema; empty: any path may be asked for
+
+  /// The line of a table or key, 0 if the file does not have it. Throws std::logic_error for a path that no table or
+  /// key of the schema has, unless it belongs to an effect that the schema does not have.
+  int line(const std::string& path) const;
 };
 
 /// "path:line: "; line 0 is left out.
@@ -139,7 +140,7 @@ std::string place_in(const std::string& path, int line);
 /// Throws the InputError "path:line: sentence"; line 0 is left out.
 [[noreturn]] void refuse(const std::string& path, int line, const std::string& sentence);
 /// Refuses a table or key that the file has: "[table] PREDICATE" or "table.key PREDICATE".
-void refuse_given(const Draft& draft, const std::string& key, const std::string& predicate);
+void refuse_if_given(const Draft& draft, const std::string& key, const std::string& predicate);
 
 /// Puts places and velocities into the scene's two or three dimensions, which are those of the domain. Throws
 /// InputError for one that has others, for an axis that is periodic on one side only, and for what knows nothing of

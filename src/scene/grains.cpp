@@ -101,7 +101,7 @@ void check_keys(const Draft& draft) {
   const bool monolithic = &mechanics.kind() != &mechanics.integrator.kind();
   const auto check = [&](const std::string& key) {
     if (!mechanics.kind().reads(key))
-      refuse_given(
+      refuse_if_given(
           draft, "mechanics." + key,
           fmt::format("is not allowed with {}: it is not read then; leave it out",
                       monolithic ? std::string("mechanics.coupling = \"monolithic\"")
@@ -118,8 +118,8 @@ void check_conductors(const Draft& draft) {
   for (const char* key :
        {"stage", "population.temperature", "population.charge_distribution", "population.charge_exponent",
         "mechanics.step", "mechanics.contact_steps", "mechanics.threads"})
-    refuse_given(draft, key,
-                 "needs the table [reference], which makes the scene one of grains: add it, or leave the key out");
+    refuse_if_given(draft, key,
+                    "needs the table [reference], which makes the scene one of grains: add it, or leave the key out");
   if (!draft.scene.mechanics.integrator->moves_conductors)
     refuse(draft.scene.path, draft.line("mechanics.integrator"),
            fmt::format("mechanics.integrator = \"{}\" needs the table [reference], which makes the scene one of "
@@ -131,14 +131,15 @@ void check_conductors(const Draft& draft) {
 /// What moves grains has no use for keys of what moves conductors.
 void check_mechanics(const Draft& draft) {
   for (const std::string key : conductor_keys)
-    refuse_given(draft, "mechanics." + key,
-                 "is not allowed with [reference], which makes the scene one of grains: it is for conductors; leave it "
-                 "out");
+    refuse_if_given(
+        draft, "mechanics." + key,
+        "is not allowed with [reference], which makes the scene one of grains: it is for conductors; leave it "
+        "out");
   const Integrator integrator = draft.scene.mechanics.integrator;
   if (!integrator->reads("relative_tolerance"))
-    refuse_given(draft, "mechanics.relative_tolerance",
-                 fmt::format("is not allowed with mechanics.integrator = \"{}\": of grains it is for \"cvode\"",
-                             name_of(integrator)));
+    refuse_if_given(draft, "mechanics.relative_tolerance",
+                    fmt::format("is not allowed with mechanics.integrator = \"{}\": of grains it is for \"cvode\"",
+                                name_of(integrator)));
 }
 
 }  // namespace
@@ -152,7 +153,7 @@ void check_grains(const Draft& draft) {
                          "scenes of conductors or packings; leave one out",
                          entry.kind->name));
   for (const char* table : {"electrode", "wall", "group", "medium", "field", "minimize", "network"})
-    refuse_given(draft, table, "is not allowed with [reference]: grains have none of that; leave it out");
+    refuse_if_given(draft, table, "is not allowed with [reference]: grains have none of that; leave it out");
   const int sides = 2 * draft.scene.dimension();
   for (int s = 0; s < sides; ++s)
     if (!draft.scene.domain.sides[s].periodic)

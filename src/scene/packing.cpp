@@ -118,7 +118,7 @@ void check_idle_keys(const Draft& draft) {
       {"population.charge", uncharged, "leave it out"},
   };
   for (const Idle& idle : all)
-    refuse_given(
+    refuse_if_given(
         draft, idle.key,
         fmt::format("is not allowed with effects.contact_potential, under which {}: {}", idle.why, idle.instead));
 }
@@ -130,7 +130,7 @@ void check_packing_keys(const Draft& draft) {
   if (!draft.scene.effects.has(&EffectKind::packing)) {
     const std::string needs = " needs the table [effects.contact_potential]: add it, or leave this out";
     if (!draft.walls.empty()) refuse_it(draft.walls.front().line, "[[wall]]" + needs);
-    refuse_given(draft, "minimize", needs.substr(1));
+    refuse_if_given(draft, "minimize", needs.substr(1));
     for (const PopulationDraft& population : draft.populations)
       if (population.overlapping) refuse_it(population.line, "population.overlapping" + needs);
     return;
@@ -140,10 +140,11 @@ void check_packing_keys(const Draft& draft) {
   check_idle_keys(draft);
   const MinimizeMethod method = draft.scene.minimize.method;
   if (method != MinimizeMethod::gradient_descent)
-    refuse_given(draft, "minimize.step",
-                 fmt::format("is not allowed with minimize.method = \"{}\", which chooses its steps: leave it out, or "
-                             "choose \"gradient-descent\"",
-                             name_of(method)));
+    refuse_if_given(
+        draft, "minimize.step",
+        fmt::format("is not allowed with minimize.method = \"{}\", which chooses its steps: leave it out, or "
+                    "choose \"gradient-descent\"",
+                    name_of(method)));
   if (!draft.electrodes.empty()) refuse_it(draft.electrodes.front().line, "[[electrode]]" + why);
   if (!draft.groups.empty()) refuse_it(draft.groups.front().line, "[[group]]" + why);
 }

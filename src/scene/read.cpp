@@ -200,7 +200,7 @@ void refuse(const std::string& path, int line, const std::string& sentence) {
   throw InputError(place_in(path, line) + sentence);
 }
 
-void refuse_given(const Draft& draft, const std::string& key, const std::string& predicate) {
+void refuse_if_given(const Draft& draft, const std::string& key, const std::string& predicate) {
   if (const int line = draft.line(key); line > 0)
     refuse(draft.scene.path, line, (key.find('.') == std::string::npos ? "[" + key + "] " : key + " ") + predicate);
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <stdexcept>
 
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/value.hpp"
@@ -60,8 +61,20 @@ std::vector<std::string> Schema::known_paths() const {
   return known;
 }
 
+int Draft::line(const std::string& path) const {
+  const auto is_of_absent_effect = [&] {
+    const std::string effects = "effects.";
+    return path.starts_with(effects) && !known.contains(path.substr(0, path.find('.', effects.size())));
+  };
+  if (!known.empty() && !known.contains(path) && !is_of_absent_effect())
+    throw std::logic_error("no table or key of scenes has the path " + path);
+  const auto found = lines.find(path);
+  return found == lines.end() ? 0 : found->second;
+}
+
 Draft Schema::blank_draft() const {
   Draft draft;
+  for (const std::string& path : known_paths()) draft.known.insert(path);
   for (const Table& table : tables_) table.open(draft, 0);
   return draft;
 }

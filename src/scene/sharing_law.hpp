@@ -22,8 +22,9 @@ struct ContactState {
 /// law can be taken as constant that is not.
 struct SharingLaw {
   double conductance = INFINITY;  ///< S, at least 0. Infinite: the two are one conductor; 0: no charge passes
-  /// The conductance (S, at least 0 and finite) in a state. Each accepted field solve asks for it, and steps are so
-  /// short that what it changes until the next moves little charge. Empty: it is `conductance` at any time.
+  /// The conductance (S, at least 0 and finite) in a state. Each accepted field solve asks for it. At the end
+  /// of a step the current is compared with the law's, and the step is shortened where they differ. A change that comes
+  /// and goes within a step is not seen. Empty: it is `conductance` at any time.
   std::function<double(const ContactState&)> of_state{};
 
   bool joins() const { return !of_state && std::isinf(conductance); }

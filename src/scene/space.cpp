@@ -59,8 +59,8 @@ void check_open(const Draft& draft, int dimension) {
     refuse_it("domain.open",
               "domain.open = true needs the table [effects.floating_conductors]: add it, or leave the key out");
   for (int s = 0; s < 6; ++s)
-    refuse_given(draft, key_of(s),
-                 "is not allowed with domain.open = true, which has no sides: leave one of the two out");
+    refuse_if_given(draft, key_of(s),
+                    "is not allowed with domain.open = true, which has no sides: leave one of the two out");
 }
 
 /// What there is beside the effects that belongs to a field, where there is none.
@@ -109,12 +109,13 @@ void settle_dimension(Draft& draft) {
     if (dimension == 3 && !field) check_without_field(draft, "in three dimensions");
     if (periodic_side(domain) >= 0 && !field) check_without_field(draft, "with a periodic side");
     if (periodic_side(domain) >= 0)
-      refuse_given(draft, "network",
-                   "is not allowed with a periodic side, through which its contacts are not looked for; leave it out");
+      refuse_if_given(
+          draft, "network",
+          "is not allowed with a periodic side, through which its contacts are not looked for; leave it out");
   }
   if (dimension == 2)
-    refuse_given(draft, "mechanics.keep_height",
-                 "is not allowed in two dimensions, where nothing moves along z: leave it out");
+    refuse_if_given(draft, "mechanics.keep_height",
+                    "is not allowed in two dimensions, where nothing moves along z: leave it out");
   const auto check = [&](const Coordinates& given, int line, const std::string& key) {
     if (given.count != dimension)
       refuse(draft.scene.path, line,

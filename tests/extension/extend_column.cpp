@@ -19,7 +19,7 @@ struct NearestGapOptions {
   static const EffectKind& kind();
 };
 
-/// Moves nothing; adds the column `nearest_gap` [N] (m), from surface to surface.
+/// Moves nothing; adds the column `example_gap` [N] (m), from surface to surface.
 class NearestGap : public Effect {
  public:
   const EffectKind& kind() const override { return NearestGapOptions::kind(); }
@@ -33,17 +33,16 @@ class NearestGap : public Effect {
           const double* y = &bodies.position[2 * j];
           gap[i] = std::min(gap[i], std::hypot(x[0] - y[0], x[1] - y[1]) - bodies.radius[i] - bodies.radius[j]);
         }
-    frame.add_particles("nearest_gap", "m", gap);
+    frame.add_particles("example_gap", "m", gap);
   }
 };
 
 const EffectKind& NearestGapOptions::kind() {
-  static const EffectKind kind = {
-      .name = "nearest_gap",
-      .description = "the gap to the nearest body is recorded",
-      .help = "Adds a column; moves nothing.",
-      .options = NearestGapOptions{},
-      .make = [](const Scene&) { return std::make_unique<NearestGap>(); }};
+  static const EffectKind kind = {.name = "example_gap",
+                                  .description = "the gap to the nearest body is recorded",
+                                  .help = "Adds a column; moves nothing.",
+                                  .options = NearestGapOptions{},
+                                  .make = [](const Scene&) { return std::make_unique<NearestGap>(); }};
   return kind;
 }
 
@@ -55,7 +54,7 @@ size = [0.04, 0.02]
 [medium]
 viscosity = 0.01
 [effects.stokes_drag]
-[effects.nearest_gap]
+[effects.example_gap]
 [output]
 file = "x.h5"
 [[conductor]]
@@ -88,7 +87,7 @@ TEST_CASE("a column from outside stands in every frame and in the result file, w
       // The first body flies towards the second: the gap is the difference of the recorded places less both radii.
       const std::vector<Vec3> places = frame.vectors("position");
       const double first = places[1].x - places[0].x - 2e-3, last = places[2].x - places[1].x - 3e-3;
-      const std::vector<double> gap = frame.reals("nearest_gap");
+      const std::vector<double> gap = frame.reals("example_gap");
       REQUIRE(gap.size() == 3);
       for (const auto& [found, right] : {std::pair{gap[0], first}, {gap[1], first}, {gap[2], last}})
         CHECK(found == doctest::Approx(right).epsilon(1e-12));
@@ -101,7 +100,7 @@ TEST_CASE("a column from outside stands in every frame and in the result file, w
   }
   CHECK(expected[3] < expected[0]);
   const hdf5::Handle file = hdf5::load(path);
-  CHECK(hdf5::get<double>(file, "particles/conductors/nearest_gap/value") == expected);
-  const hdf5::Handle values(H5Dopen2(file, "particles/conductors/nearest_gap/value", H5P_DEFAULT));
+  CHECK(hdf5::get<double>(file, "particles/conductors/example_gap/value") == expected);
+  const hdf5::Handle values(H5Dopen2(file, "particles/conductors/example_gap/value", H5P_DEFAULT));
   CHECK(hdf5::text(values, "unit") == "m");
 }

@@ -99,8 +99,8 @@ theory::Impacts GasParameters::impacts(bool last) const {
       return theory::impact_charge_square(e.strength, e.exponent, effective_mass, v);
     };
   if (last)
-    impacts.duration = [law = law](double temperature) {
-      return theory::impact_mean(temperature, [&](double v, double) { return contact_duration(law, v); });
+    impacts.duration = [law = law](double at_temperature) {
+      return theory::impact_mean(at_temperature, [&](double v, double) { return contact_duration(law, v); });
     };
   return impacts;
 }

@@ -6,8 +6,8 @@
 
 #include "tests/program.hpp"
 
-/// What tests of the command line share.
-namespace lichtenberg {
+/// Tests of the command line share this. It has a namespace of its own, since test files are compiled several at a time.
+namespace lichtenberg::command_line_tests {
 
 inline Ended run(const Folder& folder, const std::string& arguments) { return run_program(folder, arguments); }
 inline Ended run(const std::string& arguments) { return run(Folder(), arguments); }
@@ -46,4 +46,4 @@ inline const std::string small_scene = R"(
   cells = 64
 )";
 
-}  // namespace lichtenberg
+}  // namespace lichtenberg::command_line_tests

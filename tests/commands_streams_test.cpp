@@ -11,6 +11,7 @@
 namespace commands_streams_test {
 
 using namespace lichtenberg;
+using namespace lichtenberg::command_line_tests;
 
 namespace {
 

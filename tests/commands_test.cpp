@@ -16,6 +16,7 @@
 namespace commands_test {
 
 using namespace lichtenberg;
+using namespace lichtenberg::command_line_tests;
 
 using nlohmann::json;
 

@@ -16,110 +16,14 @@
 #include "src/record/atomic_file.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/seal.hpp"
-#include "tests/program.hpp"
+#include "tests/ensembles.hpp"
 
 namespace ensemble_test {
 
 using namespace lichtenberg;
+using namespace lichtenberg::ensembles;
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-namespace {
-
-/// Three conductors fall through the fluid: no field, milliseconds a run.
-const std::string neutral_scene = R"(
-seed = 3
-[domain]
-size = [20e-3, 20e-3]
-[medium]
-viscosity = 0.7
-[[conductor]]
-position = [5e-3, 1e-3]
-velocity = [0.0, 0.0]
-radius = 0.775e-3
-[[population]]
-count = 2
-radius = 0.775e-3
-region = [[0, 5e-3], [20e-3, 20e-3]]
-[effects.stokes_drag]
-[output]
-every = 0.01
-checkpoint_every = 1
-[stop]
-time = 0.1
-)";
-
-/// Conductors that a source charges, and one electrode: 20 frames with a checkpoint at every fourth.
-const std::string charged_scene = R"(
-seed = 3
-[domain]
-size = [8e-3, 8e-3]
-[medium]
-relative_permittivity = 4.7
-viscosity = 0.7
-[[electrode]]
-shape = "half-disk"
-side = "bottom"
-at = 4e-3
-radius = 1e-3
-potential = 0.0
-[[population]]
-count = 6
-radius = 0.6e-3
-min_gap = 0.1e-3
-[effects.floating_conductors]
-[effects.current_source]
-current = 0.2e-9
-[effects.stokes_drag]
-[effects.hertz_contact]
-[effects.wall_contact]
-[effects.contact_discharge]
-[field]
-cells = 32
-[output]
-every = 0.01
-checkpoint_every = 4
-[stop]
-time = 0.2
-stationary = false
-)";
-
-/// A folder with both scenes in it.
-struct ScenesFolder : Folder {
-  ScenesFolder() {
-    write("neutral.toml", neutral_scene);
-    write("charged.toml", charged_scene);
-  }
-};
-
-Ended ensemble(const Folder& folder, const std::string& arguments) {
-  return run_program(folder, "ensemble " + arguments);
-}
-
-json summary(const Folder& folder, const std::string& name) {
-  return json::parse(text_of(folder / name / "ensemble.json"));
-}
-
-std::vector<std::string> states(const json& summary) {
-  std::vector<std::string> all;
-  for (const json& member : summary["members"]) all.push_back(member["state"]);
-  return all;
-}
-
-/// s, of the last frame in a result file.
-double last_time(const fs::path& result) {
-  namespace hdf5 = lichtenberg::hdf5;
-  return hdf5::get<double>(hdf5::load(result.string()), "particles/conductors/position/time").back();
-}
-
-/// How many times a run was started or resumed.
-int sessions(const fs::path& result) {
-  namespace hdf5 = lichtenberg::hdf5;
-  const hdf5::Handle file = hdf5::load(result.string());
-  return static_cast<int>(hdf5::names(hdf5::open_group(file, "provenance")).size());
-}
-
-}  // namespace
 
 TEST_CASE("all combinations are run, each into a file of its own") {
   const ScenesFolder folder;

@@ -22,6 +22,7 @@
 namespace packing_network_test {
 
 using namespace lichtenberg;
+using namespace lichtenberg::command_line_tests;
 using doctest::Approx;
 
 namespace {

@@ -48,6 +48,17 @@ inline Scene conductor_scene(const std::vector<Vec2>& places) {
   return scene;
 }
 
+/// Steel spheres in a cube of castor oil with insulating sides, 6 cm long.
+inline Scene cube_of(const std::vector<Vec3>& places, double accuracy) {
+  Scene scene = scene_of({});
+  scene.domain.size = {0.06, 0.06, 0.06};
+  for (const Vec3 place : places) scene.conductors.push_back({.position = place, .radius = radius});
+  scene.field_table = FieldOptions{.method = &spheres_method(), .moving_tolerance = accuracy};
+  scene.effects.add<effects::FloatingConductorsOptions>();
+  scene.effects.add<effects::StokesDragOptions>();
+  return scene;
+}
+
 inline Electrode ball(std::string name, Vec2 centre, double potential) {
   return {std::move(name), Disk{centre, radius}, potential};
 }

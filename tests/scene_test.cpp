@@ -168,8 +168,9 @@ TEST_CASE("mechanics: a key that the integrator reads is taken, and any other is
   CHECK(split.largest_step == 0.25);
   const std::string monolithic = "coupling = \"monolithic\"\n", euler = "integrator = \"euler\"\n";
   CHECK(parse(scene + monolithic + "relative_tolerance = 1e-5\n").mechanics.coupling == FieldCoupling::monolithic);
-  check_refused(scene + monolithic + "largest_step = 0.25\n",
-                {"mechanics.largest_step is not allowed with mechanics.coupling = \"monolithic\""});
+  CHECK(parse(scene + monolithic + "largest_step = 0.25\n").mechanics.largest_step == 0.25);
+  check_refused(scene + monolithic + "predictor = false\n",
+                {"mechanics.predictor is not allowed with mechanics.coupling = \"monolithic\""});
   check_refused(scene + euler + "position_tolerance = 1e-7\n",
                 {"mechanics.position_tolerance is not allowed with mechanics.integrator = \"euler\""});
   check_refused(scene + "euler_step = 1e-6\n",

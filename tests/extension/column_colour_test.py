@@ -1,4 +1,4 @@
-"""A column of particles that the program does not know colours pictures: plot takes its name, with its unit on the bar."""
+"""Pictures coloured by a particle column that the program does not know: plot takes its name and shows its unit."""
 import shutil
 import sys
 import unittest

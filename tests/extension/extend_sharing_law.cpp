@@ -1,11 +1,12 @@
-// A law of charge sharing at contact added from outside: a rectifier, which conducts from the first conductor of a
-// contact to the other alone, I = conductance (V / 1 V)^power V.
+// A law of charge sharing added from outside: a rectifier, which conducts from the first conductor of a contact only.
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "solvers/error.hpp"
 #include "src/effects/contact_resistance.hpp"
+#include "src/effects/current_source.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "tests/line_charges.hpp"
@@ -18,7 +19,7 @@ using effects::Contact, effects::SharingLaw;
 namespace {
 
 struct RectifierOptions {
-  double conductance = 0, power = 0;  ///< S at 1 V, 1
+  double conductance = 0, power = 0;  ///< S at 1 V, 1: I = conductance (V / 1 V)^power V
   bool joins_first = false;           ///< the contact of conductors 0 and 1 is ideal
   static const EffectKind& kind();
 };
@@ -44,7 +45,7 @@ const EffectKind& RectifierOptions::kind() {
 }
 
 constexpr double near = 2.5, rc = 1e-3;  // radii between centres: within the contact's gap of one radius; s
-// F: a charge that passes from one to the other changes their potential difference by itself over this.
+// F: charge that passes between the two per change of their potential difference.
 const double pair_capacitance = std::numbers::pi * 4.2e-11 * 2 * radius / std::log(near);
 
 /// Two conductors in contact.
@@ -56,7 +57,6 @@ Scene pair(const std::vector<double>& charges, const RectifierOptions& options, 
   scene.effects.add(options);
   return scene;
 }
-
 ConductorFrame after(const Scene& scene, double time) {
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(time);
@@ -73,7 +73,7 @@ TEST_CASE("rectifier: charge decays to equal shares in one direction only") {
     CHECK(std::abs(frame.charge[0] - 1e-12 - 2e-12 * std::exp(-times)) < 1e-3 * 3e-12);  // some hundred steps
     CHECK(frame.charge_held == 3e-12 - 1e-12);
   }
-  // I = k V^2: the difference falls to half of what it was in C / (k V).
+  // I = k V^2: the difference halves in C / (k V).
   const RectifierOptions square{.conductance = pair_capacitance * pair_capacitance / (2e-12 * rc), .power = 1};
   CHECK(std::abs(after(pair({3e-12, -1e-12}, square), rc).charge[0] - 2e-12) < 1e-3 * 3e-12);
 }

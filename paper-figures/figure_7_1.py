@@ -7,7 +7,7 @@ The source has a photograph of the experiment where this has the network.
 import matplotlib.pyplot as plt
 
 import networks
-import drawing
+from networks import drawing
 from figures import claim, save, save_claims
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 import networks
-import drawing
+from networks import drawing
 from figures import claim, save, save_claims
 
 ENDPOINT, BRANCH, LEFT_OUT = "#d62728", "#2ca02c", "#1f77b4"

@@ -11,8 +11,8 @@
 #include "solvers/laplace/accuracy/accuracy.hpp"
 #include "solvers/laplace/measure.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
-#include "validation/reference_cases.hpp"
 #include "validation/program.hpp"
+#include "validation/reference_cases.hpp"
 
 namespace accuracy_validation {
 

@@ -6,8 +6,8 @@
 
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
-#include "validation/reference_cases.hpp"
 #include "validation/program.hpp"
+#include "validation/reference_cases.hpp"
 
 namespace reference_disks_validation {
 

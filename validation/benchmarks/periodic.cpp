@@ -27,7 +27,6 @@ struct Options {
   std::vector<double> accuracies{1e-3, 1e-4, 1e-6};
   std::vector<int> threads{1, 2};
   double density = 0.1458;  // charges in unit volume, no two nearer than 1: G's gas
-  double skin = 0;          // of the list of pairs
   int sample = 300;         // charges whose force is compared with Ewald's
   int repeats = 5;
   double polarizability = 0.075, tolerance = 1e-4;  // of induced dipoles
@@ -163,7 +162,7 @@ struct Iterations {
   std::vector<double> dipole;
 };
 
-Iterations iterations(Gas moving, const InducedDipoles& induced, double cutoff, parallel::Team& team) {
+Iterations iterations(Gas moving, const InducedDipoles& induced, parallel::Team& team) {
   constexpr int steps = 10, first = 4;
   std::mt19937_64 random(2);
   std::normal_distribution<double> normal(0, 0.005);
@@ -174,7 +173,7 @@ Iterations iterations(Gas moving, const InducedDipoles& induced, double cutoff, 
   Response response;
   for (int n = 0; n < steps; ++n) {
     std::vector<double> dipole = predictor.predict();
-    const int fields = induced.evaluate(moving, moving.pairs(cutoff, team), team, dipole, response);
+    const int fields = induced.evaluate(moving, {}, team, dipole, response);
     if (n == 0) found.cold = fields, found.dipole = dipole;
     if (n >= first) found.predicted += static_cast<double>(fields) / (steps - first);
     predictor.keep(std::move(dipole));
@@ -194,19 +193,18 @@ void measure_dipoles(const Gas& gas, double accuracy, const Options& options) {
     sample.push_back(static_cast<int>(static_cast<long>(s) * size / std::min(options.sample, size)));
   for (const int threads : options.threads) {
     parallel::Team team(threads);
-    const auto pairs = gas.pairs(choice.cutoff + options.skin, team);
-    const Iterations found = iterations(gas, induced, choice.cutoff, team);
+    const Iterations found = iterations(gas, induced, team);
     const Sources polarized = gas.with(found.dipole);
     Response response, exact;
     std::vector<double> field(gas.position.size()), dipole;
     const auto time = [&](auto&& work) { return milliseconds(options.repeats, work); };
-    const Milliseconds of_charges = time([&] { sum.evaluate(gas, pairs, team, response); });
-    const Milliseconds of_dipoles = time([&] { sum.dipole_field(polarized, pairs, team, field); });
+    const Milliseconds of_charges = time([&] { sum.evaluate(gas, {}, team, response); });
+    const Milliseconds of_dipoles = time([&] { sum.dipole_field(polarized, {}, team, field); });
     const Milliseconds cold = time([&] {
       dipole.clear();
-      induced.evaluate(gas, pairs, team, dipole, response);
+      induced.evaluate(gas, {}, team, dipole, response);
     });
-    const Milliseconds both = time([&] { sum.evaluate(polarized, pairs, team, response); });
+    const Milliseconds both = time([&] { sum.evaluate(polarized, {}, team, response); });
     Ewald(splitting_for(gas, 1e-9)).evaluate_at(sample, polarized, team, exact);
     fmt::print(
         "{:>8} {:>8.0e} {:>7.3f} {:>3} {:>4} {:>8} {:>8.2f} {:>8.2f} {:>8.2f} {:>8} {:>9.2f} {:>9.2f} {:>9.1e}\n", size,
@@ -244,7 +242,6 @@ int main(int argc, char** argv) {
   program.add_option("--sizes", options.sizes)->delimiter(',');
   program.add_option("--accuracies", options.accuracies)->delimiter(',');
   program.add_option("--threads", options.threads)->delimiter(',');
-  program.add_option("--skin", options.skin, "of the list of pairs");
   program.add_option("--sample", options.sample, "charges whose force is compared");
   program.add_option("--repeats", options.repeats);
   program.add_option("--gauss", gauss, "alpha, with --mesh");

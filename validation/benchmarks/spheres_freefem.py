@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 """Finite elements beside the solver of spheres on one scene: FreeFEM (P2, conjugate gradients) on meshes by Gmsh.
 
-    spheres_freefem.py build/spheres [--sizes 0.03,0.02,0.012]
+    spheres_freefem.py build/validation [--sizes 0.03,0.02,0.012]
 
 The scene is s4_box3 of data/reference-spheres: three floating spheres in a unit box on an electrode. Prints the error of the
 potentials, over the largest, and seconds without meshing: FreeFEM's processor time for the three fields that make the
-capacitance matrix, ours as `spheres long` says. Says what is missing if FreeFem++ or gmsh are.
+capacitance matrix, ours as `validation spheres long` says. Says what is missing if FreeFem++ or gmsh are.
 """
 import argparse
 import json
@@ -79,7 +79,7 @@ def main():
     parser.add_argument("--sizes", default="0.03,0.02,0.012")
     arguments = parser.parse_args()
     print(f"{'':<24}{'error of potentials':>20}{'seconds':>12}")
-    ours = subprocess.run([arguments.ours, "long"], capture_output=True, text=True).stdout
+    ours = subprocess.run([arguments.ours, "spheres", "long"], check=True, capture_output=True, text=True).stdout
     for degree, iterations, seconds, error in re.findall(
             CASE + r": degree (\d+), (\d+) iterations, (\S+) s\n.*\npotentials +(\S+)", ours):
         print(f"{'ours, degree ' + degree:<24}{float(error):>20.2g}{float(seconds):>12.4f}")

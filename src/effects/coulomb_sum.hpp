@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <memory>
 #include <string>
 
@@ -17,12 +19,12 @@ double longest_cutoff(const Scene& scene);
 
 periodic::MeshRequest mesh_request(const Scene& scene);
 periodic::MeshChoice mesh_for(const Scene& scene);
-/// What is to be said of a mesh whose forces are not as good as they should be; empty if they are.
+/// Warning about a mesh whose force error exceeds the accuracy asked for; empty if it does not.
 std::string doubt_about(const Scene& scene, const periodic::MeshChoice& choice);
 /// `doubt` is filled in for a mesh.
 std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& doubt);
 
-/// With the table's name before what is wrong.
+/// Result of work(). An InputError gets the scene's path and the table's name in front.
 template <class Work>
 auto naming_the_table(const Scene& scene, const std::string& table, const Work& work) {
   try {

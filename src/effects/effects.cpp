@@ -123,11 +123,6 @@ void search_first(const Scene& scene, Model& model) {
 
 }  // namespace
 
-void check_can_run(const Scene& scene) {
-  for (const EffectKind* kind : kinds_in(scene))
-    if (kind->check_run) kind->check_run(scene);
-}
-
 Model make_model(const Scene& scene, EffectList made) {
   EffectList effects;
   check_sharing(scene);

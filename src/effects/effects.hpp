@@ -23,9 +23,6 @@ EffectList made(std::unique_ptr<E>... effects) {
   return list;
 }
 
-/// Throws InputError for what an effect of the scene cannot do in a run (EffectKind::check_run).
-void check_can_run(const Scene& scene);
-
 /// The scene's bodies with the effects whose tables stand in the scene, and no other: those of all_kinds() in its
 /// order, then those of other kinds. Who must know one of them in particular makes it and hands it over in `made`.
 /// Throws InputError for what those that are not handed over cannot do in a run, for an effect in `made` that is

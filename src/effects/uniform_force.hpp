@@ -11,7 +11,7 @@ struct UniformForceOptions {
   static const EffectKind& kind();
 };
 
-/// What UniformForce does to a grain, on the CPU and on a device.
+/// Impulse of UniformForce on a grain, on the CPU and on a device.
 struct UniformPush {
   Vec3 acceleration;
 

@@ -28,7 +28,7 @@ Lookahead ContactEvents::look_ahead(const Charging& now, std::span<const double>
     ahead.foreseen.push_back({.body = body, .reach = reach[body]});
     std::copy_n(&model_.bodies.position[body * d], d, ahead.foreseen.back().start.begin());
   };
-  // What is neither thrown nor watched is where it was.
+  // Other bodies have not moved.
   if (thrown)
     for (const int body : *thrown) foresee(body);
   else

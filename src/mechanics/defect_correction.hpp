@@ -7,7 +7,7 @@
 
 namespace lichtenberg::mechanics {
 
-/// Moves bodies afterwards by what forces would have moved them that were wrong or left out, with linear drag.
+/// Corrects positions and momenta of bodies for forces that were wrong or missing in a step, with linear drag.
 class DefectCorrection {
  public:
   /// The model must outlive this.

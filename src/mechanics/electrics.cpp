@@ -1,14 +1,11 @@
 #include "src/mechanics/electrics.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
 
 #include "solvers/error.hpp"
-#include "src/mechanics/step_control.hpp"
 #include "src/model/body_ranges.hpp"
 #include "src/model/checkpoint.hpp"
 

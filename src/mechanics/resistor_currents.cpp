@@ -27,7 +27,8 @@ double charge_tolerance(const FieldOptions& field) {
 void ResistorCurrents::update(bool groups_changed) {
   std::vector<effects::Resistor> resistors = effects::resistors_of(scene_, now_.contacts);
   const auto same_place = [](const effects::Resistor& one, const effects::Resistor& other) {
-    return one.of_state ? one.a == other.a && one.b == other.b && one.supply == other.supply : one == other;
+    return one.of_state && other.of_state ? one.a == other.a && one.b == other.b && one.supply == other.supply
+                                          : one == other;
   };
   if (std::ranges::equal(resistors, now_.carried.resistors, same_place) && !groups_changed) return;
   const std::vector<double> none(resistors.size());

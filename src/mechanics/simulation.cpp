@@ -34,12 +34,9 @@ Solver default_solver(const Scene& scene) {
 }
 
 Model make_model(const Scene& scene, Solver solver) {
-  if (!scene.effects.has<effects::FloatingConductorsOptions>()) return effects::make_model(scene);
-  if (solver)
-    return effects::make_model(scene,
-                               effects::made(std::make_unique<effects::FloatingConductors>(scene, std::move(solver))));
-  effects::check_can_run(scene);
-  return effects::make_model(scene);
+  if (!solver || !scene.effects.has<effects::FloatingConductorsOptions>()) return effects::make_model(scene);
+  return effects::make_model(scene,
+                             effects::made(std::make_unique<effects::FloatingConductors>(scene, std::move(solver))));
 }
 
 /// The model's effect of that class; null: none.

@@ -85,7 +85,7 @@ class EffectMaker {
   Overrides overrides_;
 };
 
-/// What steps of grains are chosen by: they keep to the strictest of all effects. Functions may be null.
+/// Limits on steps of grains; the strictest of all effects counts. Functions may be null.
 struct StepLimits {
   /// The error that the effect's forces may have, rms over rms.
   double (*force_accuracy)(const Scene&) = nullptr;

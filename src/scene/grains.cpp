@@ -107,7 +107,9 @@ void check_keys(const Draft& draft) {
                       monolithic ? std::string("mechanics.coupling = \"monolithic\"")
                                  : fmt::format("mechanics.integrator = \"{}\"", name_of(mechanics.integrator))));
   };
-  for (const char* key : conductor_keys) check(key);
+  // contact_discharge tells contacts apart to within position_tolerance, whatever the integrator.
+  for (const std::string key : conductor_keys)
+    if (key != "position_tolerance" || !draft.scene.effects.has("contact_discharge")) check(key);
   check("relative_tolerance");
 }
 
@@ -128,7 +130,7 @@ void check_conductors(const Draft& draft) {
   check_keys(draft);
 }
 
-/// What moves grains has no use for keys of what moves conductors.
+/// Refuses keys that only integrators of conductors read, and those that the integrator of grains does not read.
 void check_mechanics(const Draft& draft) {
   for (const std::string key : conductor_keys)
     refuse_if_given(
@@ -140,6 +142,10 @@ void check_mechanics(const Draft& draft) {
     refuse_if_given(draft, "mechanics.relative_tolerance",
                     fmt::format("is not allowed with mechanics.integrator = \"{}\": of grains it is for \"cvode\"",
                                 name_of(integrator)));
+  if (!integrator->reads("contact_steps"))
+    refuse_if_given(
+        draft, "mechanics.contact_steps",
+        fmt::format("is not allowed with mechanics.integrator = \"{}\": it is for \"multirate\"", name_of(integrator)));
 }
 
 }  // namespace

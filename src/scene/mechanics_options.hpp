@@ -87,7 +87,7 @@ namespace integrators {
 
 inline constexpr IntegratorKind monolithic = {.name = "cvode",
                                               .moves_conductors = true,
-                                              .keys = {"coupling", "relative_tolerance", "keep_height"},
+                                              .keys = {"coupling", "relative_tolerance", "largest_step", "keep_height"},
                                               .solves_field_inside = true,
                                               .carries_resistors = false,
                                               .accuracy_key = "relative_tolerance",

@@ -18,13 +18,13 @@ struct ContactState {
   double potential_difference = 0;  ///< V, conductor minus partner
 };
 
-/// How a contact shares charge: by its conductance. A law is constant if and only if it has no `of_state`, so that no
-/// law can be taken as constant that is not.
+/// How a contact shares charge: by its conductance. The conductance is constant if and only if there is no
+/// `of_state`.
 struct SharingLaw {
   double conductance = INFINITY;  ///< S, at least 0. Infinite: the two are one conductor; 0: no charge passes
-  /// The conductance (S, at least 0 and finite) in a state. Each accepted field solve asks for it. At the end
-  /// of a step the current is compared with the law's, and the step is shortened where they differ. A change that comes
-  /// and goes within a step is not seen. Empty: it is `conductance` at any time.
+  /// The conductance (S, at least 0 and finite) in a state. It is evaluated at each accepted field solve
+  /// and at the end of each trial step, which is shortened if the linearized current differs too much. A change that
+  /// reverts within a step is not detected. Empty: it is `conductance` at any time.
   std::function<double(const ContactState&)> of_state{};
 
   bool joins() const { return !of_state && std::isinf(conductance); }

@@ -27,7 +27,7 @@ def end_with(parent):
         os.kill(os.getpid(), signal.SIGTERM)
 
 
-if os.environ.get("LICHTENBERG_WAITS"):  # draw.cpp
+if os.environ.get("LICHTENBERG_WAITS"):  # src/commands/python.cpp
     end_with(int(os.environ["LICHTENBERG_WAITS"]))
 
 

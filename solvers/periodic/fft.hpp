@@ -7,8 +7,8 @@
 namespace lichtenberg::periodic {
 
 /// A discrete Fourier transform of complex numbers along one axis, of `side_by_side` rows at once (Stockham's method;
-/// radices 2 to 5, other primes by the definition). FFTW's estimated plans take two to five times as long, and its
-/// measured ones do not give the same bits in each run.
+/// radices 2 to 5, other primes by the definition). FFTW's measured plans do not give the same
+/// bits in each run.
 template <class Real>
 class RowTransform {
  public:

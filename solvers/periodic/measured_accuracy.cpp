@@ -27,17 +27,9 @@ std::vector<int> spread_over(int size, int most) {
   return sample;
 }
 
-std::vector<Pair> pairs_for(const Sum& sum, const Sources& sources) {
-  if (sum.cutoff() == 0) return {};
-  Box<3> box{sources.lengths};
-  box.sides.fill(Boundary::periodic);
-  const std::vector<double> radius(sources.charge.size());
-  return pairs_closer_than(Spheres<3>{sources.position, radius, box}, sum.cutoff());
-}
-
 Response evaluated(Sum& sum, const Sources& sources) {
   Response response;
-  sum.evaluate(sources, pairs_for(sum, sources), parallel::Team::single(), response);
+  sum.evaluate(sources, {}, parallel::Team::single(), response);
   return response;
 }
 
@@ -70,7 +62,7 @@ std::vector<double> induced_dipoles(const MeshChoice& choice, const MeshRequest&
   Response response;
   try {
     InducedDipoles(*sum, DipoleSum::ewald, *request.polarizability, request.accuracy)
-        .evaluate(sources, pairs_for(*sum, sources), parallel::Team::single(), dipole, response);
+        .evaluate(sources, {}, parallel::Team::single(), dipole, response);
   } catch (const InputError&) {
     dipole.clear();
   }

@@ -272,7 +272,7 @@ void Gas::settle_contacts(Instant& now) {
   model_.bodies.charge = std::move(charge);
   now.force.clear(), now.potential.reset();
   find_forces(now, Want::energy);
-  book_.exchanged += now.potential.value_or(0) - before;
+  book_.exchanged += (now.potential ? *now.potential : potential_energy()) - before;
 }
 
 bool Gas::in_elastic_stage() const { return stage_ < scene_.stages.size() && scene_.stages[stage_].elastic; }

@@ -40,7 +40,7 @@ struct GasSeconds {
   double exchange = 0;  ///< of charge
 };
 
-/// What is to be found of smooth forces; `energy`: their energy too.
+/// Results that a step needs at its end: smooth forces, or these with their energy.
 enum class Want { forces, energy };
 
 /// Values that follow from the grains at one instant. Functions of Gas that change the grains and take an Instant keep
@@ -50,9 +50,10 @@ struct Instant {
   std::vector<double> force{};        ///< smooth forces on the grains, [N * d]; empty: not found, or there are none
   double acceleration = 0;            ///< the largest that these forces make
   std::optional<double> potential{};  ///< the energy of these forces; empty: not found
-  std::optional<double> release{};    ///< to which one contact might bring its two, by and large; empty: not found
-  double kicked =
-      INFINITY;  ///< by which velocities may have changed since contacts were followed; infinite: places too
+  /// Estimate of the largest speed (v0) at which a contact releases two grains; empty: not found.
+  std::optional<double> release{};
+  /// Bound on the change of a velocity (v0) since contacts were followed; infinite: positions may have changed, too.
+  double kicked = INFINITY;
 };
 
 /// Grains in a periodic box with all that acts on them, at one instant: what an integrator carries on.

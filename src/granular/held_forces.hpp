@@ -11,7 +11,7 @@ namespace lichtenberg::granular {
 /// The way (d0) that the fastest grain may fly in a step: a part of the shortest length over which forces change.
 double way_by_length(const Scene& scene);
 /// The way (d0) at which holding forces costs what the error of the most accurate forces does (way_for). Throws Failure
-/// if no effect has an StepLimits::force_accuracy.
+/// if no effect has a StepLimits::force_accuracy.
 double way_by_accuracy(const Scene& scene);
 /// The sum of the attractions of all effects.
 ContactAttraction contact_attraction(const Scene& scene);

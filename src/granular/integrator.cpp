@@ -27,7 +27,7 @@ std::map<const IntegratorKind*, Maker>& makers() {
 }  // namespace
 
 void add_integrator(const IntegratorKind& kind, Maker make) {
-  if (!kind.moves_grains || !(kind.takes_any_step || kind.usual_step > 0))
+  if (!kind.moves_grains || !(kind.usual_step > 0))
     throw InputError(
         fmt::format("the integrator \"{}\" must say moves_grains = true and a usual_step greater than 0, in "
                     "t0, the default of mechanics.step",

@@ -13,8 +13,8 @@ namespace lichtenberg {
 
 namespace {
 
-/// Throws InputError unless a nonlinear law vanishes at rest and has no negative force or slope at some speeds, and if
-/// at more than one of them, where it might have a kink, its slope is not the derivative of its force.
+/// Throws InputError if a nonlinear law has a force at rest, a negative force or slope at a sampled speed, or a slope
+/// that differs from the derivative of its force at more than one sampled speed (at one there may be a kink).
 void check_nonlinear(const DragLaw& law) {
   if (const double at_rest = law.nonlinear(0).force; at_rest != 0)
     throw InputError(fmt::format("the nonlinear drag of a body is {:g} N at rest: it must be 0", at_rest));
@@ -25,7 +25,7 @@ void check_nonlinear(const DragLaw& law) {
       throw InputError(fmt::format(
           "the nonlinear drag of a body is {:g} N with a slope of {:g} kg/s at {:g} m/s: both must be at least 0",
           force, slope, speed));
-    constexpr double step = 1e-3, allowed = 0.01;  // of the speed; of the slope, far more than the difference is wrong
+    constexpr double step = 1e-3, allowed = 0.01;  // relative; the central difference errs by about step^2
     const double above = law.nonlinear(speed * (1 + step)).force, below = law.nonlinear(speed * (1 - step)).force;
     const double difference = (above - below) / (2 * step * speed);
     if (std::abs(difference - slope) > allowed * std::max(std::abs(difference), slope) && ++wrong > 1)

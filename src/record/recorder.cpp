@@ -53,7 +53,7 @@ void check_start(const hdf5::Handle& file, const std::string& path, const Scene&
                                  start.empty() ? "without --from" : "with the same --from and --frame"));
 }
 
-/// Attribute that marks the group.
+/// Attribute that marks the group of Milestone::history, which grows from save to save.
 constexpr const char* is_history = "history";
 
 void lengthen(Column& column, const std::vector<Column>& added) {

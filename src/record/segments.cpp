@@ -158,7 +158,8 @@ void make_segments_folder(const std::string& path) {
   std::error_code error;
   fs::create_directory(folder, error);
   if (!is_own_folder(folder))
-    throw Failure(fmt::format("{} cannot be made ({})", folder, error ? error.message() : "there is a link"));
+    throw Failure(
+        fmt::format("{} cannot be made ({})", folder, error ? error.message() : "it is a symbolic link; remove it"));
 }
 
 std::int64_t next_segment(const std::string& path) {

@@ -6,7 +6,8 @@
 
 namespace lichtenberg::laplace {
 
-/// What CutCellSolver runs on: the CPU or a device. Problems have been checked, and have no nodes of a circuit.
+/// Solver behind CutCellSolver, on the CPU or on a device. The caller has checked the problem and eliminated nodes of
+/// circuits.
 class CutCellBackend : public LaplaceSolver {
  public:
   virtual void set_tolerance(double tolerance) = 0;

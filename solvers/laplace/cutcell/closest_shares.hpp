@@ -21,7 +21,7 @@ struct GuessProducts {
   }
 };
 
-/// By basis vector.
+/// Coefficients of a linear combination of basis vectors.
 struct Shares {
   double of[history_length];
 };

@@ -53,7 +53,7 @@ class Fft<parallel::CudaExecutor> {
   cufftHandle forward_ = 0, backward_ = 0;
 };
 #else
-/// In double precision, which FFTW is used with elsewhere.
+/// On the host, by FFTW in double precision.
 template <>
 class Fft<parallel::HostExecutor> {
  public:

@@ -407,8 +407,10 @@ class CutCell : public DeviceSolver {
     krylov_.make_shell_matrix(shell, n);
     krylov_.make_shell_method(shell, options_.tolerance, method);
     is_fused_ = krylov_.is(method);
-    if (krylov_.is(fused_cg))
+    if (krylov_.is(fused_cg)) {
+      krylov_.release();
       throw InputError(std::string("-field_ksp_type ") + fused_cg + " is the CPU's: leave the option out on a device");
+    }
     parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
     parallel::check_petsc(KSPSetUp(krylov_.ksp));
   }

@@ -13,8 +13,8 @@ namespace lichtenberg {
 double random_charge(double z, Random& random) {
   if (!(z > 0)) throw InputError(fmt::format("charges distributed as exp(-|q|^z) need z > 0, not {}", z));
   const double sign = random.sign(), below = random.uniform(), shape = 1 / z;
-  // Where |q|^z is below rounding, and soon below all numbers, the probability of less than |q| is |q| / Gamma(1 +
-  // 1/z).
+  // For |q|^z below rounding, the probability of less than |q| is |q| / Gamma(1 + 1/z). The formula also avoids
+  // underflow of |q|^z.
   const double small = below * std::tgamma(1 + shape);
   if (std::pow(small, z) < 1e-16) return sign * small;
   return sign * std::pow(boost::math::gamma_p_inv(shape, below), shape);
@@ -27,13 +27,13 @@ double drawn(const PopulationDraft& population, Random& random) {
   return random_charge(*population.charge_exponent, random);
 }
 
-/// Makes them multiples of the quantum that add up to exactly 0: takes off their mean, rounds, and shares out what
-/// rounding left, less than a quantum a grain.
+/// Makes the charges multiples of the quantum with a sum of exactly 0. It subtracts their mean, rounds, and distributes
+/// the remainder of the rounding, one quantum to a grain.
 void neutralize(std::vector<double>& charges, double quantum) {
   const auto sum = [&] { return std::accumulate(charges.begin(), charges.end(), 0.0); };
   const double mean = sum() / static_cast<double>(charges.size());
   for (double& charge : charges) charge = quantum * std::nearbyint((charge - mean) / quantum);
-  const double left = sum();  // exact
+  const double left = sum();  // exact sum of multiples of the quantum
   for (std::size_t k = 0; static_cast<double>(k) * quantum < std::abs(left); ++k)
     charges[k] -= std::copysign(quantum, left);
 }

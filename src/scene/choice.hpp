@@ -9,15 +9,15 @@
 
 namespace lichtenberg {
 
-/// A value of an enumeration, or of a class with as few, and what scene files, messages and results call it.
+/// A value of an enumeration, or of a class with few values, and its name in scene files, messages and results.
 template <class E>
 struct Named {
   E value;
   std::string_view name;
 };
 
-/// All values of an enumeration of options, in the order in which messages list them: an array of Named<E> beside each
-/// such enumeration, and nothing for others.
+/// All values of an enumeration of options, in the order of messages: an array of Named<E> next to the enumeration.
+/// Other types have a null pointer.
 template <class E>
 inline constexpr std::nullptr_t values_named{};
 
@@ -31,7 +31,7 @@ std::string name_of(E value) {
   return "";
 }
 
-/// Empty if none has that name.
+/// Returns the value of that name; empty if no value has it.
 template <Enumeration E>
 std::optional<E> value_of(std::string_view name) {
   for (const Named<E>& named : values_named<E>)
@@ -46,7 +46,7 @@ std::vector<std::string> names_of() {
   return names;
 }
 
-/// Names in quotation marks for a message, as in "a", "b" and "c"; none: "none".
+/// Lists names in quotation marks for a message, as in "a", "b" and "c". Returns "none" for an empty list.
 inline std::string quoted(const std::vector<std::string>& names) {
   if (names.empty()) return "none";
   std::string text;

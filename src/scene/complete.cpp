@@ -24,7 +24,7 @@ namespace {
 
 constexpr double vacuum_permittivity = 8.8541878128e-12;  // F/m, CODATA 2018
 
-/// An effect under which nothing else acts.
+/// Throws InputError if an effect that must be the only one is combined with another.
 void check_alone(const Draft& draft) {
   for (const Effects::Entry& entry : draft.scene.effects)
     for (const Effects::Entry& other : draft.scene.effects)
@@ -46,7 +46,8 @@ void check_effects(const Draft& draft) {
     if (entry.kind->check) entry.kind->check(draft);
 }
 
-/// An electrode behind a resistor is a body of its own charge.
+/// Throws InputError for an electrode behind a resistor in a scene without a field. Such an electrode has a charge of
+/// its own.
 void check_series_resistances(const Draft& draft) {
   const auto behind_resistor =
       std::ranges::find_if(draft.electrodes, [](const auto& e) { return e.series_resistance.has_value(); });
@@ -55,7 +56,8 @@ void check_series_resistances(const Draft& draft) {
            "electrode.series_resistance needs the table [effects.floating_conductors]: add it, or leave the key out");
 }
 
-/// Materials of conductors and populations act in elastic contacts alone.
+/// Throws InputError for materials of conductors and populations in scenes without elastic contacts, which alone use
+/// them.
 void check_materials(const Draft& draft) {
   if (draft.scene.effects.has("hertz_contact") || draft.scene.effects.has("wall_contact")) return;
   for (const char* key : {"conductor.young", "conductor.poisson", "population.young", "population.poisson"})
@@ -73,21 +75,22 @@ double permittivity(const Draft& draft) {
   return draft.permittivity.value_or(0);
 }
 
-/// Whether S cells along the longer side give whole ones along the shorter.
+/// Returns true if `cells` cells along the longer side give a whole number along the shorter side.
 bool fits(Vec3 size, int cells) {
   const double across = cells * std::min(size.x, size.y) / std::max(size.x, size.y), whole = std::round(across);
-  constexpr double rounding = 1e-9;  // of sides written as decimal numbers
+  constexpr double rounding = 1e-9;  // rounding of sides written as decimal numbers
   return whole >= 1 && std::abs(across - whole) <= rounding * whole;
 }
 
-/// The nearest numbers of cells that fit a box, from `cells` on in steps of `step`, within a factor of two; 0: none.
+/// Returns the first number of cells that fits the box, from `cells` in steps of `step`, within a factor of two; 0:
+/// none.
 int nearest_that_fits(Vec3 size, int cells, int step) {
   for (int n = cells; n >= cells / 2 && n <= 2 * cells && n > 0; n += step)
     if (fits(size, n)) return n;
   return 0;
 }
 
-/// What would do in place of a number of cells that does not fit.
+/// Describes alternatives to a number of cells that does not fit.
 std::string fitting(Vec3 size, int cells) {
   const int fewer = nearest_that_fits(size, cells, -1), more = nearest_that_fits(size, cells, 1);
   if (fewer > 0 && more > 0) return fmt::format("field.cells = {} or {} would do", fewer, more);
@@ -96,11 +99,12 @@ std::string fitting(Vec3 size, int cells) {
   return fmt::format("{:.12g} m would do", std::max(1.0, std::round(std::min(size.x, size.y) / h)) * h);
 }
 
-/// Cells along the longer side, such that they are square; those that the scene gives, or the default or a few more.
+/// Returns the number of cells along the longer side such that cells are square. It is the given number, or the default
+/// or a slightly larger one.
 int fitting_cells(const Draft& draft) {
   const Vec3 size = draft.scene.domain.size;
   const int cells = draft.field.options.cells;
-  if (draft.field.accuracy || fits(size, cells)) return cells;  // for an accuracy another number will be chosen
+  if (draft.field.accuracy || fits(size, cells)) return cells;  // for an accuracy, the number is chosen later
   const int more = draft.line("field.cells") > 0 ? 0 : nearest_that_fits(size, cells, 1);
   if (more > 0) return more;
   refuse(draft.scene.path, draft.line("domain.size"),
@@ -110,7 +114,7 @@ int fitting_cells(const Draft& draft) {
                      fitting(size, cells)));
 }
 
-/// What is asked for in place of other keys excludes them.
+/// Throws InputError for keys that field.accuracy replaces, and for methods without an error estimate.
 void check_accuracy(const Draft& draft) {
   const FieldDraft& field = draft.field;
   if (!field.accuracy) return;
@@ -141,13 +145,13 @@ void fill_in_tolerances(const Draft& draft, FieldOptions& field) {
   fill_in("field.moving_tolerance", draft.field.moving_tolerance, method.moving, field.moving_tolerance);
 }
 
-/// The method that the scene names, or the usual one; null: to be chosen.
+/// Returns the method that the scene names, or the default one; null: still to be chosen.
 const FieldMethodKind* method_of(const Draft& draft) {
   if (draft.field.method || (draft.field.accuracy && draft.scene.dimension() == 2)) return draft.field.method;
   return &usual_field_method(draft.scene.dimension());
 }
 
-/// Refuses keys of [field] that the method does not take.
+/// Throws InputError for keys of [field] that the method does not take.
 void check_field_keys(const Draft& draft) {
   const FieldMethodKind* method = method_of(draft);
   if (!method || !draft.scene.effects.has(&EffectKind::field)) return;
@@ -162,7 +166,7 @@ void check_field_keys(const Draft& draft) {
   }
 }
 
-/// [field] with its defaults.
+/// Returns [field] with its defaults.
 FieldTable field_of(const Draft& draft, int cells) {
   const FieldDraft& given = draft.field;
   FieldOptions options = given.options;
@@ -171,7 +175,7 @@ FieldTable field_of(const Draft& draft, int cells) {
     options.method = method_of(draft);
     fill_in_tolerances(draft, options);
     if (!given.accuracy) return options;
-    options.tolerance = options.moving_tolerance = *given.accuracy;  // or less: effects::with_field_chosen
+    options.tolerance = options.moving_tolerance = *given.accuracy;  // effects::with_field_chosen may reduce it
     options.chosen_for = {.asked = *given.accuracy, .estimate = *given.accuracy};
     return options;
   }
@@ -211,7 +215,7 @@ int group_index(const Draft& draft, const ConductorDraft& conductor) {
 }
 
 std::vector<PrescribedGroup> build_groups(const Draft& draft) {
-  // First, so that a misspelt name is said to be unknown, and not the group that it meant to be without conductors.
+  // Checks names first, so that a misspelt name is reported as unknown, not the intended group as empty.
   for (const ConductorDraft& conductor : draft.conductors)
     if (conductor.group) group_index(draft, conductor);
   std::vector<PrescribedGroup> groups;
@@ -231,7 +235,7 @@ std::vector<PrescribedGroup> build_groups(const Draft& draft) {
   return groups;
 }
 
-/// Gives the conductors listed one by one, which come first, their charges and groups.
+/// Sets charges and groups of the individually given conductors, which come first.
 void assign_groups(const Draft& draft, Scene& scene) {
   for (std::size_t i = 0; i < draft.conductors.size(); ++i) {
     const ConductorDraft& conductor = draft.conductors[i];
@@ -253,7 +257,7 @@ std::vector<std::string> names_of_walls(const Scene& scene) {
   return names;
 }
 
-/// What could not be measured is refused now and not after the run.
+/// Throws InputError for networks that cannot be measured, before the run instead of after it.
 void check_network(const Draft& draft, const Scene& scene) {
   if (draft.line("network") == 0) return;
   const NetworkOptions& options = scene.network;
@@ -287,7 +291,7 @@ void check_network(const Draft& draft, const Scene& scene) {
     });
 }
 
-/// Frames at times that rounding cannot tell apart are no frames.
+/// Throws InputError if frames are so frequent that rounding merges their times.
 void check_frames(const Draft& draft) {
   constexpr double most = 1e9;
   const double every = draft.scene.output.every, time = draft.scene.stop.time;
@@ -299,7 +303,7 @@ void check_frames(const Draft& draft) {
                every, time, time / every, most, draft.scene.units().time));
 }
 
-/// A field alone may do without conductors.
+/// Throws InputError for a scene without conductors, unless the field is its only effect and an electrode exists.
 void check_empty(const Draft& draft, const Scene& scene) {
   const bool field_alone = scene.effects.has(&EffectKind::field) &&
                            std::ranges::all_of(scene.effects, [](const auto& entry) { return entry.kind->field; });
@@ -322,8 +326,9 @@ void check_held(const Draft& draft, bool can_be_held) {
   }
 }
 
-/// Places that differ by touching_slack of a radius count as one where the scene is read, and are rounded to 2.2e-16 of
-/// the domain: an error below either cannot be told.
+/// Throws InputError unless the position tolerance is at least touching_slack of the smallest radius and at least the
+/// rounding of positions. Positions that differ by less than the first count as equal when the scene is read. Positions
+/// are rounded to 2.2e-16 of the domain.
 void check_position_tolerance(const Draft& draft, double smallest_radius) {
   const Vec3 size = draft.scene.domain.size;
   const double least = std::max(touching_slack * smallest_radius,
@@ -341,8 +346,9 @@ void check_position_tolerance(const Draft& draft, double smallest_radius) {
                      *draft.position_tolerance, least, touching_slack));
 }
 
-/// Gaps and overlaps are differences of places, which are rounded to 2.2e-16 of the domain: to 2e-7 of a body as small
-/// as this. Overlaps of grains, some hundredths of a diameter, are rounded to 1e-5 of themselves.
+/// Throws InputError for bodies smaller than finest_diameter of the domain. Gaps and overlaps are differences of
+/// positions, which are rounded to 2.2e-16 of the domain. This is 2e-7 of the smallest diameter. Overlaps of grains, a
+/// few per cent of a diameter, then have a relative rounding error of 1e-5.
 void check_size(const Draft& draft, double smallest_radius) {
   const Vec3 size = draft.scene.domain.size;
   const double longest = std::max({size.x, size.y, size.z});

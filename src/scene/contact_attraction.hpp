@@ -4,8 +4,8 @@
 
 namespace lichtenberg {
 
-/// The largest force (m0 v0^2/d0) with which two grains in contact attract each other: constant + by_charge q^2, q the
-/// largest charge of a grain.
+/// Largest force (m0 v0^2/d0) with which two grains in contact attract each other: constant + by_charge q^2, where q is
+/// the largest charge of a grain.
 struct ContactAttraction {
   double constant = 0, by_charge = 0;
 

@@ -5,21 +5,21 @@
 
 namespace lichtenberg {
 
-/// What steps of contacts may leave where no effect has an accuracy: as much as shipped gases ask of their charges, so
-/// that a gas without has the same contacts.
+/// Default error of contact steps. Shipped gases allow the same error for the forces of their charges, so a gas without
+/// charges resolves contacts equally well.
 constexpr double usual_contact_accuracy = 1e-3;
 
-/// About what is wrong of a contact's energy, over it, if the shortest that there could be has so many steps: 1 / (4
-/// n^2). An elastic contact alone is wrong by up to .7 n^-2.5, since the end of its force, which is not smooth in
-/// sqrt(t), falls anywhere within a step; where several meet, what others do is held linear in time over a step, of
-/// second order. Energy books of gases have .04 to .17 n^-2, and up to .44 where a dense one was elastic for long
-/// (src/granular/README.md, how many steps a contact has).
+/// Estimates the relative energy error of a contact if the shortest possible contact has `steps` steps: 1 / (4 n^2). An
+/// isolated elastic contact has an error of up to .7 n^-2.5. Its force ends anywhere within a step and is not smooth in
+/// sqrt(t). Where several grains are in contact, the forces of the others are linear in time over a step, which is of
+/// second order. Energy budgets of gases show .04 to .17 n^-2, and up to .44 n^-2 for a dense gas that was elastic for
+/// a long time (src/granular/README.md, how many steps a contact has).
 inline double contact_error(int steps) { return 0.25 / (static_cast<double>(steps) * steps); }
 
-constexpr int fewest_contact_steps = 16;  ///< of 1e-3: with fewer the error of a contact does not fall as it should
+constexpr int fewest_contact_steps = 16;  ///< error 1e-3: below 16 steps a contact's error does not follow the formula
 
-/// The fewest steps that leave that accuracy, greater than 0, by the formula above; as many as 1e-6 asks for at most: a
-/// solution to which others are compared says its own.
+/// Returns the smallest number of steps that gives this accuracy (> 0) by contact_error(). The result is at most 500,
+/// which is the value for 1e-6. Reference solutions set their own number.
 inline int contact_steps_for(double accuracy) {
   constexpr double most = 500;
   return static_cast<int>(std::clamp(std::ceil(std::sqrt(0.25 / accuracy)), double{fewest_contact_steps}, most));

@@ -13,12 +13,12 @@ namespace lichtenberg {
 
 namespace {
 
-/// Refuses keys of more parts than anybody writes: the parser makes a table of each, one in the other, and neither it
-/// nor who walks them has a stack without end. Nested arrays and inline tables it counts itself.
+/// Throws InputError for keys of 1000 parts or more. The parser nests one table for each part, and recursion over such
+/// a table would overflow the stack. The parser itself limits nested arrays and inline tables.
 void check_nesting(const std::string& text, const std::string& path) {
   constexpr int most = 1000;
   int line = 1, dots = 0;
-  char until = 0;  // what ends a text or a comment
+  char until = 0;  // character that ends a text or a comment
   for (const char c : text) {
     if (c == '\n') ++line, until = 0;
     if (until != 0) {

@@ -11,16 +11,17 @@ namespace lichtenberg {
 
 class Schema;
 
-/// The TOML of a scene. Throws InputError "path:line:column: ..." if it is none.
+/// Parses the TOML of a scene. Throws InputError "path:line:column: ..." for invalid TOML.
 toml::table parse_document(const std::string& text, const std::string& path);
 
-/// A value in the fewest digits that mean the same, as in [0.04, 0.02] or { potential = "18 kV" }.
+/// Returns a value as TOML with the fewest digits that give the same number, as in [0.04, 0.02] or { potential = "18
+/// kV" }.
 std::string shown(const toml::node& node);
 
-/// Sets keys of a document, as with_settings (vary.hpp) does; all other values keep their lines.
+/// Sets keys of a document, as with_settings (vary.hpp) does. All other values keep their lines.
 void apply(const std::vector<Setting>& settings, const Schema& schema, toml::table& document);
 
-/// A document as a scene file, without comments.
+/// Returns a document as the text of a scene file, without comments.
 std::string text_of(const toml::table& document);
 
 }  // namespace lichtenberg

@@ -12,27 +12,27 @@
 
 namespace lichtenberg {
 
-/// A number that a population draws uniformly from [smallest, largest] for each of its conductors.
+/// Interval [smallest, largest] from which a population draws a uniformly distributed number for each of its
+/// conductors.
 struct Interval {
   double smallest = 0, largest = 0;
 };
 
-/// A point or a vector of two components or three; what is not given is 0.
+/// A point or a vector of two or three components; missing components are 0.
 struct Coordinates {
   Vec3 value{};
   int count = 2;
 };
 
-/// A rectangle or a cuboid between two corners of as many components; a rectangle in three dimensions goes from front
-/// to back.
+/// A rectangle or a cuboid between two corners with the same number of components. In three dimensions, a rectangle
+/// extends from front to back.
 struct Region {
   Coordinates lower{}, upper{};
 
-  int axes() const { return lower.count; }  ///< that it bounds
+  int axes() const { return lower.count; }  ///< number of axes along which the region is bounded
 };
 
-/// An [[electrode]] as written: the keys of every shape, of which the reader has seen to it that the right ones are
-/// there.
+/// An [[electrode]] as written, with the keys of every shape. The reader has checked that the keys belong to its shape.
 struct ElectrodeDraft {
   int line = 0;
   std::string shape{};
@@ -40,7 +40,7 @@ struct ElectrodeDraft {
   double potential = 0;
   std::optional<double> series_resistance{};
   Vec2 centre{}, from{}, to{};
-  Coordinates position{};  ///< of a sphere
+  Coordinates position{};  ///< centre of a sphere
   std::string side{};
   double at = 0, radius = 0, width = 0;
 };
@@ -52,7 +52,7 @@ struct ConductorDraft {
   std::optional<Coordinates> velocity{};
   std::optional<double> charge{};
   std::optional<std::string> group{};
-  std::optional<double> young{}, poisson{};  ///< of its material, Pa and 1
+  std::optional<double> young{}, poisson{};  ///< Young's modulus (Pa) and Poisson's ratio of the material
 };
 
 struct GroupDraft {
@@ -67,7 +67,7 @@ struct WallDraft {
   Coordinates point{}, normal{};
 };
 
-/// Of the radii in their interval, which truncates it.
+/// Distribution of radii, truncated to their interval.
 enum class RadiusDistribution { uniform, normal, lognormal };
 template <>
 inline constexpr Named<RadiusDistribution> values_named<RadiusDistribution>[] = {
@@ -75,7 +75,7 @@ inline constexpr Named<RadiusDistribution> values_named<RadiusDistribution>[] = 
     {RadiusDistribution::normal, "normal"},
     {RadiusDistribution::lognormal, "lognormal"}};
 
-/// How the grains of a population share out charge: all the same, or at random about 0 (charge_distribution.hpp).
+/// Distribution of charges in a population: equal, or random about 0 (charge_distribution.hpp).
 enum class ChargeDistribution { equal, gaussian, exponential_power };
 template <>
 inline constexpr Named<ChargeDistribution> values_named<ChargeDistribution>[] = {
@@ -83,21 +83,21 @@ inline constexpr Named<ChargeDistribution> values_named<ChargeDistribution>[] = 
     {ChargeDistribution::gaussian, "gaussian"},
     {ChargeDistribution::exponential_power, "exponential-power"}};
 
-/// `count` conductors at random places of `region`, wholly inside it.
+/// `count` conductors at random positions of `region`, entirely inside it.
 struct PopulationDraft {
   int line = 0;
   int count = 0;
   std::optional<Interval> radius{};
-  std::vector<double> radii{};  ///< m, taken in turn, in place of `radius`
+  std::vector<double> radii{};  ///< m, used in cyclic order instead of `radius`
   RadiusDistribution distribution = RadiusDistribution::uniform;
   std::optional<double> mean{}, deviation{};
   bool overlapping = false;
-  double charge = 0;  ///< of each, or what those drawn are in units of
+  double charge = 0;  ///< charge of each conductor, or the unit of random charges
   ChargeDistribution charge_distribution = ChargeDistribution::equal;
   std::optional<double> charge_exponent{};
   double relative_resistivity = 1;
-  std::optional<double> young{}, poisson{};  ///< of its material, Pa and 1
-  std::optional<double> temperature{};       ///< of grains, m0 v0^2
+  std::optional<double> young{}, poisson{};  ///< Young's modulus (Pa) and Poisson's ratio of the material
+  std::optional<double> temperature{};       ///< m0 v0^2, granular temperature of the initial velocities
   double min_gap = 0;                        ///< m, to every other conductor, electrode and side of the domain
   std::optional<Region> region{};
 };
@@ -107,13 +107,13 @@ struct FieldDraft {
   std::optional<double> accuracy{};
   const FieldMethodKind* method = nullptr;  ///< null: not given
   std::optional<double> tolerance{}, moving_tolerance{}, relaxation_eta{};
-  FieldOptions options{};  ///< takes what needs no second thought
+  FieldOptions options{};  ///< values that need no further processing
 };
 
-/// A scene file as written: each value has its type and its range, but defaults that depend on other keys are still
-/// open, and nothing has been compared with anything else.
+/// A scene file as written. Each value has its type and its range. Defaults that depend on other keys are still
+/// missing, and no keys have been compared with each other.
 struct Draft {
-  Scene scene;  ///< takes what needs no second thought
+  Scene scene;  ///< values that need no further processing
   std::int64_t seed = static_cast<std::int64_t>(Scene{}.seed);
   Coordinates domain_size;
   std::optional<double> relative_permittivity, permittivity, viscosity, depth;
@@ -125,30 +125,30 @@ struct Draft {
   std::vector<ConductorDraft> conductors;
   std::vector<GroupDraft> groups;
   std::vector<PopulationDraft> populations;
-  std::map<std::string, int> lines;  ///< where a table or key stands, by path; of repeated tables the last
+  std::map<std::string, int> lines;  ///< line of each table or key, by path; the last line for repeated tables
 
-  std::set<std::string> known;  ///< paths of all tables and keys of the schema; empty: any path may be asked for
+  std::set<std::string> known;  ///< paths of all tables and keys of the schema; empty: line() accepts any path
 
-  /// The line of a table or key, 0 if the file does not have it. Throws std::logic_error for a path that no table or
-  /// key of the schema has, unless it belongs to an effect that the schema does not have.
+  /// Returns the line of a table or key, 0 if the file does not have it. Throws std::logic_error for a path outside the
+  /// schema, unless the path belongs to an effect that the schema does not have.
   int line(const std::string& path) const;
 };
 
-/// "path:line: "; line 0 is left out.
+/// Returns "path:line: ". Line 0 is left out.
 std::string place_in(const std::string& path, int line);
 
-/// Throws the InputError "path:line: sentence"; line 0 is left out.
+/// Throws InputError with the text "path:line: " followed by `sentence`. Line 0 is left out.
 [[noreturn]] void refuse(const std::string& path, int line, const std::string& sentence);
-/// Refuses a table or key that the file has: "[table] PREDICATE" or "table.key PREDICATE".
+/// Throws InputError if the file has this table or key: "[table] PREDICATE" or "table.key PREDICATE".
 void refuse_if_given(const Draft& draft, const std::string& key, const std::string& predicate);
 
-/// Puts places and velocities into the scene's two or three dimensions, which are those of the domain. Throws
-/// InputError for one that has others, for an axis that is periodic on one side only, and for what knows nothing of
-/// three dimensions or of periodic sides where the scene has them.
+/// Checks positions and velocities against the dimension of the domain, 2 or 3, and stores them in the scene. Throws
+/// InputError for a vector of another dimension and for an axis that is periodic on one side only. Throws it also for
+/// effects and keys that do not support three dimensions or periodic sides, if the scene has them.
 void settle_dimension(Draft& draft);
 
-/// Draft -> Scene: compares keys with each other, fills in the defaults that depend on others and draws populations.
-/// `bodies`: as in stopping.hpp. Throws InputError; Stopped where `stop` says so.
+/// Converts a Draft to a Scene: compares keys with each other, fills in dependent defaults and draws populations.
+/// `bodies`: see stopping.hpp. Throws InputError, and Stopped if `stop` returns true.
 Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Conductor>& bodies);
 
 }  // namespace lichtenberg

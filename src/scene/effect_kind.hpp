@@ -21,27 +21,27 @@ namespace effects {
 struct DeviceForces;
 }
 
-/// An effect that another cannot do without.
+/// An effect that another effect requires.
 struct NeededEffect {
   std::string name;
-  std::string why{};  ///< as in "which says who is in contact"; may be empty
+  std::string why{};  ///< reason, clause that starts with "which"; may be empty
 };
 
-/// What `lichtenberg explain` says in a line of an effect's own.
+/// A line that `lichtenberg explain` prints about an effect.
 struct Remark {
   std::string label, text;
 };
 
-/// Functions of Effect that a class overrides, of those that scenes of grains call and scenes of conductors do not, or
-/// the reverse.
+/// Flags of the functions of Effect that a class overrides. The list holds functions that are called only in scenes of
+/// grains, or only in scenes of conductors.
 struct Overrides {
   bool add_forces = false, stored_energy = false;
   bool drag = false, add_currents = false, charge_relaxation_time = false;
   bool grain_contact = false, exchange_charges = false, drive = false, accept = false;
 };
 
-/// The functions that E overrides. An inherited function has the type of Base's. One that cannot be named here, because
-/// it is private or overloaded, is E's own.
+/// Returns the functions that E overrides. An inherited function has the type of Base's. E overrides a function if it
+/// cannot be named here because it is private or overloaded.
 template <class E, class Base = Effect>
 constexpr Overrides overrides_of() {
   using std::same_as;
@@ -62,11 +62,11 @@ constexpr Overrides overrides_of() {
   return own;
 }
 
-/// Makes an effect, and holds which functions its class overrides.
+/// Makes an effect and stores which functions its class overrides.
 class EffectMaker {
  public:
   EffectMaker() = default;
-  /// `make`: takes a scene that has the effect's table and returns a std::unique_ptr to the effect's own class.
+  /// `make` takes a scene that has the effect's table and returns a std::unique_ptr to the effect's own class.
   template <class Make>
   requires std::is_invocable_v<Make, const Scene&> EffectMaker(Make make) : make_(std::move(make)) {
     using Made = typename std::invoke_result_t<Make, const Scene&>::element_type;
@@ -74,7 +74,7 @@ class EffectMaker {
     overrides_ = overrides_of<Made>();
   }
 
-  template <class Base = Effect>  // a template, for files that do not know Effect's members
+  template <class Base = Effect>  // a template, so that files need not include the definition of Effect
   std::unique_ptr<Base> operator()(const Scene& scene) const {
     return make_(scene);
   }
@@ -85,95 +85,97 @@ class EffectMaker {
   Overrides overrides_;
 };
 
-/// Limits on steps of grains; the strictest of all effects counts. Functions may be null.
+/// Limits on the steps of grains. The strictest limit of all effects applies. Functions may be null.
 struct StepLimits {
-  /// The error that the effect's forces may have, rms over rms.
+  /// Error allowed in the effect's forces, rms over rms.
   double (*force_accuracy)(const Scene&) = nullptr;
-  /// d0, over which its forces change; null: over the smallest diameter.
+  /// Length (d0) over which the effect's forces change. Null: the smallest diameter.
   double (*force_length)(const Scene&) = nullptr;
-  /// Null: its forces hold no two grains together.
+  /// Attraction of grains in contact. Null: the effect's forces bind no two grains.
   ContactAttraction (*contact_attraction)(const Scene&) = nullptr;
 };
 
-/// For estimates of cost; bytes are those of its arrays.
+/// Cost for estimates; `bytes` counts the effect's arrays.
 struct CostPerGrain {
-  /// s that its forces take on one core with AVX-512; null: they are timed.
+  /// Time (s) of the effect's forces on one core with AVX-512. Null: the forces are timed.
   double (*seconds)(const Scene&) = nullptr;
-  /// How often a step of grains computes the forces of charges because of it; null: once.
+  /// Number of evaluations of the forces of charges in a step of grains because of this effect. Null: one.
   double (*evaluations_a_step)(const Scene&) = nullptr;
   double bytes = 0;
 };
 
-/// All that the program knows of a kind of effect before it makes one: what its table in a scene file may hold, what it
-/// asks of the rest of the scene, and how one is made. An effect's file defines one, and a list names it
-/// (effects::all_kinds(), or one's own).
+/// Description of a kind of effect: the keys of its table in a scene file, its requirements on the rest of the scene,
+/// and its maker. An effect's file defines one kind. A list names the kinds (effects::all_kinds(), or a list of the
+/// user's own).
 struct EffectKind {
-  std::string name;         ///< of its table: [effects.name]
+  std::string name;         ///< name of its table: [effects.name]
   std::string description;  ///< one line, for `explain`
-  std::string help;         ///< of its table, for `help scene`
-  std::any options{};       ///< as they are where the table stands in the file without keys; of a type of its own
-  std::vector<Key> keys{};  ///< `place` (below) says where one goes
+  std::string help;         ///< help of its table, for `help scene`
+  std::any options{};       ///< options of a table without keys, in a type of the effect's own
+  std::vector<Key> keys{};  ///< `place` (below) gives the target of a key's value
   std::vector<NeededEffect> needs{};
-  std::string alone{};                ///< why no other effect may stand beside it; empty: others may
-  std::vector<int> dimensions = {2};  ///< of the space in which it knows what to do
-  bool periodic = false;              ///< whether it knows what to do where a side of the domain is periodic
+  std::string alone{};                ///< reason why it must be the only effect; empty: other effects are allowed
+  std::vector<int> dimensions = {2};  ///< dimensions of space that it supports
+  bool periodic = false;              ///< true if it supports periodic sides of the domain
 
-  // What its presence makes of a scene.
-  bool grains = false;   ///< one of grains, with [reference] and reduced units; others are in SI
-  bool packing = false;  ///< one that [minimize] brings to rest: nothing happens in time
-  bool field = false;    ///< one with Laplace's equation, of which [field] says how it is solved
+  // Flags that the effect sets for the scene.
+  bool grains = false;   ///< a scene of grains, with [reference] and reduced units; other scenes are in SI
+  bool packing = false;  ///< a static packing that [minimize] brings to rest; nothing happens in time
+  bool field = false;    ///< a scene with Laplace's equation, which is solved as [field] specifies
 
-  /// Compares its keys with each other and with the rest of the file, before anything is placed. Throws InputError
-  /// (refuse()). This and what follows may be null.
+  /// Compares the effect's keys with each other and with the rest of the file before bodies are placed. Throws
+  /// InputError (refuse()). This function and the following ones may be null.
   void (*check)(const Draft&) = nullptr;
-  /// Compares them again once all defaults are filled in and the conductors placed; fills in the defaults of its own
-  /// keys that depend on those.
+  /// Compares the keys again after all defaults are filled in and the conductors are placed. Fills in those defaults of
+  /// the effect's keys that depend on them.
   void (*complete)(const Draft&, Scene&) = nullptr;
-  /// What only a run cannot do, where other commands can. Throws InputError.
+  /// Checks limits that apply to a run but not to other commands. Throws InputError.
   void (*check_run)(const Scene&) = nullptr;
   EffectMaker make{};
   std::vector<Remark> (*explain)(const Scene&) = nullptr;
-  /// m: conductors with surfaces closer than that are in electrical contact.
+  /// Gap (m) between surfaces below which conductors are in electrical contact.
   double (*contact_gap)(const Scene&) = nullptr;
-  /// The law by which the two of a contact share charge. One effect of a scene may have it, and needs
-  /// contact_discharge, which says who is in contact. Null: contacts make their two one conductor, unless another
-  /// effect says otherwise.
+  /// Law by which the two bodies of a contact share charge. At most one effect of a scene may have it. It requires
+  /// contact_discharge, which detects the contacts. Null: a contact joins its two bodies into one conductor, unless
+  /// another effect has a law.
   effects::SharingLaw (*sharing)(const Scene&, effects::Contact) = nullptr;
-  /// K of the energy K q_i q_j / r of two charged grains.
+  /// Prefactor K of the energy K q_i q_j / r of two charged grains.
   double (*charge_strength)(const Scene&) = nullptr;
-  StepLimits steps{};  ///< of grains
-  /// d0: two grains whose centres come that close polarize each other without end.
+  StepLimits steps{};  ///< limits on steps of grains
+  /// Distance (d0) of two grain centres at which their mutual polarization diverges.
   double (*closest_approach)(const Scene&) = nullptr;
   CostPerGrain cost{};
-  /// Of grains: tells the steps on a device what this effect does there. Throws InputError (effects::refuse_on_device)
-  /// for what a device does not compute of it. Null: a device does not compute the effect, and refuses it.
+  /// Adds the effect's device computation to the steps of grains on a device. Throws InputError
+  /// (effects::refuse_on_device) for features that a device does not compute. Null: the effect is refused on a device.
   void (*device)(const Scene&, effects::DeviceForces&) = nullptr;
-  std::string energy_advice{};  ///< what to change if a run's energy does not balance; empty: steps and grid
+  std::string energy_advice{};  ///< remedy if a run's energy does not balance; empty: steps and grid
 
-  /// Throws InputError if it cannot do that dimension: a sentence, after `where` ("scene.toml:3: ", say).
+  /// Throws InputError unless the effect supports this dimension. `where` ("scene.toml:3: ", say) precedes the message.
   void check_dimension(int dimension, const std::string& where = "") const;
-  /// Throws InputError if it cannot do with a periodic side: a sentence, after `where`.
+  /// Throws InputError if the effect does not support periodic sides. `where` precedes the message.
   void check_periodic(const std::string& where = "") const;
 };
 
-/// The largest of the numbers that the scene's effects give, &EffectKind::contact_gap for example; empty if none does.
+/// Returns the largest of the numbers of the scene's effects, &EffectKind::contact_gap for example; empty if no effect
+/// has one.
 std::optional<double> number_in(const Scene& scene, double (*EffectKind::*number)(const Scene&));
-/// The smallest of the numbers that limit steps.
+/// Returns the smallest of the numbers that limit steps; empty if no effect has one.
 std::optional<double> least_in(const Scene& scene, double (*StepLimits::*number)(const Scene&));
 
-/// True if an effect of the scene drives its grains, so that no theory of free cooling holds.
+/// Returns true if an effect of the scene drives its grains, so that theories of free cooling do not apply.
 bool is_driven(const Scene& scene);
 
-/// Refuses an effect that lacks something: "effects.NAME needs WHAT: add it, or leave the effect out".
+/// Throws InputError for an effect with a missing requirement: "effects.NAME needs `needed`: add it, or leave the
+/// effect out".
 [[noreturn]] void refuse_effect(const Draft& draft, const std::string& name, const std::string& needed);
 
-/// Throws InputError if two have one name.
+/// Throws InputError if two kinds have the same name.
 void check_names(const EffectKinds& kinds);
 
 template <class Options, class Value>
 Options options_of(Value Options::*);  // declared only
 
-/// Where a key's value goes: Key{.place = place<&HertzContactOptions::young>, ...}.
+/// Returns the target of a key's value: Key{.place = place<&HertzContactOptions::young>, ...}.
 template <auto member>
 auto* place(Draft& draft) {
   return &(draft.scene.effects.find<decltype(options_of(member))>()->*member);

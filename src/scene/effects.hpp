@@ -9,11 +9,12 @@ namespace lichtenberg {
 
 struct EffectKind;
 
-/// Kinds of effects that a scene may have, in the order in which their shares are added up. They outlive all scenes.
+/// Kinds of effects that a scene may have, in the order in which their contributions are added. They outlive all
+/// scenes.
 using EffectKinds = std::vector<const EffectKind*>;
 
-/// What stands in a scene's tables of effects: which effects it has, and their options. Options are a struct of the
-/// effect's own (HertzContactOptions, say) with a static function `kind()`, which says what effect they are of.
+/// The effects of a scene and their options. Options are a struct of the effect's own (HertzContactOptions, say). Its
+/// static function `kind()` returns the kind of effect.
 class Effects {
  public:
   struct Entry {
@@ -21,7 +22,7 @@ class Effects {
     std::any options;
   };
 
-  /// The options of type O; null if the effect is not in the scene.
+  /// Returns the options of type O; null if the effect is not in the scene.
   template <class O>
   const O* find() const {
     for (const Entry& entry : entries_)
@@ -32,20 +33,21 @@ class Effects {
   O* find() {
     return const_cast<O*>(std::as_const(*this).find<O>());
   }
-  bool has(std::string_view name) const;  ///< by the name of its table
-  /// Whether one is of a kind for which that is true: has(&EffectKind::field).
+  /// Returns true if the scene has an effect whose table has this name.
+  bool has(std::string_view name) const;
+  /// Returns true if an effect's kind has this flag: has(&EffectKind::field).
   bool has(bool EffectKind::*flag) const;
   template <class O>
   bool has() const {
     return find<O>() != nullptr;
   }
 
-  /// Puts an effect into the scene, or gives it other options if it is there.
+  /// Adds an effect to the scene, or replaces its options if the scene has it.
   template <class O>
   O& add(O options = {}) {
     return *std::any_cast<O>(&add(O::kind(), std::any(std::move(options))));
   }
-  /// Puts an effect of that kind into the scene, or gives it other options; they are of the type that `kind` has.
+  /// Adds an effect of that kind to the scene, or replaces its options. The options have the type of `kind.options`.
   /// Throws InputError if the scene has another kind of the same name.
   std::any& add(const EffectKind& kind, std::any options);
   void remove(std::string_view name);
@@ -54,7 +56,7 @@ class Effects {
     std::erase_if(entries_, [](const Entry& entry) { return std::any_cast<O>(&entry.options) != nullptr; });
   }
 
-  /// Puts those of `kinds` into their order, and what is none of them behind.
+  /// Sorts the effects into the order of `kinds`. Effects of other kinds come last.
   void sort(const EffectKinds& kinds);
 
   auto begin() const { return entries_.begin(); }

@@ -20,24 +20,24 @@ std::array<Vec2, 4> corners(const Bar& bar) {
   return {bar.from - half, bar.from + half, bar.to + half, bar.to - half};
 }
 
-/// Largest extent of the corners along a direction.
+/// Returns the largest extent of the corners along a direction.
 double reach(const std::array<Vec2, 4>& points, Vec2 direction) {
   double far = dot(points[0], direction);
   for (const Vec2 p : points) far = std::max(far, dot(p, direction));
   return far;
 }
 
-// Do two bodies touch?
+// Overloads that return true if two bodies touch.
 
 bool touch(const Disk& disk, const Disk& other) { return gap(disk, other) <= 0; }
 bool touch(const Disk& disk, const Bar& bar) { return gap(disk, bar) <= 0; }
 bool touch(const Disk& disk, const Ring& ring) { return gap(disk, ring) <= 0; }
-bool touch(const Ring&, const Ring&) { return true; }  // both conduct far away
-/// The point of a bar farthest from the ring's centre is one of its corners.
+bool touch(const Ring&, const Ring&) { return true; }  // both extend to infinity
+/// The point of a bar farthest from the ring's centre is a corner.
 bool touch(const Bar& bar, const Ring& ring) {
   return std::ranges::any_of(corners(bar), [&](Vec2 corner) { return signed_distance(ring, corner) <= 0; });
 }
-/// Two convex bodies are apart if one of the rectangles' axes separates them.
+/// Two convex bodies are disjoint if one of the rectangles' axes separates them.
 bool touch(const Bar& a, const Bar& b) {
   const auto of_a = corners(a), of_b = corners(b);
   for (const Vec2 axis : {a.to - a.from, b.to - b.from})
@@ -52,7 +52,7 @@ bool touch(const Shape& a, const Shape& b) {
   return std::visit([](const auto& first, const auto& second) { return touch(first, second); }, a, b);
 }
 
-/// A side of the domain as a bar without width.
+/// Returns a side of the domain as a bar of zero width.
 Bar line_of(int side, Vec2 size) {
   const Vec2 corner[4] = {{0, 0}, {size.x, 0}, {size.x, size.y}, {0, size.y}};
   switch (side) {
@@ -67,7 +67,7 @@ Bar line_of(int side, Vec2 size) {
   }
 }
 
-/// The whole domain as a bar.
+/// Returns the whole domain as a bar.
 Bar box(Vec2 size) { return {{0, 0.5 * size.y}, {size.x, 0.5 * size.y}, size.y}; }
 
 Shape build_shape(const ElectrodeDraft& electrode, Vec2 size) {
@@ -80,7 +80,8 @@ Shape build_shape(const ElectrodeDraft& electrode, Vec2 size) {
   return Disk{{electrode.at, size.y}, electrode.radius};
 }
 
-/// How deep (m) a body whose centre is not in the domain, or a ring, reaches into it; infinite for others.
+/// Returns the depth (m) to which a ring, or a disk centred outside the domain, extends into the domain; infinite for
+/// other shapes.
 double depth_in_domain(const Shape& shape, Vec2 size) {
   if (const Ring* ring = std::get_if<Ring>(&shape)) {
     const auto from_ring = [&](double x, double y) { return norm(Vec2{x, y} - ring->centre) - ring->radius; };
@@ -92,8 +93,8 @@ double depth_in_domain(const Shape& shape, Vec2 size) {
   return nearest == disk->centre ? INFINITY : disk->radius - norm(nearest - disk->centre);
 }
 
-/// A grid knows an electrode by the cells whose centres lie in it, or by its own centre. Every point of the domain has
-/// such a cell within half a diagonal.
+/// Checks that the grid resolves an electrode. A grid represents an electrode by the cells whose centres lie in it, or
+/// by the electrode's centre. Every point of the domain is within half a cell diagonal of a cell centre.
 void check_depth(const Draft& draft, const ElectrodeDraft& electrode, const Shape& shape) {
   const Vec2 size = plane(draft.scene.domain.size);
   const double least = std::sqrt(0.5) * std::max(size.x, size.y) / draft.field.options.cells;
@@ -120,14 +121,15 @@ void check_place(const Draft& draft, const ElectrodeDraft& electrode, const Shap
     refuse_it("electrode.from and electrode.to are the same point: a bar needs a length");
   const Ring* ring = std::get_if<Ring>(&shape);
   const Shape inside =
-      ring ? Shape(Disk{ring->centre, ring->radius}) : shape;  // of a ring: what it leaves to the fluid
+      ring ? Shape(Disk{ring->centre, ring->radius}) : shape;  // for a ring, its opening, which contains fluid
   if (!touch(inside, box(plane(size))))
     refuse_it(fmt::format("the {} lies outside the domain, which goes from [0, 0] to [{:g}, {:g}] m", electrode.shape,
                           size.x, size.y));
   check_depth(draft, electrode, shape);
 }
 
-/// Two electrode sides meet in a corner, where the field between two potentials and the charge on both have no limit.
+/// Checks corners of electrode sides. Between sides at different potentials, the field and the charge on both diverge
+/// there.
 void check_corners(const Draft& draft) {
   const std::array<DomainSide, 6>& sides = draft.scene.domain.sides;
   for (int across = 0; across < 6; ++across)
@@ -140,7 +142,7 @@ void check_corners(const Draft& draft) {
                            draft.domain_size.count == 3 ? "an edge" : "a corner"));
 }
 
-/// Of electrodes in three dimensions: which shapes there are, and that they are clear of the sides and of each other.
+/// Checks an electrode in three dimensions: its shape, and its distance from the sides and from other electrodes.
 void check_sphere(const Draft& draft, const ElectrodeDraft& written, const std::vector<Electrode>& others) {
   const auto refuse_it = [&](const std::string& sentence) { refuse(draft.scene.path, written.line, sentence); };
   const int dimension = draft.domain_size.count;
@@ -246,7 +248,7 @@ void check_disks_only(const Draft& draft, const std::vector<Electrode>& electrod
     const std::array distance = {disk->centre.x, domain.size.x - disk->centre.x, disk->centre.y,
                                  domain.size.y - disk->centre.y};
     const double rounding =
-        1e-12 * std::max(domain.size.x, domain.size.y);  // of a centre that is meant to be on a side
+        1e-12 * std::max(domain.size.x, domain.size.y);  // rounding of a centre that is meant to be on a side
     int electrode_sides = 0;
     for (int side = 0; side < 4; ++side) {
       const bool on_side = std::abs(distance[side]) <= rounding;

@@ -4,16 +4,17 @@
 
 namespace lichtenberg {
 
-/// The electrodes of a scene. Throws InputError for one that has no extent or lies outside the domain, for two of the
-/// same name, and for a short circuit: electrodes that touch each other, or an electrode side of the domain, at another
-/// potential.
+/// Returns the electrodes of a scene. Throws InputError for an electrode without extent or outside the domain, and for
+/// two electrodes of the same name. Throws it also for a short circuit: an electrode that touches another electrode or
+/// an electrode side at another potential.
 std::vector<Electrode> build_electrodes(const Draft& draft);
 
-/// From a disk or, in three dimensions, a sphere to an electrode, surface to surface (m), through periodic sides too;
-/// negative if they overlap.
+/// Returns the surface-to-surface distance (m) of a disk, or of a sphere in three dimensions, from an electrode.
+/// Periodic images are included. The distance is negative if the bodies overlap.
 double gap(const Conductor& conductor, const Electrode& electrode, const Domain& domain);
 
-/// Refuses electrodes that the multipole method cannot have: it solves disks, whole ones or centred on a side.
+/// Throws InputError for electrodes that the multipole method cannot solve. It allows whole disks and disks centred on
+/// a side.
 void check_disks_only(const Draft& draft, const std::vector<Electrode>& electrodes);
 
 }  // namespace lichtenberg

@@ -72,7 +72,7 @@ Table stage() {
            .help = "contacts lose nothing and move no charge, and no gas acts"},
           {.name = "stiffness",
            .place = [](Draft& d) { return &d.scene.stages.back().stiffness; },
-           .range = {.low = 1, .high = 1e15},  // overlaps shrink as its power -2/5: to 1e-7, far above rounding
+           .range = {.low = 1, .high = 1e15},  // overlaps scale as stiffness^(-2/5): down to 1e-7, far above rounding
            .help = "by what contacts are stiffer, so that the fastest grains do not overlap too deeply or fly through "
                    "each other; those that lose something keep their restitution"},
           {.name = "temperature",
@@ -91,7 +91,7 @@ std::vector<Table> tables_of_grains() { return {tables::reference(), tables::sta
 
 namespace {
 
-/// Keys of [mechanics] that are for conductors alone.
+/// Keys of [mechanics] that apply to conductors only.
 constexpr const char* conductor_keys[] = {"coupling",    "predictor",  "position_tolerance", "largest_step",
                                           "keep_height", "euler_step", "euler_field_step"};
 
@@ -107,7 +107,7 @@ void check_keys(const Draft& draft) {
                       monolithic ? std::string("mechanics.coupling = \"monolithic\"")
                                  : fmt::format("mechanics.integrator = \"{}\"", name_of(mechanics.integrator))));
   };
-  // contact_discharge tells contacts apart to within position_tolerance, whatever the integrator.
+  // contact_discharge uses position_tolerance to distinguish contacts, whatever the integrator.
   for (const std::string key : conductor_keys)
     if (key != "position_tolerance" || !draft.scene.effects.has("contact_discharge")) check(key);
   check("relative_tolerance");
@@ -130,7 +130,8 @@ void check_conductors(const Draft& draft) {
   check_keys(draft);
 }
 
-/// Refuses keys that only integrators of conductors read, and those that the integrator of grains does not read.
+/// Throws InputError for keys that only integrators of conductors read, and for keys that the integrator of grains does
+/// not read.
 void check_mechanics(const Draft& draft) {
   for (const std::string key : conductor_keys)
     refuse_if_given(
@@ -174,14 +175,14 @@ void check_grains(const Draft& draft) {
 
 namespace {
 
-/// t0: for multirate the step that the accuracy of forces asks for, if an effect has one; for other integrators that of
-/// the shortest contact of grains at T = 10 in a stage ten times as stiff.
+/// Default step (t0). For multirate it is infinite if an effect has a force accuracy, which then sets the step. For
+/// other integrators it follows from the shortest contact of grains at T = 10 in a phase with ten times the stiffness.
 double default_step(const Scene& scene) {
   const IntegratorKind& integrator = scene.mechanics.integrator.kind();
   return integrator.takes_any_step && least_in(scene, &StepLimits::force_accuracy) ? INFINITY : integrator.usual_step;
 }
 
-/// Contacts may be as wrong as the most accurate forces.
+/// Allows contacts the same error as the most accurate forces.
 int default_contact_steps(const Scene& scene) {
   return contact_steps_for(least_in(scene, &StepLimits::force_accuracy).value_or(usual_contact_accuracy));
 }
@@ -193,7 +194,8 @@ void fill_in_grains(Draft& draft) {
   const auto is_given = [&](const char* key) { return draft.line(key) > 0; };
   if (!is_given("material.density")) scene.material.density = 6 / std::numbers::pi;  // mass 1 at diameter 1
   if (!is_given("mechanics.integrator")) scene.mechanics.integrator = Integrator::multirate;
-  if (!is_given("mechanics.relative_tolerance")) scene.mechanics.relative_tolerance = 1e-13;  // of a reference
+  // tolerance of a reference solution
+  if (!is_given("mechanics.relative_tolerance")) scene.mechanics.relative_tolerance = 1e-13;
   if (!is_given("stop.time")) scene.stop.time = 150;
   if (!is_given("output.every")) scene.output.every = scene.stop.time / 100;
   scene.stop.stationary = false;
@@ -223,7 +225,7 @@ void check_charges(const Draft& draft, const PopulationDraft& population) {
     refuse_it("has no use for population.charge_exponent, which is for \"exponential-power\": leave it out");
 }
 
-/// A grain must not meet two images of another.
+/// Throws InputError if a grain could be in contact with two images of another.
 void check_shortest_side(const Draft& draft, const Scene& scene) {
   double shortest = INFINITY, largest = 0;
   for (int k = 0; k < scene.dimension(); ++k) shortest = std::min(shortest, scene.domain.size[k]);
@@ -235,9 +237,9 @@ void check_shortest_side(const Draft& draft, const Scene& scene) {
                        shortest, largest));
 }
 
-/// A stage that is over before the clock has moved is none.
+/// Throws InputError for phases whose duration is lost in the rounding of time.
 void check_stages(const Draft& draft) {
-  constexpr double least = 1e-12;  // of its end: thousands of the last digits of time
+  constexpr double least = 1e-12;  // fraction of the end time: thousands of units in the last digit of time
   double end = 0;
   for (const Stage& stage : draft.scene.stages)
     if (end += stage.duration; stage.duration < least * end)
@@ -247,10 +249,10 @@ void check_stages(const Draft& draft) {
                          stage.duration, end, least));
 }
 
-/// Gaussian velocities whose momenta add up to 0, scaled to have the temperature exactly.
+/// Draws Gaussian velocities with zero total momentum and scales them to the exact temperature.
 void set_temperature(Scene& scene, std::size_t first, std::size_t end, double temperature) {
   const int d = scene.dimension();
-  const auto mass = [&](const Conductor& c) { return c.radius * c.radius * c.radius; };  // in some unit
+  const auto mass = [&](const Conductor& c) { return c.radius * c.radius * c.radius; };  // mass in arbitrary units
   Vec3 momentum{};
   double all = 0;
   for (std::size_t i = first; i < end; ++i) {

@@ -24,7 +24,7 @@ void check_ground(const Draft& draft, const Scene& scene, const std::string& sou
   const auto add = [&](double charge) { net += charge, total += std::abs(charge); };
   for (const Conductor& conductor : scene.conductors) add(conductor.charge);
   for (const PrescribedGroup& group : scene.groups) add(group.charge);
-  constexpr double rounding = 1e-12;  // of charges that are meant to cancel
+  constexpr double rounding = 1e-12;  // rounding of charges that are meant to cancel
   if (std::abs(net) > rounding * total)
     refuse(
         draft.scene.path, draft.line("domain"),

@@ -6,10 +6,10 @@
 
 namespace lichtenberg {
 
-/// Refuses charge that has nowhere to go. With nothing at a given potential no field line can leave the
-/// box: by Gauss's law the charges must cancel. Behind resistors a supply takes what is fed, but no charge that is
-/// there at the first instant. `source`: the table that feeds charge, "effects.current_source", say; empty if nothing
-/// does.
+/// Throws InputError if a scene without a fixed potential has charge without a counter-charge. No field line can leave
+/// such a box, so by Gauss's law the charges must cancel. An electrode behind a resistor takes up injected charge, but
+/// no charge that is present at the first instant. `source`: the table that injects charge, "effects.current_source",
+/// say; empty if there is none.
 void check_ground(const Draft& draft, const Scene& scene, const std::string& source);
 
 }  // namespace lichtenberg

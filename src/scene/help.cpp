@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t line_width = 100;
 
-/// Words in lines of at most `line_width`, each behind as many spaces.
+/// Breaks a text into lines of at most `line_width`, each indented by `indent` spaces.
 std::string wrapped(const std::string& text, std::size_t indent) {
   std::string lines, line;
   const auto end_line = [&] {
@@ -41,7 +41,7 @@ std::string help_of(const Table& table, const std::vector<Key>& keys, Draft& unt
   return text;
 }
 
-/// What "field", "effects.leakage", "leakage" or "field.cells" names: a table, or one key of it.
+/// Returns the help of a table or of one key, named as "field", "effects.leakage", "leakage" or "field.cells".
 std::string help_of_part(const Schema& schema, Draft& untouched, const std::string& part) {
   for (const std::string& path : {part, "effects." + part})
     if (const Table* table = schema.find_table(path)) {

@@ -12,31 +12,32 @@ namespace lichtenberg {
 
 struct MechanicsOptions;
 
-/// A way to carry a scene forward in time. Scenes, effects and commands ask for these properties, never for a name. A
-/// kind lives as long as the program.
+/// Properties of a time integrator. Scenes, effects and commands test these properties and never the name. A kind lives
+/// as long as the program.
 struct IntegratorKind {
   std::string_view name;  ///< value of mechanics.integrator
   bool moves_conductors = false, moves_grains = false;
-  std::array<std::string_view, 8> keys{};  ///< of [mechanics] that it reads; the rest empty
+  std::array<std::string_view, 8> keys{};  ///< keys of [mechanics] that it reads; unused entries are empty
 
-  // Of conductors:
-  const IntegratorKind* monolithic = nullptr;      ///< takes its place with coupling = "monolithic"; null: itself
-  bool solves_field_inside = false;                ///< in its error control, where errors of the field must not show
-  bool carries_resistors = true;                   ///< whether resistors can carry charge during its steps
-  std::string_view accuracy_key{};                 ///< of [mechanics]: a smaller value gives smaller errors
-  double MechanicsOptions::*accuracy = nullptr;    ///< the value of that key
-  double MechanicsOptions::*field_step = nullptr;  ///< s, from one field solve to the next, if that is fixed
+  // Conductors:
+  const IntegratorKind* monolithic = nullptr;  ///< replaces this kind with coupling = "monolithic"; null: none
+  /// true if field solves are inside its error control, where field errors must be negligible
+  bool solves_field_inside = false;
+  bool carries_resistors = true;                   ///< true if resistors can carry charge during its steps
+  std::string_view accuracy_key{};                 ///< key of [mechanics] of which smaller values give smaller errors
+  double MechanicsOptions::*accuracy = nullptr;    ///< value of that key
+  double MechanicsOptions::*field_step = nullptr;  ///< s, interval between field solves, if it is fixed
 
-  // Of grains:
-  double usual_step = 0;        ///< t0, the default of mechanics.step
-  bool takes_any_step = false;  ///< if effects say how accurate forces are, which then decides on the step
-  std::size_t most_grains = 0;  ///< that it can move; 0: any number
-  bool is_on_device = false;    ///< whether there is one for a CUDA device
+  // Grains:
+  double usual_step = 0;        ///< t0, default of mechanics.step
+  bool takes_any_step = false;  ///< true if the accuracy of forces can set the step, where effects give one
+  std::size_t most_grains = 0;  ///< largest number of grains that it can move; 0: no limit
+  bool is_on_device = false;    ///< true if it has a CUDA implementation
 
   constexpr bool reads(std::string_view key) const { return std::ranges::find(keys, key) != keys.end(); }
 };
 
-/// The integrator that a scene asks for: one of the program's, or of a kind added from outside.
+/// Integrator that a scene selects: a built-in one, or one of a kind added by list_integrator().
 class Integrator {
  public:
   constexpr Integrator(const IntegratorKind& kind) : kind_(&kind) {}
@@ -53,7 +54,7 @@ class Integrator {
 
 inline std::string name_of(Integrator integrator) { return std::string(integrator->name); }
 
-/// split: field extrapolated over an error-controlled step; monolithic: field inside the rhs.
+/// split: field extrapolated over an error-controlled step; monolithic: field solved inside the right-hand side.
 enum class FieldCoupling { split, monolithic };
 template <>
 inline constexpr Named<FieldCoupling> values_named<FieldCoupling>[] = {{FieldCoupling::split, "split"},
@@ -62,27 +63,29 @@ inline constexpr Named<FieldCoupling> values_named<FieldCoupling>[] = {{FieldCou
 struct MechanicsOptions {
   Integrator integrator = Integrator::cvode;
   FieldCoupling coupling = FieldCoupling::split;
-  bool predictor = true;  ///< split: forces between field solves from a coarser grid, if there is one
+  bool predictor = true;  ///< split: forces between field solves come from a coarser grid, if there is one
   double relative_tolerance = 1e-6;
-  double position_tolerance = 0;   ///< m: error allowed a coupling step; default 1e-3 radius
-  double largest_step = 0;         ///< s: largest coupling step; default output interval
-  bool keep_height = false;        ///< in three dimensions nothing moves along z
+  /// m, error allowed in a coupling step; default 1e-3 of the smallest radius
+  double position_tolerance = 0;
+  double largest_step = 0;         ///< s, largest coupling step; default: output interval
+  bool keep_height = false;        ///< true: in three dimensions nothing moves along z
   double euler_step = 1e-5;        ///< s (D 6.7)
   double euler_field_step = 1e-3;  ///< s (D 6.7)
-  // Of grains:
-  double step = 0.05;  ///< t0, the longest; of multirate infinite: as long as the accuracy of forces allows
-  /// multirate: steps of contacts in the shortest contact that there could be
+  // Grains:
+  /// t0, longest step; infinite for multirate: as long as the accuracy of forces allows
+  double step = 0.05;
+  /// multirate: number of contact substeps in the shortest possible contact
   int contact_steps = contact_steps_for(usual_contact_accuracy);
-  int threads = 0;  ///< of grains; 0: one a core, fewer for few grains
+  int threads = 0;  ///< threads for grains; 0: one for each core, fewer for few grains
 
-  /// The kind of the integrator, with the coupling taken into account.
+  /// Returns the kind of the integrator with the coupling taken into account.
   constexpr const IntegratorKind& kind() const {
     return coupling == FieldCoupling::monolithic && integrator->monolithic ? *integrator->monolithic
                                                                            : integrator.kind();
   }
 };
 
-/// The program's integrators.
+/// Built-in integrators.
 namespace integrators {
 
 inline constexpr IntegratorKind monolithic = {.name = "cvode",
@@ -101,7 +104,8 @@ inline constexpr IntegratorKind cvode = {.name = "cvode",
                                          .accuracy_key = "position_tolerance",
                                          .accuracy = &MechanicsOptions::position_tolerance,
                                          .usual_step = 0.05,
-                                         .most_grains = 64};  // the work of its events grows with their square
+                                         // the cost of its events grows with the square of this number
+                                         .most_grains = 64};
 inline constexpr IntegratorKind euler = {.name = "euler",
                                          .moves_conductors = true,
                                          .keys = {"euler_step", "euler_field_step", "keep_height"},
@@ -127,7 +131,7 @@ inline constexpr Integrator Integrator::cvode{integrators::cvode}, Integrator::e
     Integrator::multirate{integrators::multirate}, Integrator::verlet{integrators::verlet},
     Integrator::gear{integrators::gear}, Integrator::gear_printed{integrators::gear_printed};
 
-/// The integrators that scenes may name: the program's, then those that were added.
+/// The integrators that scenes may name: built-in ones first, then added ones.
 struct IntegratorList {
   const Named<Integrator>* begin() const;
   const Named<Integrator>* end() const;
@@ -136,11 +140,11 @@ struct IntegratorList {
 template <>
 inline constexpr IntegratorList values_named<Integrator>{};
 
-/// Lets scenes name an integrator. Throws InputError if another has its name. mechanics::add_integrator and
-/// granular::add_integrator call it, and say how it is made.
+/// Adds an integrator that scenes may name. Throws InputError if another has its name. mechanics::add_integrator and
+/// granular::add_integrator call this function and define how the integrator is made.
 void list_integrator(const IntegratorKind& kind);
 
-/// The names of the integrators that have a property, as in "a", "b" and "c".
+/// Returns the names of the integrators that have a property, as in "a", "b" and "c".
 std::string names_of(bool IntegratorKind::*property);
 
 }  // namespace lichtenberg

@@ -19,7 +19,7 @@ std::string closest(const std::vector<std::string>& words, Distance distance) {
 }  // namespace
 
 int edit_distance(std::string_view a, std::string_view b) {
-  std::vector<int> row(b.size() + 1);  // row[j]: distance of a's first i characters from b's first j
+  std::vector<int> row(b.size() + 1);  // row[j]: distance between a's first i characters and b's first j
   std::iota(row.begin(), row.end(), 0);
   for (std::size_t i = 1; i <= a.size(); ++i) {
     int diagonal = row[0];
@@ -48,7 +48,7 @@ std::optional<std::string> likely(std::string_view word, const std::vector<std::
 
 std::string nearest_path(std::string_view path, const std::vector<std::string>& known) {
   constexpr int in_another_table = 3;
-  // What stands in [effects] itself is meant to be an effect, and no key of one.
+  // A path directly in [effects] is meant to name an effect, not a key of an effect.
   const bool is_effect = path.starts_with("effects.") && std::ranges::count(path, '.') == 1;
   return closest(known, [&](const std::string& candidate) {
     const int distance = edit_distance(path, candidate);

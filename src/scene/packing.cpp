@@ -22,7 +22,7 @@ std::string at(const Conductor& conductor, int dimension) {
              : fmt::format("[{:g}, {:g}]", conductor.position.x, conductor.position.y);
 }
 
-/// The line of the [[conductor]] or [[population]] that particle i comes from.
+/// Returns the line of the [[conductor]] or [[population]] that defines particle i.
 int line_of(const Draft& draft, std::size_t i) {
   if (i < draft.conductors.size()) return draft.conductors[i].line;
   i -= draft.conductors.size();
@@ -57,7 +57,7 @@ Wall build_wall(const Draft& draft, const WallDraft& given, std::size_t number) 
   return {given.name.value_or(fmt::format("wall {}", number)), given.point.value, n / length};
 }
 
-/// Area or volume of all particles.
+/// Returns the total area or volume of all particles.
 double content(const Scene& scene) {
   const bool spheres = scene.dimension() == 3;
   return std::accumulate(scene.conductors.begin(), scene.conductors.end(), 0.0, [&](double sum, const Conductor& c) {
@@ -77,7 +77,8 @@ void check_content(const Scene& scene) {
                     spheres ? "volumes" : "areas", filled));
 }
 
-/// Two centres at one place push each other with no force in no direction. Sorted along x, they are neighbours.
+/// Throws InputError for two centres at the same position, between which the force has no direction. Positions are
+/// sorted along x, so equal ones are neighbours.
 void check_places(const Draft& draft, const Scene& scene) {
   std::vector<std::size_t> order(scene.conductors.size());
   std::iota(order.begin(), order.end(), 0);
@@ -93,7 +94,7 @@ void check_places(const Draft& draft, const Scene& scene) {
                        at(scene.conductors[*same], scene.dimension())));
 }
 
-/// Refuses what a packing would not look at: who writes it expects something of it.
+/// Throws InputError for keys that a packing ignores, because a given key is meant to have an effect.
 void check_idle_keys(const Draft& draft) {
   const std::string uncharged = "nothing is charged", timeless = "nothing happens in time";
   struct Idle {

@@ -12,13 +12,13 @@
 namespace lichtenberg {
 namespace {
 
-/// A conductor for which so many random places were taken finds none. A hundred times as many tries fit 1 to 3 % more
-/// disks into a box of about 324 (five seeds).
+/// Number of random positions after which placement of one conductor fails. A hundred times as many tries fit 1 to 3 %
+/// more disks into a box of about 324 (five seeds).
 constexpr int tries_per_conductor = 100000;
 
-/// Nor does any where all of a population have taken so many: near the density that random places can fill 50000 grains
-/// would take hours to say so. What a small population may take is never reached; others take a few tens a conductor
-/// where they fit.
+/// Number of tries after which placement of a whole population fails. Without this bound, populations near the limit
+/// density would need tries_per_conductor tries for many of their grains. Small populations never reach it. Other
+/// populations need a few tens of tries for each conductor if they fit.
 long most_tries(const PopulationDraft& population) {
   return std::max(100L * tries_per_conductor, 300L * population.count);
 }
@@ -42,7 +42,7 @@ std::size_t count_of(const Draft& draft) {
   return count;
 }
 
-/// A grid that holds the conductors given one by one and can take the populations.
+/// Returns a grid that contains the individually given conductors and has capacity for the populations.
 SphereGrid grid_of_given(const Draft& draft) {
   SphereGrid grid(2 * largest_radius(draft) + largest_gap(draft), count_of(draft), draft.scene.domain);
   for (const ConductorDraft& c : draft.conductors) grid.insert(sphere_of(c.conductor));
@@ -53,7 +53,8 @@ std::string at(Vec3 p, int dimension) {
   return dimension == 3 ? fmt::format("[{:g}, {:g}, {:g}]", p.x, p.y, p.z) : fmt::format("[{:g}, {:g}]", p.x, p.y);
 }
 
-/// How far it is out of the domain (m); where a side is periodic, its centre.
+/// Returns the largest distance (m) by which a sphere is outside the domain. Along periodic axes it is that of its
+/// centre.
 double outside(const Sphere& sphere, const Box<3>& box, int dimension) {
   double most = -INFINITY;
   for (int k = 0; k < dimension; ++k)
@@ -62,7 +63,7 @@ double outside(const Sphere& sphere, const Box<3>& box, int dimension) {
   return most;
 }
 
-/// Where the centre of a conductor can be: between two corners.
+/// Box of the allowed positions of a conductor's centre.
 struct Room {
   Vec3 lower, upper;
 };
@@ -82,14 +83,14 @@ Room room_for(double radius, const PopulationDraft& population, const Domain& do
   return room;
 }
 
-/// Whether it is clear of its own images.
+/// Returns true if a sphere does not overlap its own periodic images.
 bool fits(double radius, double min_gap, const Box<3>& box) {
   for (int k = 0; k < 3; ++k)
     if (box.periodic(k) && 2 * radius + min_gap > box.lengths[k]) return false;
   return true;
 }
 
-/// What a population's conductors must stay clear of.
+/// Bodies from which a population's conductors must be separated.
 struct Obstacles {
   const std::vector<Electrode>& electrodes;
   const std::vector<Wall>& walls;
@@ -114,7 +115,7 @@ std::optional<Conductor> find_place(double radius, const PopulationDraft& popula
     if (room.lower[k] > room.upper[k]) return {};
   if (!fits(radius, population.min_gap, domain.box())) return {};
   for (int attempt = 0; attempt < tries_per_conductor && tries_left > 0; ++attempt, --tries_left) {
-    constexpr int patience = 1 << 12;  // tries: a millisecond
+    constexpr int patience = 1 << 12;  // tries between two stop requests: about a millisecond
     if (attempt % patience == 0 && stop && stop()) throw Stopped{};
     Conductor conductor{
         .radius = radius, .charge = population.charge, .relative_resistivity = population.relative_resistivity};
@@ -149,30 +150,30 @@ void check_population(const Draft& draft, const PopulationDraft& population) {
                          at({}, axes), at(size, axes), draft.scene.units().length));
 }
 
-/// The part of a large room that random places of one radius fill before most_tries() are over: .341 of a volume, .528
-/// of an area (40000 in a periodic box; where tries never end, .384 and .547: Feder, J. Theor. Biol. 87, 237 (1980),
-/// Cooper, Phys. Rev. A 38, 522 (1988)). With a little more on top, since it fluctuates, by a thousandth where they are
-/// many.
+/// Filling fraction that random sequential addition of one radius reaches in a large box before most_tries(): .528 of
+/// an area, .341 of a volume (40000 in a periodic box). The limits for unlimited tries are .547 and .384 (Feder, J.
+/// Theor. Biol. 87, 237 (1980), Cooper, Phys. Rev. A 38, 522 (1988)). The constants include a margin for fluctuations,
+/// which are about 0.1 % for many bodies.
 constexpr double densest_area = 0.535, densest_volume = 0.35;
 
-/// How many spheres, as large with half the gap round each as the smallest of the population, random places can be
-/// found for; infinite in a room that is small or thin.
+/// Returns the number of spheres for which random positions can be found, with the smallest radius of the population
+/// plus half the gap. Infinite in a box that is small or thin.
 double most_that_fit(const PopulationDraft& population, const Domain& domain) {
   const double radius = smallest_radius(population), across = 2 * radius + population.min_gap;
   const Room room = room_for(radius, population, domain);
-  constexpr double thin = 10;  // beside walls it is another density
+  constexpr double thin = 10;  // minimum extent in diameters; near walls the density differs
   const bool plane = domain.dimension() == 2;
   double most = plane ? densest_area * 4 / std::numbers::pi : densest_volume * 6 / std::numbers::pi;
   for (int k = 0; k < domain.dimension(); ++k) {
     const double length = room.upper[k] - room.lower[k];
     const bool bounded = !domain.box().periodic(k) || length < domain.size[k];
     if (length < thin * across) return INFINITY;
-    most *= length / across + (bounded ? 1 : 0);  // with what reaches beyond the room of centres
+    most *= length / across + (bounded ? 1 : 0);  // spheres extend beyond the box of their centres
   }
   return most;
 }
 
-/// At once, what would be found out after minutes.
+/// Throws InputError early for densities that random placement would reject only after minutes.
 void check_density(const Draft& draft, const PopulationDraft& population) {
   constexpr int many = 10000;
   if (population.overlapping || population.count < many) return;
@@ -187,7 +188,8 @@ void check_density(const Draft& draft, const PopulationDraft& population) {
 }  // namespace
 
 SphereGrid::SphereGrid(double reach, std::size_t count, const Domain& domain) : box_(domain.box()), nearest_(box_) {
-  const double most = 64 + 2.0 * static_cast<double>(count);  // where spheres are few, empty buckets would be many
+  // limits the number of empty buckets where spheres are few
+  const double most = 64 + 2.0 * static_cast<double>(count);
   constexpr double wider = 1.25;
   buckets_ = {1, 1, 1};
   for (double side = reach, all = INFINITY; reach > 0 && all > most; side *= wider) {
@@ -201,7 +203,7 @@ SphereGrid::SphereGrid(double reach, std::size_t count, const Domain& domain) : 
   latest_.assign(static_cast<std::size_t>(buckets_[0]) * buckets_[1] * buckets_[2], none);
 }
 
-/// Of nearest images, which most are as they stand: to round takes longer than all else here.
+/// Distance (m) of nearest images. Rounding is skipped for short differences, because it would dominate the cost.
 double SphereGrid::distance(Vec3 a, Vec3 b) const {
   Vec3 r = a - b;
   for (int k = 0; k < 3; ++k)
@@ -233,7 +235,7 @@ void SphereGrid::insert(const Sphere& sphere) {
   spheres_.push_back(sphere);
 }
 
-/// The sphere's own bucket first: where spheres are dense, what is in the way is most often there.
+/// Searches the sphere's own bucket first, because most conflicts in dense systems are there.
 std::optional<std::size_t> SphereGrid::conflict(const Sphere& sphere, double clearance) const {
   const Vec3 p = sphere.centre;
   const int x = bucket_along(0, p.x), y = bucket_along(1, p.y), z = bucket_along(2, p.z);
@@ -301,7 +303,7 @@ std::string wrong_radius(std::size_t body, double radius, const std::string& key
       body, radius, key);
 }
 
-/// Whether the next of a population could have this radius.
+/// Returns true if the next conductor of a population can have this radius.
 bool could_have(const PopulationDraft& population, double radius, Radii& radii, UniformRandom& random) {
   const auto [smallest, largest] = population.radius.value_or(Interval{});
   const bool drawn = population.radii.empty() && smallest < largest;

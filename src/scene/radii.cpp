@@ -53,7 +53,7 @@ double Radii::truncated_normal(UniformRandom& random) const {
   const double mean = population_.mean.value_or(0.5 * (smallest + largest)), deviation = *population_.deviation;
   constexpr int most_tries = 100000;
   for (int attempt = 0; attempt < most_tries; ++attempt) {
-    const double length = std::sqrt(-2 * std::log1p(-random()));  // of a number in [0, 1)
+    const double length = std::sqrt(-2 * std::log1p(-random()));  // log1p(-x) of a number x in [0, 1) is finite
     const double normal = length * std::cos(2 * std::numbers::pi * random());
     const double radius =
         mean * (population_.distribution == RadiusDistribution::normal ? 1 + deviation * normal

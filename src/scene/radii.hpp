@@ -5,19 +5,19 @@
 
 namespace lichtenberg {
 
-/// m, that a conductor of the population can have.
+/// Largest radius (m) that a conductor of the population can have.
 double largest_radius(const PopulationDraft& population);
 double smallest_radius(const PopulationDraft& population);
 
-/// The radii of a population, one conductor after the other.
+/// Radii of the conductors of a population, in their order.
 class Radii {
  public:
-  /// Throws InputError for keys that do not go together.
+  /// Throws InputError for incompatible keys.
   Radii(const Draft& draft, const PopulationDraft& population);
 
-  /// m. Asks for nothing if there is no choice; for one number of a uniform distribution; for two of a normal or a
-  /// lognormal one (Box and Muller 1958), again and again until the radius is in the interval. Throws InputError if the
-  /// interval has next to nothing of the distribution.
+  /// Returns the next radius (m). It draws no random number if there is no choice, one for a uniform distribution, and
+  /// two for a normal or lognormal one (Box and Muller 1958). These are redrawn until the radius is in the interval.
+  /// Throws InputError if the interval contains too small a part of the distribution.
   double next(UniformRandom& random);
 
  private:

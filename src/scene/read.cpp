@@ -21,12 +21,12 @@ namespace {
 
 int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
 
-/// In place of a line: what was set elsewhere (--set) is there, too.
+/// Line number of a key that was set elsewhere (--set), so that the key counts as given.
 constexpr int not_in_the_file = std::numeric_limits<int>::max();
 
 int noted_line(const toml::node& node) { return line_of(node) > 0 ? line_of(node) : not_in_the_file; }
 
-/// What a message says was found: the value, if that is short.
+/// Returns the value found, for a message; a short description if the value is long.
 std::string found(const toml::node& node) {
   constexpr std::size_t longest = 60;
   if (const toml::table* table = node.as_table(); table && !table->is_inline()) return "a table";
@@ -35,17 +35,17 @@ std::string found(const toml::node& node) {
   return node.is_array() ? "an array" : text.substr(0, longest) + "...";
 }
 
-/// Names the keys that make a floating conductor of any shape.
+/// Describes the keys of a floating conductor of any shape.
 constexpr const char* floating_shape =
     "a floating conductor of this shape is an [[electrode]] with potential = 0 and series_resistance = 1e30 (ohm), "
     "which no charge passes";
 
-/// Whether one of a value's numbers may all but vanish beside the others: a component of a place or a velocity.
+/// True for vectors, whose components may have any size below smallest_size.
 template <class T>
 constexpr bool is_vector = std::is_same_v<T, Vec2> || std::is_same_v<T, Coordinates> ||
                            std::is_same_v<T, std::optional<Coordinates>> || std::is_same_v<T, std::optional<Region>>;
 
-/// Walks a TOML document along the schema into a draft.
+/// Reads a TOML document into a draft, guided by the schema.
 class Reader {
  public:
   Reader(const Schema& schema, Draft& draft) : schema_(schema), draft_(draft) {}
@@ -158,7 +158,8 @@ class Reader {
     refuse(line, fmt::format("{} is missing: {} needs it, {}{}", path, who, key.allowed(), instead));
   }
 
-  /// Keys that ask for a floating conductor of another shape get the way to have one, others the nearest key.
+  /// Throws InputError for an unknown key. For keys of a floating conductor of another shape the message describes the
+  /// alternative, for others the nearest key.
   [[noreturn]] void refuse_unknown(const std::string& path, int line) const {
     constexpr std::string_view of_shapes[] = {"conductor.shape",  "conductor.side",  "conductor.from",
                                               "conductor.to",     "conductor.width", "electrode.floating",
@@ -181,7 +182,7 @@ std::string read_text(const std::string& path) {
   if (type == std::filesystem::file_type::directory) throw InputError(path + " is a directory, not a scene file");
   if (type != std::filesystem::file_type::regular)
     throw InputError(path + " is not a regular file, as a scene file is");
-  constexpr std::uintmax_t most = 100'000'000;  // B: a million bodies, one by one
+  constexpr std::uintmax_t most = 100'000'000;  // B; enough for a million individually given bodies
   if (const std::uintmax_t size = std::filesystem::file_size(path, error); !error && size > most)
     throw InputError(fmt::format("{} has {} bytes: a scene file has at most {}", path, size, most));
   std::ifstream file(path, std::ios::binary);

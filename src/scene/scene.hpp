@@ -30,14 +30,15 @@ struct DomainSide {
 };
 
 struct Domain {
-  Vec3 size;                        ///< m; z = 0: it has two dimensions
-  std::array<DomainSide, 6> sides;  ///< as in side_names; a plane domain has the first four
-  bool walled = true;               ///< of a packing: the sides are walls
-  bool open = false;                ///< there are no sides: free space, whose potential tends to 0 far away
+  Vec3 size;  ///< m; z = 0: two dimensions
+  /// in the order of side_names; a plane domain has the first four
+  std::array<DomainSide, 6> sides;
+  bool walled = true;  ///< packings: the sides are walls
+  bool open = false;   ///< no sides: free space, where the potential tends to 0 at infinity
 
   int dimension() const { return size.z > 0 ? 3 : 2; }
 
-  /// The domain for who moves bodies in it; without a length along z in two dimensions.
+  /// Returns the domain as a box for the motion of bodies. In two dimensions its length along z is 0.
   Box<3> box() const {
     Box<3> box{.lengths = size};
     for (std::size_t s = 0; s < sides.size(); ++s)
@@ -46,32 +47,34 @@ struct Domain {
   }
 };
 
-/// A fixed body at a given potential, or behind a resistor: its potential then floats, and `potential` is the supply's.
+/// A fixed body at a given potential. Behind a resistor its potential floats, and `potential` is that of the voltage
+/// source.
 struct Electrode {
   std::string name;
   Shape shape;
   double potential = 0;          ///< V
-  double series_resistance = 0;  ///< ohm, between the supply and the body; 0: none
-  double height = 0;             ///< m, z of a sphere's centre, whose shape is the disk that one sees from the front
+  double series_resistance = 0;  ///< ohm, between the voltage source and the body; 0: none
+  double height = 0;             ///< m, z of a sphere's centre; the shape is the sphere's outline in the xy plane
 
-  Vec3 centre() const {  ///< of a sphere
+  Vec3 centre() const {  ///< centre of a sphere (m)
     const Vec2 c = std::get<Disk>(shape).centre;
     return {c.x, c.y, height};
   }
 };
 
 struct Medium {
-  double permittivity = 0;      ///< F/m, absolute
-  double viscosity = 0;         ///< Pa s
-  double depth = 0;             ///< m: charge in C = depth * charge per metre of the two-dimensional field
-  double temperature = 295.15;  ///< K (22 degrees Celsius, D 4.1): turns dissipated power into entropy production
+  double permittivity = 0;  ///< F/m, absolute
+  double viscosity = 0;     ///< Pa s
+  double depth = 0;         ///< m: charge in C = depth * charge per metre of the two-dimensional field
+  /// K (22 degrees Celsius, D 4.1); relates dissipated power to entropy production
+  double temperature = 295.15;
 };
 
-/// A flat wall that does not move: particles are where its normal points. Two-dimensional scenes leave z at 0.
+/// A fixed flat wall. Particles are on the side to which its normal points. Two-dimensional scenes leave z at 0.
 struct Wall {
   std::string name;
   Vec3 point{};   ///< m
-  Vec3 normal{};  ///< of length 1
+  Vec3 normal{};  ///< unit vector
 };
 
 /// A mobile disk (field) or sphere (mechanics). Two-dimensional scenes leave z at 0.
@@ -80,18 +83,18 @@ struct Conductor {
   Vec3 velocity{};                  ///< m/s
   double radius = 0;                ///< m
   double charge = 0;                ///< C
-  int group = -1;                   ///< index into Scene::groups, -1: of its own
-  double relative_resistivity = 1;  ///< of its material, in units of NetworkOptions::parameters
-  bool held = false;                ///< at its place, whatever pulls
+  int group = -1;                   ///< index into Scene::groups, -1: no prescribed group
+  double relative_resistivity = 1;  ///< resistivity of its material, in units of NetworkOptions::parameters
+  bool held = false;                ///< true: fixed at its position
 };
 
-/// m, of the conductor's centre from the wall; negative beyond it.
+/// Distance (m) of the conductor's centre from the wall; negative beyond it.
 inline double distance(const Wall& wall, const Conductor& conductor) {
   return dot(conductor.position - wall.point, wall.normal);
 }
 
-/// Conductors wired together by the scene: one potential, whether they touch or not. Either the charge of the whole
-/// group or its potential is given.
+/// Conductors that the scene connects by a wire. They have one potential, whether they touch or not. Either the charge
+/// of the whole group or its potential is given.
 struct PrescribedGroup {
   std::string name;
   double charge = 0;                ///< C
@@ -105,26 +108,28 @@ struct Material {
 /// [field] of a scene.
 using FieldTable = std::variant<FieldOptions, FieldRequest>;
 
-/// The scales of a scene of grains (G table 5.3), in SI. All its numbers are in units of them: lengths in d0, masses in
-/// m0, velocities in v0, charges in q0, times in t0 = d0 / v0, energies and temperatures in m0 v0^2.
+/// Scales of a scene of grains (G table 5.3), in SI. All numbers of such a scene are in these units: lengths in d0,
+/// masses in m0, velocities in v0, charges in q0. Times are in t0 = d0 / v0, energies and temperatures in m0 v0^2.
 struct Reference {
-  double length = 4.78e-3;  ///< d0, m: the diameter of a grain
-  double mass = 1.52e-4;    ///< m0, kg: its mass
+  double length = 4.78e-3;  ///< d0, m: diameter of a grain
+  double mass = 1.52e-4;    ///< m0, kg: mass of a grain
   double velocity = 1;      ///< v0, m/s
   double charge = 2e-8;     ///< q0, C
 };
 
-/// What units are called.
+/// Names of units.
 struct UnitNames {
   std::string length = "m", mass = "kg", time = "s";
 };
 
-/// A part of a run of grains, from the end of the one before. After the last all is as the scene says.
+/// A phase of a run of grains that starts at the end of the phase before it. After the last phase, the scene's own
+/// parameters apply.
 struct Stage {
-  double duration = 0;                  ///< t0
-  bool elastic = true;                  ///< contacts lose nothing and move no charge, and no gas acts
-  double stiffness = 1;                 ///< by what contacts are stiffer, with the same restitution
-  std::optional<double> temperature{};  ///< m0 v0^2, set at its end by one factor for all velocities
+  double duration = 0;   ///< t0
+  bool elastic = true;   ///< contacts dissipate no energy and move no charge, and no gas acts
+  double stiffness = 1;  ///< factor of contact stiffness; the restitution stays the same
+  /// m0 v0^2, set at the end of the phase by scaling all velocities
+  std::optional<double> temperature{};
 };
 
 enum class MinimizeMethod { lbfgs_newton, lbfgs, newton_cg, fire, gradient_descent };
@@ -136,17 +141,17 @@ inline constexpr Named<MinimizeMethod> values_named<MinimizeMethod>[] = {
     {MinimizeMethod::fire, "fire"},
     {MinimizeMethod::gradient_descent, "gradient-descent"}};
 
-/// How particles under a contact potential come to rest. Forces are in units of stiffness / R, R the mean diameter.
+/// Options of the minimization of a contact potential. Forces are in units of stiffness / R, R the mean diameter.
 struct MinimizeOptions {
   MinimizeMethod method = MinimizeMethod::lbfgs_newton;
-  double force_tolerance = 1e-8;  ///< the largest net force on a particle
+  double force_tolerance = 1e-8;  ///< largest net force on a particle
   std::int64_t max_iterations = 10'000'000;
-  double step = 2.5e-3;           ///< of gradient-descent, in units of R^2 / stiffness
-  std::int64_t record_every = 0;  ///< iterations between two frames; 0: ever longer ones
-  int threads = 0;                ///< 0: one a core, fewer for few particles
+  double step = 2.5e-3;           ///< gradient-descent: step in units of R^2 / stiffness
+  std::int64_t record_every = 0;  ///< iterations between two frames; 0: increasing intervals
+  int threads = 0;                ///< 0: one for each core, fewer for few particles
 };
 
-/// What a result keeps of the last frame's potential.
+/// Precision in which a result stores the last frame's potential.
 enum class StoredField { single_precision, double_precision, none };
 template <>
 inline constexpr Named<StoredField> values_named<StoredField>[] = {
@@ -160,28 +165,31 @@ struct OutputOptions {
   bool picture = true;
 };
 
-/// What a node of the network is.
+/// Entity that a node of the network represents.
 enum class NetworkModel { particle, contact };
 template <>
 inline constexpr Named<NetworkModel> values_named<NetworkModel>[] = {{NetworkModel::particle, "particle"},
                                                                      {NetworkModel::contact, "contact"}};
 
-/// The resistors of `lichtenberg network`; a run does not read them. Which model needs which parameter:
-/// solvers/network/resistor.hpp.
+/// Resistors of `lichtenberg network`; a run does not read them. solvers/network/resistor.hpp lists the parameters of
+/// each model.
 struct NetworkOptions {
-  std::optional<NetworkModel> model;    ///< empty: both, one after the other
-  std::optional<std::string> resistor;  ///< of network::resistor_models; empty: constant, of 1 Ohm if nothing is said
+  std::optional<NetworkModel> model;  ///< empty: both, sequentially
+  /// name in network::resistor_models; empty: constant, of 1 Ohm by default
+  std::optional<std::string> resistor;
   network::Parameters parameters;
   std::string between = "bottom,top";  ///< electrodes: names of walls or numbers of particles
 };
 
 struct StopOptions {
   double time = 120;       ///< s
-  bool stationary = true;  ///< stop when all are connected to ground and at rest (D 7.1)
-  double force = 1e-3;     ///< stationary: largest force allowed, as a fraction of the largest of the run
+  bool stationary = true;  ///< stop when all conductors are connected to ground and at rest (D 7.1)
+  /// stationary: largest force allowed, as a fraction of the largest force of the run
+  double force = 1e-3;
 };
 
-/// A scene file, checked and complete: every default filled in, populations drawn. SI throughout.
+/// A scene file, checked and complete: every default is filled in, and populations are drawn. Units are SI or those of
+/// `reference`.
 struct Scene {
   std::string path;  ///< the file it was read from
   std::string text;  ///< that file, verbatim (provenance)
@@ -191,13 +199,15 @@ struct Scene {
   Medium medium;
   Material material;
   std::vector<Electrode> electrodes;
-  std::vector<Wall> walls;  ///< of a scene with a contact potential: the domain's sides first, if they are walls
+  /// walls of a scene with a contact potential: the domain's sides first, if they are walls
+  std::vector<Wall> walls;
   std::vector<Conductor> conductors;
   std::vector<PrescribedGroup> groups;
-  std::string started_from;  ///< frame of a result that the bodies were put to; empty: places are those of the file
-  std::optional<Reference> reference;  ///< of a scene of grains; others are in SI
+  /// frame of a result from which the bodies start; empty: positions are those of the file
+  std::string started_from;
+  std::optional<Reference> reference;  ///< units of a scene of grains; other scenes are in SI
   std::vector<Stage> stages;
-  Effects effects;  ///< one is in a run only if its table stands in the scene
+  Effects effects;  ///< effects that have a table in the scene
   FieldTable field_table;
   MechanicsOptions mechanics;
   MinimizeOptions minimize;
@@ -207,46 +217,48 @@ struct Scene {
 
   UnitNames units() const { return reference ? UnitNames{"d0", "m0", "t0"} : UnitNames{}; }
   int dimension() const { return domain.dimension(); }
-  /// Of the conductors; infinite if there are none.
+  /// Smallest radius (m) of the conductors; infinite if there are none.
   double smallest_radius() const {
     double smallest = std::numeric_limits<double>::infinity();
     for (const Conductor& conductor : conductors) smallest = std::min(smallest, conductor.radius);
     return smallest;
   }
-  /// Throws InputError while it is only asked for.
+  /// Returns the options of the field. Throws InputError while only an accuracy is requested.
   const FieldOptions& field() const {
     if (field_request())
       throw InputError("nothing has been chosen for field.accuracy yet: with_field_chosen() comes first");
     return std::get<FieldOptions>(field_table);
   }
   FieldOptions& field() { return const_cast<FieldOptions&>(std::as_const(*this).field()); }
-  /// What the field was chosen for; null if the scene says how it is computed, or nothing is chosen yet.
+  /// Returns the accuracy for which the field options were chosen. Null if the scene specifies the options, or if
+  /// nothing is chosen yet.
   const FieldAccuracy* field_accuracy() const {
     const FieldOptions* options = std::get_if<FieldOptions>(&field_table);
     return options && options->chosen_for ? &*options->chosen_for : nullptr;
   }
-  /// Null once nothing is left to be chosen.
+  /// Returns the requested accuracy; null once field options are chosen.
   const FieldRequest* field_request() const { return std::get_if<FieldRequest>(&field_table); }
 };
 
-/// A key of a scene and a value for it, both as text: the value as a scene file has it.
+/// A key of a scene and its value, both as text of a scene file.
 struct Setting {
-  std::string key;  ///< dotted; an element of a repeated table by its index from 0, as in electrode[1].radius
+  /// dotted path; an element of a repeated table has an index from 0, as in electrode[1].radius
+  std::string key;
   std::string value;
 };
 
-/// Reads and checks a scene, whose effects are of these kinds. Throws InputError (one sentence: file, line, key, value
-/// found, what is allowed). src/effects/read_scene.hpp reads scenes with the effects of this program.
-/// `settings`: keys that are set as if the file had them so; then `Scene::text` is the file's with them.
+/// Reads and checks a scene with effects of these kinds. Throws InputError with the file, line, key, value and allowed
+/// values. src/effects/read_scene.hpp reads scenes with the effects of this program. `settings`: keys that are set as
+/// if they were in the file; `Scene::text` then contains them.
 Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings = {});
 
-/// Reads and checks a scene from text already in memory; `path` is used in messages.
+/// Reads and checks a scene from text in memory; `path` is used in messages.
 Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
                   const std::vector<Setting>& settings = {});
 
-/// Every key with its type, unit, default, what is allowed and what it means, as printed by `lichtenberg help scene`;
-/// of a `part` that is not empty (a table's or a key's path, an effect's name) that alone. Throws InputError if there
-/// is none of that name.
+/// Returns the help of every key as `lichtenberg help scene` prints it: type, unit, default, allowed values and
+/// meaning. A non-empty `part` (the path of a table or key, or the name of an effect) restricts it to this part. Throws
+/// InputError for an unknown part.
 std::string scene_help(const EffectKinds& kinds, const std::string& part = "");
 
 }  // namespace lichtenberg

@@ -1,4 +1,4 @@
-// Tables of how a scene is computed, and of what a run or an analysis leaves.
+// Tables of computation and output of a scene.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -30,7 +30,7 @@ Table minimize() {
                "gradient, which end in the minimum that the gradient flow leads to. Others end in other minima"},
           {.name = "force_tolerance",
            .place = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
-           .range = {.low = 1e-15, .high = 1, .high_itself = false},  // below it is rounding
+           .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
            .help = "at rest: the largest net force on a particle, in units of stiffness over the mean diameter"},
           {.name = "max_iterations",
            .place = [](Draft& d) { return &d.scene.minimize.max_iterations; },
@@ -59,14 +59,14 @@ AtChoice field_method() {
   return at;
 }
 
-/// "cut-cell: finite volumes; multipole: ..."
+/// Describes the field methods, as in "cut-cell: finite volumes; multipole: ..."
 std::string methods_in_words() {
   std::vector<std::string> words;
   for (const FieldMethodKind* method : field_methods()) words.push_back(method->name + ": " + method->help);
   return fmt::format("{}", fmt::join(words, "; "));
 }
 
-/// `usual`, which is the first method's, then "1e-10 of multipole, ..." of the others.
+/// Describes default tolerances: `usual` for the first method, then "1e-10 of multipole, ..." for the others.
 std::string default_tolerances(const std::string& usual, double FieldTolerances::*which) {
   std::vector<std::string> others;
   for (const FieldMethodKind* method : field_methods())
@@ -170,7 +170,7 @@ std::vector<Key> conductor_steps() {
   return {
       {.name = "relative_tolerance",
        .place = [](Draft& d) { return &d.scene.mechanics.relative_tolerance; },
-       .range = {.low = 1e-15, .high = 1, .high_itself = false},  // below it is rounding
+       .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
        .computed_default = "1e-6; 1e-13 of grains",
        .help = "of positions and momenta, each step of the integrator; of grains that of cvode"},
       {.name = "position_tolerance",

@@ -1,4 +1,4 @@
-// Tables of what there is: the domain, its fluid, its bodies.
+// Tables of the domain, its fluid and its bodies.
 #include "solvers/geometry/box.hpp"
 #include "src/scene/schema.hpp"
 
@@ -24,7 +24,7 @@ Table top() {
           }};
 }
 
-/// A side by its place in side_names.
+/// Returns the key of the side with index `s` in side_names.
 template <int s>
 Key side(const std::string& help) {
   return {.name = std::string(side_names[s]),
@@ -213,7 +213,7 @@ Table wall() {
           }};
 }
 
-/// Keys of the material of `particles`: the draft's conductors or populations.
+/// Returns the material keys of `particles`, the draft's conductors or populations.
 template <auto particles>
 std::vector<Key> material_keys(Place relative_resistivity) {
   return {

@@ -1,4 +1,4 @@
-// Dimensions and periodic sides, and what knows nothing of them.
+// Checks of dimensions and periodic sides against effects and keys that do not support them.
 #include <array>
 #include <string>
 
@@ -13,14 +13,14 @@ namespace {
 
 std::string key_of(int side) { return fmt::format("domain.{}", side_names[side]); }
 
-/// The first periodic side; -1 if there is none.
+/// Returns the first periodic side; -1 if there is none.
 int periodic_side(const Domain& domain) {
   for (std::size_t s = 0; s < domain.sides.size(); ++s)
     if (domain.sides[s].periodic) return static_cast<int>(s);
   return -1;
 }
 
-/// An axis is periodic on both its sides or on none.
+/// Checks that an axis is periodic on both its sides or on neither.
 void check_sides(const Draft& draft, int dimension) {
   const std::array<DomainSide, 6>& sides = draft.scene.domain.sides;
   for (int s = 0; s < 6; ++s) {
@@ -43,7 +43,7 @@ void check_sides(const Draft& draft, int dimension) {
   }
 }
 
-/// Free space is the field's, in three dimensions, and has no sides.
+/// Checks that free space has a field, three dimensions and no sides.
 void check_open(const Draft& draft, int dimension) {
   const Domain& domain = draft.scene.domain;
   if (!domain.open) return;
@@ -63,7 +63,7 @@ void check_open(const Draft& draft, int dimension) {
                     "is not allowed with domain.open = true, which has no sides: leave one of the two out");
 }
 
-/// What there is beside the effects that belongs to a field, where there is none.
+/// Throws InputError for keys that need a field, apart from effects, in a scene without one.
 void check_without_field(const Draft& draft, const std::string& where) {
   const std::string effects = "effects.floating_conductors, which has none of that";
   const std::string walls = "effects.wall_contact or effects.floating_conductors, which have none of that";

@@ -8,15 +8,16 @@
 
 namespace lichtenberg {
 
-/// What ends the reading of a scene where it was told to stop.
+/// Exception that ends the reading of a scene after a stop request.
 struct Stopped {};
 
-/// Asked while conductors are placed, which may take minutes; true: Stopped is thrown. May be empty.
+/// Called while conductors are placed, which may take minutes; true: Stopped is thrown. May be empty.
 using StopRequest = std::function<bool()>;
 
-/// As read_scene and parse_scene of scene.hpp, but for what `stop` ends. `bodies`: those of a result, where the scene's
-/// start; then no places are drawn, and all conductors have the places and radii of these. Empty: places are drawn.
-/// Throws InputError if there are not as many, or one has a radius that the scene does not give it.
+/// Reads a scene as read_scene and parse_scene of scene.hpp do, and throws Stopped if `stop` returns true. `bodies`:
+/// bodies of a result from which the scene starts. All conductors then have their positions and radii, and no positions
+/// are drawn. Empty: positions are drawn. Throws InputError if the numbers of bodies differ, or if a body has a radius
+/// that the scene does not give it.
 Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings,
                  const StopRequest& stop, const std::vector<Conductor>& bodies = {});
 Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,

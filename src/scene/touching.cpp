@@ -33,7 +33,7 @@ std::string place_of(const Scene& scene, const Conductor& conductor) {
                                 : fmt::format("[{:g}, {:g}]", p.x, p.y);
 }
 
-/// Pairs are found along x: only those whose extents overlap there are compared.
+/// Checks pairs with a sweep along x: only pairs with overlapping extents along x are compared.
 void check_pairs(const Draft& draft, const Scene& scene, const auto& refuse_it) {
   std::vector<std::size_t> order(draft.conductors.size());
   std::iota(order.begin(), order.end(), 0);

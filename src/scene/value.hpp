@@ -15,12 +15,12 @@
 
 namespace lichtenberg {
 
-// The types a scene's value can have. For each: `read` (false if the TOML value is of another type), `type_name` (as in
-// "it must be ..."), `show` (as written in a scene file) and `numbers` (those that a key's range and unit apply to).
-// An enumeration is a text to all of them (AtChoice).
+// Types of a scene's values. Each type has `read` (false for a TOML value of another type), `type_name` (as in "it must
+// be ...") and `show` (as written in a scene file). `numbers` returns the numbers to which a key's range and unit
+// apply. Enumerations are read as texts (AtChoice).
 
 inline bool read(const toml::node& node, double& value) {
-  // Not node.value<double>(), which has none for integers that a double cannot hold: they are rounded as 1e300 is.
+  // node.value<double>() is not used because it is empty for integers that a double cannot represent exactly.
   if (const auto* integer = node.as_integer())
     value = static_cast<double>(integer->get());
   else if (const auto* number = node.as_floating_point())
@@ -42,7 +42,7 @@ inline const char* type_name(const std::int64_t&) { return "an integer"; }
 inline std::string show(const std::int64_t& value) { return std::to_string(value); }
 inline std::vector<double> numbers(const std::int64_t& value) { return {static_cast<double>(value)}; }
 
-/// Integers too large for an int become the largest one: the key's range refuses them.
+/// Reads an integer. Integers too large for an int become the largest int, which the key's range refuses.
 inline bool read(const toml::node& node, int& value) {
   std::int64_t wide = 0;
   if (!read(node, wide)) return false;
@@ -63,7 +63,7 @@ inline const char* type_name(const bool&) { return "true or false"; }
 inline std::string show(const bool& value) { return value ? "true" : "false"; }
 inline std::vector<double> numbers(const bool&) { return {}; }
 
-/// Whether a terminal would do something else with a text in UTF-8 than show it.
+/// Returns true if a text in UTF-8 has characters that control a terminal.
 inline bool has_control_characters(const std::string& text) {
   for (std::size_t k = 0; k < text.size(); ++k) {
     const unsigned char c = text[k], next = k + 1 < text.size() ? text[k + 1] : 0;
@@ -165,7 +165,7 @@ inline std::string show(const DomainSide& side) {
 }
 inline std::vector<double> numbers(const DomainSide& side) { return {side.potential}; }
 
-/// A key whose default is nothing, or depends on others.
+/// Reads the value of a key that has no default or a default that depends on other keys.
 template <class T>
 bool read(const toml::node& node, std::optional<T>& value) {
   return read(node, value.emplace());

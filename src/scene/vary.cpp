@@ -14,14 +14,14 @@
 namespace lichtenberg {
 namespace {
 
-/// A key's path taken apart: "electrode[1].radius" is the table "electrode", its element 1 and the key "radius".
+/// The parts of a key's path: "electrode[1].radius" is the table "electrode", its element 1 and the key "radius".
 struct KeyPlace {
   const Table* table;
   std::optional<std::size_t> index;
   std::string name;
 };
 
-/// Takes "[1]" off the end of a table's path.
+/// Removes an index such as "[1]" from the end of a table's path and returns it.
 std::optional<std::size_t> take_index(std::string& path) {
   const std::size_t open = path.find('[');
   if (open == std::string::npos || !path.ends_with(']')) return {};
@@ -33,7 +33,7 @@ std::optional<std::size_t> take_index(std::string& path) {
   return index;
 }
 
-/// Says what may be set where the key of that path stands; empty if there is none.
+/// Describes the value that may be set for the key of that path; empty if there is no such key.
 std::string what_may_be_set(const Schema& schema, const std::string& path) {
   const std::size_t dot = path.rfind('.');
   const Table* table = schema.find_table(dot == std::string::npos ? "" : path.substr(0, dot));
@@ -60,7 +60,8 @@ KeyPlace place_of(const Schema& schema, const std::string& key) {
   return {table, index, name};
 }
 
-/// The table at a dotted path, made where it is missing; null where something else stands.
+/// Returns the table at a dotted path and creates it if it is missing. Null if the path contains a value that is no
+/// table.
 toml::table* open_table(toml::table& document, const std::string& path) {
   toml::table* table = &document;
   std::istringstream names(path);
@@ -69,7 +70,7 @@ toml::table* open_table(toml::table& document, const std::string& path) {
   return table;
 }
 
-/// The element of a repeated table that a key means.
+/// Returns the element of a repeated table to which a key refers.
 toml::table& element_of(toml::table& document, const KeyPlace& place, const std::string& key) {
   const std::string header = place.table->header();
   toml::array* elements = document[place.table->path].as_array();
@@ -120,7 +121,7 @@ std::vector<std::string> listed_values(const std::string& list) {
 
 namespace {
 
-/// A number that TOML wants more digits of: .5, -.5, 1.
+/// Parses a number that is not valid TOML because digits around the point are missing: .5, -.5, 1.
 std::optional<double> bare_number(const std::string& value) {
   double number = 0;
   const char* end = value.data() + value.size();

@@ -8,22 +8,22 @@
 
 namespace lichtenberg {
 
-/// Bodies whose forces are asked for, time and again while others move so little that they come no nearer to them: a
-/// look at their neighbours costs what they are, not what all are.
+/// Requested bodies, whose forces are computed repeatedly while the other bodies come no nearer to them. The cost of
+/// their neighbours depends on their number and not on the number of all bodies.
 class AskedBodies {
  public:
-  /// In ascending order; empty: all bodies.
+  /// `bodies`: indices in ascending order; empty: all bodies.
   explicit AskedBodies(std::vector<int> bodies = {}) : bodies_(std::move(bodies)) {}
 
   std::span<const int> bodies() const { return bodies_; }
-  /// The pairs of `list` that one of them is in, which is brought up to date: at the first call wherever bodies have
-  /// moved, later where these have.
+  /// Returns the pairs of `list` that contain a requested body, after an update of the list. The first call updates it
+  /// for all moved bodies, later calls only for moved requested bodies.
   std::span<const Pair> neighbours(NeighbourList& list, const Bodies& all, parallel::Team& team);
 
  private:
   std::vector<int> bodies_;
   std::vector<Pair> pairs_;
-  std::int64_t search_ = -1;  ///< of the list, that `pairs_` are of; -1: none yet
+  std::int64_t search_ = -1;  ///< rebuild number of the list from which `pairs_` comes; -1: none yet
 };
 
 }  // namespace lichtenberg

@@ -14,10 +14,10 @@
 namespace lichtenberg {
 namespace {
 
-/// So many are looked at together: few of them leave a box within a step, and most such groups are left alone.
+/// Number of bodies that are tested together. Few bodies leave a box within a step, so most groups need no change.
 constexpr int bodies_at_once = 16;
 
-/// Whether bodies are where a periodic box has them: a loop without branches over their components.
+/// Tests if bodies are inside a periodic box, in a loop over components without branches.
 template <int d>
 class Inside {
  public:
@@ -25,7 +25,7 @@ class Inside {
     for (int c = 0; c < components; ++c)
       if (box.periodic(c % d)) low_[c] = 0, high_[c] = box.lengths[c % d];
   }
-  /// Of bodies_at_once places one after another.
+  /// Returns true if bodies_at_once contiguous positions are all inside.
   bool all(const double* position) const {
     std::int64_t outside = 0;
     for (int c = 0; c < components; ++c) outside |= !(position[c] >= low_[c]) | !(position[c] < high_[c]);
@@ -80,7 +80,7 @@ void check_dimension(const Bodies& bodies, int d) {
 
 namespace {
 
-/// What is held has so much inertia that no force moves it by as much as a last digit.
+/// Factor of the inertia of fixed bodies, so large that no force changes their positions in the last digit.
 constexpr double held_inertia = 0x1p100;
 
 }  // namespace

@@ -19,23 +19,25 @@ struct Bodies {
   std::vector<double> mass;      ///< kg, [N]
   std::vector<double> radius;    ///< m, [N]
   std::vector<double> charge;    ///< C, [N]; empty unless an effect needs charges
-  bool keep_height = false;      ///< of three dimensions: nothing moves along z
-  Box<3> box;                    ///< of which the periodic axes matter; two dimensions leave front and back alone
-  std::vector<int> image;        ///< [N * dimension], how often wrapped around the box; empty unless it is periodic
+  bool keep_height = false;      ///< three dimensions: nothing moves along z
+  /// Box with the periodic axes; in two dimensions front and back are unused.
+  Box<3> box;
+  /// Number of windings around the box, [N * dimension]; empty unless the box is periodic.
+  std::vector<int> image;
 
   int size() const { return static_cast<int>(radius.size()); }
 };
 
-/// The conductors of a scene as its first instant has them: motion in the scene's dimensions of solid spheres,
-/// m = 4/3 pi density R^3 (D 5.5.2), inside the domain where that is periodic. Without charges; `initial_charges` gives
-/// them.
+/// Returns the conductors of a scene at its first instant: positions, momenta, and masses of solid spheres, m = 4/3 pi
+/// density R^3 (D 5.5.2). Positions are wrapped into a periodic domain. The bodies have no charges; `initial_charges`
+/// returns these.
 Bodies make_bodies(const Scene& scene);
 
-/// The conductors' charges at the start (C). A wired group's charge is spread evenly over its members: the first field
-/// says how it really is.
+/// Returns the conductors' charges at the start (C). The charge of a wired group is divided equally among its members;
+/// the first field solve corrects the division.
 std::vector<double> initial_charges(const Scene& scene);
 
-/// Positions, radii, box and charges of bodies of `d` dimensions, as they are now.
+/// Returns positions, radii, box and charges of bodies of `d` dimensions as views of their current state.
 template <int d>
 Spheres<d> spheres(const Bodies& bodies) {
   Box<d> box;
@@ -44,28 +46,28 @@ Spheres<d> spheres(const Bodies& bodies) {
   return {bodies.position, bodies.radius, box, bodies.charge};
 }
 
-/// Brings bodies that have left a periodic box back in and counts their turns: position + image * lengths goes on.
+/// Wraps bodies into a periodic box and counts the windings, so that position + image * lengths stays continuous.
 void wrap(Bodies& bodies);
 
 /// Throws InputError unless the bodies have `d` dimensions.
 void check_dimension(const Bodies& bodies, int d);
 
-/// Vector i of an array [N * dimension]; in two dimensions its z is 0.
+/// Vector i of an array [N * dimension]; its z is 0 in two dimensions.
 inline Vec3 vector_at(std::span<const double> components, int dimension, int i) {
   const double* c = components.data() + static_cast<std::size_t>(i) * dimension;
   return {c[0], c[1], dimension == 3 ? c[2] : 0};
 }
 
-/// Position, velocity (m, m/s) of body i in space; in two dimensions its z is 0.
+/// Position (m) and velocity (m/s) of body i as vectors in space; their z is 0 in two dimensions.
 inline Vec3 position_in_space(const Bodies& bodies, int i) { return vector_at(bodies.position, bodies.dimension, i); }
 inline Vec3 velocity_in_space(const Bodies& bodies, int i) {
   return vector_at(bodies.momentum, bodies.dimension, i) / bodies.mass[i];
 }
 
-/// Sum of m v^2 / 2 (J).
+/// Returns the sum of m v^2 / 2 (J).
 double kinetic_energy(const Bodies& bodies);
 
-/// Position, velocity (m, m/s) of body i. Throws InputError unless the bodies have `d` dimensions.
+/// Position (m) and velocity (m/s) of body i. Throws InputError unless the bodies have `d` dimensions.
 template <int d = 2>
 Vec<d> position(const Bodies& bodies, int i) {
   check_dimension(bodies, d);

@@ -7,12 +7,12 @@
 
 namespace lichtenberg {
 
-/// A pass over so many bodies takes some microseconds, a few times what it takes to hand it to who watches. Fixed, so
-/// that what is rounded in a range does not depend on the number of threads.
+/// Number of bodies in a range. A pass over them costs a few times as much as handing them to a thread. The number is
+/// fixed, so that rounding in a range does not depend on the number of threads.
 constexpr int bodies_a_range = 1024;
 
-/// Calls work(first, end) for ranges that cover the bodies 0 ... n - 1, shared by the team. What is done for one body
-/// must not depend on what is done for others.
+/// Calls work(first, end) for ranges that cover the bodies 0 ... n - 1, divided among the team. The result for one body
+/// must not depend on the results for others.
 template <class Work>
 void for_ranges(parallel::Team& team, int n, const Work& work) {
   team.for_each((n + bodies_a_range - 1) / bodies_a_range, [&](int range) {
@@ -21,7 +21,7 @@ void for_ranges(parallel::Team& team, int n, const Work& work) {
   });
 }
 
-/// The largest of what work(first, end) returns for the same ranges, and of `least`.
+/// Returns the maximum of `least` and of the results of work(first, end) for the ranges of for_ranges().
 template <class Work>
 double largest_of_ranges(parallel::Team& team, int n, double least, const Work& work) {
   std::vector<double> found((n + bodies_a_range - 1) / bodies_a_range);
@@ -30,7 +30,7 @@ double largest_of_ranges(parallel::Team& team, int n, double least, const Work& 
   return least;
 }
 
-/// The least, likewise, of it and of `most`.
+/// Returns the minimum of `most` and of the results of work(first, end) for the ranges of for_ranges().
 template <class Work>
 double least_of_ranges(parallel::Team& team, int n, double most, const Work& work) {
   return -largest_of_ranges(team, n, -most, [&](int first, int end) { return -work(first, end); });

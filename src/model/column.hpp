@@ -11,19 +11,19 @@
 
 namespace lichtenberg {
 
-/// A named quantity as rows of numbers. Who writes or reads it need not know what it means.
+/// A named quantity as rows of numbers. Readers and writers do not depend on its meaning.
 struct Column {
   enum class Of {
-    particles,  ///< a row for each particle
+    particles,  ///< one row for each particle
     system,     ///< one row
-    list        ///< rows of something whose number varies: contacts, iterations
+    list        ///< a variable number of rows: contacts, iterations
   };
   std::string name;
   std::string unit;  ///< SI, as "m s-1"; "1": a pure number
   Of of = Of::system;
-  std::size_t width = 0;  ///< numbers a row; 0: one number, which is no array
+  std::size_t width = 0;  ///< numbers in a row; 0: one number, not an array
   std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::int32_t>> values{};
-  /// What the numbers of a row belong to (the names of terminals, say); may be empty.
+  /// Labels of the numbers in a row (the names of terminals, say); may be empty.
   std::vector<std::string> labels{};
 
   std::size_t size() const {
@@ -36,7 +36,7 @@ struct Column {
   }
 };
 
-/// Columns that are not a frame's, in a group of the result file of their own.
+/// Columns outside frames, stored in a separate group of the result file.
 struct ColumnGroup {
   std::string name;
   std::vector<Column> columns;

@@ -14,14 +14,15 @@ namespace parallel {
 class CudaExecutor;
 }
 
-/// Grains on a device as they are sorted, in reduced units.
+/// Grains on a device in sorted order, in reduced units.
 struct DeviceGrains {
   int count = 0;
   Box<3> box;
   const Vec3* position = nullptr;  ///< d0
   const double *radius = nullptr, *charge = nullptr, *over_mass = nullptr;
-  const int* number = nullptr;  ///< by which the scene knows it
-  TableView partners;           ///< of each grain, up to the largest reach of all parts
+  const int* number = nullptr;  ///< index of each grain in the scene
+  /// Partners of each grain, up to the largest cutoff of all parts.
+  TableView partners;
 };
 
 /// Units of sums over pairs (m0 v0^2/d0, m0 v0^2): powers of two.
@@ -29,30 +30,30 @@ struct PairQuanta {
   double force = 1, energy = 1;
 };
 
-/// Forces of pairs that an effect adds on a device. Its kernels run on the executor that it was made for.
+/// Pair forces that an effect adds on a device. Its kernels run on the executor for which it was made.
 class DevicePart {
  public:
   virtual ~DevicePart() = default;
-  /// Forces and energies of a pair are about that large where they are largest.
+  /// Returns the approximate maxima of the force and energy of a pair.
   virtual PairQuanta size() const = 0;
-  /// Adds the forces on all grains ([N], quanta), and their energy to *energy (quanta).
+  /// Adds the forces on all grains ([N], quanta), and adds their energy to *energy (quanta).
   virtual void add_forces(const DeviceGrains& grains, const PairQuanta& quanta, WholeVec* force,
                           std::int64_t* energy) const = 0;
 };
 
-/// The device form of Effect::drive.
+/// Device implementation of Effect::drive.
 class DeviceDrive {
  public:
   virtual ~DeviceDrive() = default;
-  /// Changes the momenta ([N]) from `time` on within dt, and adds the energy that this gives them to *driven (quanta).
+  /// Changes the momenta ([N]) from `time` to `time` + dt, and adds the energy that they gain to *driven (quanta).
   virtual void drive(const DeviceGrains& grains, double time, double dt, Vec3* momentum, double quantum,
                      std::int64_t* driven) const = 0;
 };
 
-/// How a part is made, for the executor of a gas.
+/// Factory of a part, for the executor of a gas.
 template <class Part>
 struct DeviceForm {
-  bool on_cuda = false;  ///< whether CUDA kernels exist for it where the program has any
+  bool on_cuda = false;  ///< true if CUDA kernels exist for it in programs with CUDA
   std::function<std::unique_ptr<Part>(const parallel::HostExecutor&)> make_on_host{};
   std::function<std::unique_ptr<Part>(const parallel::CudaExecutor&)> make_on_cuda{};
 
@@ -60,7 +61,7 @@ struct DeviceForm {
   std::unique_ptr<Part> make(const parallel::CudaExecutor& run) const { return make_on_cuda(run); }
 };
 struct DevicePartForm : DeviceForm<DevicePart> {
-  double reach = 0;  ///< d0, between centres
+  double reach = 0;  ///< d0, cutoff of the centre distance
 };
 
 }  // namespace lichtenberg

@@ -13,8 +13,9 @@ namespace lichtenberg {
 
 namespace {
 
-/// Throws InputError if a nonlinear law has a force at rest, a negative force or slope at a sampled speed, or a slope
-/// that differs from the derivative of its force at more than one sampled speed (at one there may be a kink).
+/// Throws InputError if a nonlinear law has a force at rest, or a negative force or slope at a sampled speed. Throws it
+/// also if the slope differs from the derivative of the force at more than one sampled speed. At one speed the force
+/// may have a kink.
 void check_nonlinear(const DragLaw& law) {
   if (const double at_rest = law.nonlinear(0).force; at_rest != 0)
     throw InputError(fmt::format("the nonlinear drag of a body is {:g} N at rest: it must be 0", at_rest));
@@ -25,7 +26,7 @@ void check_nonlinear(const DragLaw& law) {
       throw InputError(fmt::format(
           "the nonlinear drag of a body is {:g} N with a slope of {:g} kg/s at {:g} m/s: both must be at least 0",
           force, slope, speed));
-    constexpr double step = 1e-3, allowed = 0.01;  // relative; the central difference errs by about step^2
+    constexpr double step = 1e-3, allowed = 0.01;  // relative; the central difference has an error of about step^2
     const double above = law.nonlinear(speed * (1 + step)).force, below = law.nonlinear(speed * (1 - step)).force;
     const double difference = (above - below) / (2 * step * speed);
     if (std::abs(difference - slope) > allowed * std::max(std::abs(difference), slope) && ++wrong > 1)

@@ -1,6 +1,6 @@
 #pragma once
 
-// Effect::drive on a device, by a law that acts on each grain by itself.
+// Device implementation of Effect::drive for a law that acts on each grain separately.
 
 #include <memory>
 
@@ -14,9 +14,11 @@ namespace lichtenberg {
 
 /// A law is a small struct for the host and for a device, with
 ///
+/// ```
 ///     void operator()(double time, double dt, int number, double mass, double* momentum, int dimension) const
+/// ```
 ///
-/// which changes the momentum ([dimension]) of one grain from `time` on within dt.
+/// which changes the momentum ([dimension]) of one grain from `time` to `time` + dt.
 template <class Law, class Executor>
 class DrivePart final : public DeviceDrive {
  public:
@@ -46,7 +48,7 @@ class DrivePart final : public DeviceDrive {
   Law law_;
 };
 
-/// A drive with CUDA kernels. A file compiled by nvcc instantiates it (src/granular/device/cuda_gas.cu).
+/// Makes a drive with CUDA kernels. A file compiled by nvcc instantiates it (src/granular/device/cuda_gas.cu).
 template <class Law>
 std::unique_ptr<DeviceDrive> make_cuda_drive(const parallel::CudaExecutor& run, const Law& law)
 #ifdef __CUDACC__
@@ -57,7 +59,7 @@ std::unique_ptr<DeviceDrive> make_cuda_drive(const parallel::CudaExecutor& run, 
     ;
 #endif
 
-/// The device form of a law, for the host executor.
+/// Returns the device form of a law, for the host executor.
 template <class Law>
 DeviceForm<DeviceDrive> drive_form(const Law& law) {
   DeviceForm<DeviceDrive> form;
@@ -67,7 +69,7 @@ DeviceForm<DeviceDrive> drive_form(const Law& law) {
   return form;
 }
 
-/// The same with the CUDA kernels of make_cuda_drive.
+/// Returns the device form of a law with the CUDA kernels of make_cuda_drive.
 template <class Law>
 DeviceForm<DeviceDrive> drive_form_with_kernels(const Law& law) {
   DeviceForm<DeviceDrive> form = drive_form(law);

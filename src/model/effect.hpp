@@ -21,28 +21,31 @@ struct Frame;
 struct GrainContactLaw;
 struct Summary;
 
-/// What an effect must be given. Only what some effect of the scene needs is allocated and computed.
+/// Requirements of an effect. The model allocates and computes only quantities that some effect of the scene needs.
 struct Needs {
-  bool charges = false;                   ///< Bodies::charge
-  bool field = false;                     ///< Laplace's equation, and with it a field solver
-  std::optional<double> neighbour_range;  ///< m, surface to surface: State::neighbours up to this gap
-  /// How far a body may move in one step of an integrator, in units of the smallest radius; farther, and it could pass
-  /// through what the effect would have it bounce off.
+  bool charges = false;  ///< Bodies::charge
+  bool field = false;    ///< Laplace's equation, and therefore a field solver
+  /// m, surface to surface: State::neighbours contains all pairs up to this gap.
+  std::optional<double> neighbour_range;
+  /// Largest displacement of a body in one step of an integrator, in units of the smallest radius. A larger
+  /// displacement could pass through an obstacle from which the effect makes bodies bounce.
   std::optional<double> largest_move;
 };
 
-/// The instant at which an effect is asked for its share.
+/// State of the system at the instant at which an effect is evaluated.
 struct State {
   double time = 0;  ///< s
   const Bodies& bodies;
-  std::span<const Pair> neighbours;  ///< empty unless an effect needs them; may hold pairs beyond the range
-  parallel::Team& team = parallel::Team::single();  ///< for loops that are worth sharing
-  /// The bodies whose forces are asked for, in ascending order; empty: all. If not all, neighbours are the pairs that
-  /// one of them is in, and what is added to the forces of others has no meaning.
+  /// Empty unless an effect needs them; may contain pairs beyond the range.
+  std::span<const Pair> neighbours;
+  /// Threads for loops with enough work.
+  parallel::Team& team = parallel::Team::single();
+  /// Requested bodies, in ascending order; empty: all. If some bodies are not requested, `neighbours` holds the pairs
+  /// with a requested body. Values added to the forces of other bodies are then ignored.
   std::span<const int> asked{};
 };
 
-/// Calls visit(i) for every body whose force is asked for, in ascending order.
+/// Calls visit(i) for every requested body, in ascending order.
 template <class Visit>
 void for_each_asked(const State& state, const Visit& visit) {
   for (const int i : state.asked) visit(i);
@@ -50,8 +53,8 @@ void for_each_asked(const State& state, const Visit& visit) {
   for (int i = 0; i < state.bodies.size(); ++i) visit(i);
 }
 
-/// How forces change with positions and momenta, as a sum of blocks, for implicit integrators. Force component k on
-/// body i is row i * dimension + k; columns count position or momentum components in the same way.
+/// Derivatives of forces by positions and momenta, as a sum of blocks, for implicit integrators. Force component k on
+/// body i is row i * dimension + k. Columns count position or momentum components in the same way.
 class ForceJacobian {
  public:
   struct Entry {
@@ -62,86 +65,90 @@ class ForceJacobian {
   explicit ForceJacobian(int dimension) : dimension_(dimension) {}
   void clear() { by_position.clear(), by_momentum.clear(); }
 
-  /// Adds along * n n' + across * (1 - n n') to d(force on i) / d(position of j) (N/m); n is a unit vector with
+  /// Adds along * n n' + across * (1 - n n') to d(force on i) / d(position of j) (N/m). n is a unit vector with
   /// `dimension` components. Every force that acts along a line between two surfaces has this form.
   void add_central(int i, int j, std::span<const double> n, double along, double across);
-  /// Adds `rate` (1/s) to d(force on i) / d(momentum of i), the same for each component.
+  /// Adds `rate` (1/s) to d(force on i) / d(momentum of i), for each component.
   void add_drag(int i, double rate);
-  /// Adds along * n n' + across * (1 - n n') (1/s) to the same; n is a unit vector with `dimension` components.
+  /// Adds along * n n' + across * (1 - n n') (1/s) to d(force on i) / d(momentum of i). n is a unit vector with
+  /// `dimension` components.
   void add_drag(int i, std::span<const double> n, double along, double across);
 
-  std::vector<Entry> by_position, by_momentum;  ///< entries of one place add up
+  std::vector<Entry> by_position, by_momentum;  ///< entries of the same row and column are summed
 
  private:
   int dimension_;
 };
 
-/// One kind of physics. It is in a run only if its table stands in the scene. What is left at its default changes
-/// nothing.
+/// One physical effect. A run contains it only if the scene has its table. Functions that it does not override have no
+/// effect.
 class Effect {
  public:
   virtual ~Effect() = default;
-  virtual const EffectKind& kind() const = 0;  ///< the one that made it
-  std::string_view name() const;               ///< of its table in the scene
+  virtual const EffectKind& kind() const = 0;  ///< kind that made the effect
+  std::string_view name() const;               ///< name of its table in the scene
   virtual Needs needs() const { return {}; }
 
-  /// Adds its forces (N, [N * dimension]) on the bodies asked for. Forces on grains follow from positions and charges
-  /// alone, have a potential (stored_energy), and change little while a grain moves by a small part of
-  /// StepLimits::force_length: they act as impulses between the steps in which contacts are followed.
+  /// Adds the effect's forces (N, [N * dimension]) on the requested bodies. Forces on grains depend only on positions
+  /// and charges and have a potential (stored_energy). They change little while a grain moves by a small part of
+  /// StepLimits::force_length, because they act as impulses between contact substeps.
   virtual void add_forces(const State& state, std::span<double> force) const { (void)state, (void)force; }
-  /// Adds the derivatives of what add_forces adds. What is left out slows an implicit integrator's iteration down, but
-  /// does not change where it converges to.
+  /// Adds the derivatives of the forces of add_forces. Missing terms slow the iteration of an implicit integrator, but
+  /// do not change its limit.
   virtual void add_jacobian(const State& state, ForceJacobian& jacobian) const { (void)state, (void)jacobian; }
-  /// The energy (J) that its forces have stored and give back: that of springs, of weight. The field's is not among
-  /// them.
+  /// Returns the energy (J) that the effect's forces store reversibly, such as the energy of springs or weight. The
+  /// field energy is not included.
   virtual double stored_energy(const State& state) const { return (void)state, 0; }
-  /// For an effect that overrides add_forces: marks the bodies that it may push while each body i moves by at most
-  /// travel[i] (m), both partners of a pair: a body that no effect marks flies beside the integration of the others,
-  /// which see it where it was. More than need be may cost time, but no accuracy.
+  /// Marks the bodies that the effect's forces may act on while each body i moves by at most travel[i] (m); both bodies
+  /// of a pair are marked. Effects that override add_forces override it. Bodies that no effect marks are integrated
+  /// separately, and the integration of the others uses their old positions. Additional marks cost time but no
+  /// accuracy.
   virtual void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const {
     (void)bodies, (void)travel, pushed.assign(pushed.size(), true);
   }
-  /// Drag on a body, the same at any time and position. The model adds its force and derivative; its heat enters the
-  /// energy balance. So drag is no part of add_forces, and marks nobody as pushed. Grains have `drive` instead.
+  /// Returns the drag on a body, which is the same at any time and position. The model adds its force and derivative.
+  /// Its heat enters the energy balance. Drag is therefore not part of add_forces, and it marks no bodies. Grains have
+  /// `drive` instead.
   virtual DragLaw drag(const Bodies& bodies, int body) const { return (void)bodies, (void)body, DragLaw{}; }
 
-  /// Adds the currents (A, [N]) that it feeds into the bodies; `state` has no neighbours.
+  /// Adds the currents (A, [N]) that the effect injects into the bodies. `state` has no neighbours.
   virtual void add_currents(const State& state, std::span<double> current) const { (void)state, (void)current; }
-  /// The time (s) in which every charge decays to 1/e of itself, if nothing else happens to it.
+  /// Returns the time (s) in which every charge decays to 1/e in the absence of other effects.
   virtual double charge_relaxation_time() const { return INFINITY; }
 
-  // What follows is for grains, which src/granular moves.
+  // The following functions are for grains, which src/granular moves.
 
-  /// The law of their contacts, of the effect that makes them; null of all others.
+  /// Returns the contact law of the grains, if this effect defines it; null otherwise.
   virtual const GrainContactLaw* grain_contact() const { return nullptr; }
-  /// Moves charges (reduced units, [N]) between grains in contact. The bodies still have the charges of before.
+  /// Moves charges (reduced units, [N]) between grains in contact. `bodies` still has the charges before the exchange.
   virtual void exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {
     (void)contacts, (void)bodies, (void)charge;
   }
-  /// Changes momenta as a gas around the grains does from `time` on within dt; returns the energy that it gave them.
-  /// Empty: nothing does, and no momentum has changed.
+  /// Changes momenta from `time` to `time` + dt as a gas around the grains does, and returns the energy that they gain.
+  /// Empty: no momentum has changed.
   virtual std::optional<double> drive(double time, double dt, Bodies& bodies) {
     return (void)time, (void)dt, (void)bodies, std::nullopt;
   }
 
-  // What follows is for an effect with a state of its own, beyond the bodies and its options.
+  // The following functions are for effects that have a state in addition to the bodies and the options.
 
-  /// Called once for each step of a run that stands, never for one that may be taken back: the bodies are where they
-  /// are at state.time, and were dt (s) earlier where the step before left them. What changes here is the same in
-  /// between. `state` has no neighbours.
+  /// Commits a step. It is called once for each accepted step of a run, never for a step that may be rolled back. The
+  /// bodies have their positions at state.time. dt (s) earlier, they had the positions that the preceding step left.
+  /// The state changed here is constant between two calls. `state` has no neighbours.
   virtual void accept(const State& state, double dt) { (void)state, (void)dt; }
-  /// Puts its state into a checkpoint of its own, and takes it from there. Throws Failure for what is no state of it.
+  /// Saves the effect's state to a checkpoint of its own and restores it. restore() throws Failure for a checkpoint
+  /// that is no state of the effect.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
-  /// Whether save changes nothing of what follows, whenever it is called.
+  /// Returns true if a call of save never changes later results.
   virtual bool saves_exactly() const { return true; }
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
-  /// Wall time (s) that its forces have taken since the start, by part, if it tells parts apart.
+  /// Returns the wall time (s) of the effect's forces since the start, by part; empty if parts are not timed.
   virtual std::map<std::string, double> seconds() const { return {}; }
-  /// What the user should know before the run goes on: a promise that is not kept.
+  /// Returns warnings for the user before the run continues, such as an exceeded error bound.
   virtual std::vector<std::string> warnings() const { return {}; }
-  /// Adds the columns that it shows in a frame. The recorder refuses a name that another column has.
+  /// Adds the effect's columns to a frame. The recorder refuses duplicate names.
   virtual void add_columns(const State& state, Frame& frame) const { (void)state, (void)frame; }
-  /// Adds what it has to say to the summary of a run.
+  /// Adds the effect's lines and quantities to the summary of a run.
   virtual void summarize(const State& state, Summary& summary) const { (void)state, (void)summary; }
 };
 

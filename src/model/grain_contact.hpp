@@ -7,30 +7,30 @@
 
 namespace lichtenberg {
 
-/// Two grains in contact, from touch to release.
+/// Two grains in contact, from onset to release.
 struct GrainContact {
   Pair pair;
-  double since = 0;         ///< time of touch
-  double impact_speed = 0;  ///< at which they closed then, along the line of centres
-  bool alone = true;        ///< neither has touched a third since
+  double since = 0;         ///< time of onset
+  double impact_speed = 0;  ///< closing speed at onset, along the line of centres
+  bool alone = true;        ///< no third grain has been in contact with either since onset
 };
 
 /// A contact that has ended.
 struct Collision {
   GrainContact contact;
-  double release_speed = 0;     ///< at which they separate when their surfaces part
-  double end = 0;               ///< time of that
-  double tangential_speed = 0;  ///< across the line of centres, then
+  double release_speed = 0;     ///< opening speed when the surfaces separate
+  double end = 0;               ///< time of separation
+  double tangential_speed = 0;  ///< speed across the line of centres at separation
 };
 
-/// What the contacts did while grains were moved by dt, up to `time`.
+/// Contact events while grains were moved by dt, up to `time`.
 struct ContactRecord {
   double time = 0, dt = 0;
-  std::vector<GrainContact> begun;  ///< in the order of the steps, and within one of the pairs
+  std::vector<GrainContact> begun;  ///< in the order of the steps, and within a step in the order of the pairs
   std::vector<Collision> ended;
-  std::span<const GrainContact> open;  ///< at the end, in ascending order of pairs
+  std::span<const GrainContact> open;  ///< contacts open at the end, in ascending order of pairs
   double dissipated = 0;
-  double largest_overlap = 0;  ///< over the sum of radii
+  double largest_overlap = 0;  ///< largest ratio of overlap to sum of radii
 };
 
 }  // namespace lichtenberg

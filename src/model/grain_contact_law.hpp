@@ -7,18 +7,22 @@
 
 namespace lichtenberg {
 
-/// How grains in contact push each other: one law of this list. A law is a small struct with
+/// Contact force law of grains: one law of this list. A law is a small struct with
 ///
+/// ```
 ///     Real scale(Real radius_i, Real radius_j) const        // factor of the forces by the radii
 ///     ContactPush<Real> push(Real overlap, Real scale) const
 ///     ContactParts parts(double overlap, double scale) const
-///     double shortest_contact(double speed) const           // duration for two grains of mass 1 that lose nothing
-///     double damping_time(double speed) const               // in which the dashpot slows them; infinite without one
+///     double shortest_contact(double speed) const           // duration for two undamped grains of mass 1
+///     double damping_time(double speed) const               // time scale of the dashpot; infinite without one
 ///     Law times(double by) const                            // all forces larger by a factor
+/// ```
 ///
-/// for the host and a device, Real a number or several in a vector, and
+/// for the host and a device, where Real is a number or several in a vector, and
 ///
+/// ```
 ///     Law undamped(double stiffness) const, stiffer(double stiffness) const
+/// ```
 ///
 /// as `elastic` and `stiffer` below. A law that is added to the list also needs a granular::collision_by and, for a
 /// device, a granular::device::RestitutionLaw.
@@ -26,13 +30,13 @@ struct GrainContactLaw : std::variant<ViscoelasticLaw, LinearSpringLaw> {
   using variant::variant;
 };
 
-/// Without damping, and `stiffness` times as stiff.
+/// Returns the law without damping, and `stiffness` times as stiff.
 inline GrainContactLaw elastic(const GrainContactLaw& law, double stiffness) {
   return std::visit([&](const auto& one) { return GrainContactLaw(one.undamped(stiffness)); }, law);
 }
 
-/// `stiffness` times as stiff, and damped so that the restitution is the same at each speed: D times stiffness^(3/5), B
-/// times its root.
+/// Returns the law `stiffness` times as stiff, with damping that keeps the restitution at each speed: D times
+/// stiffness^(3/5), B times its square root.
 inline GrainContactLaw stiffer(const GrainContactLaw& law, double stiffness) {
   return std::visit([&](const auto& one) { return GrainContactLaw(one.stiffer(stiffness)); }, law);
 }

@@ -16,7 +16,7 @@ double linear_damping(double stiffness, double restitution, double effective_mas
     throw InputError(fmt::format("the restitution of a linear contact is {}; it must lie in (0, 1]", restitution));
   const double wanted = -std::log(restitution);
   const auto excess = [&](double z) { return 2 * z * arc_over_sine(z) - wanted; };
-  // Rising in z, and at z >= 1 at least 2 acosh(z) >= 2 ln z.
+  // The function rises with z, and for z >= 1 it is at least 2 acosh(z) >= 2 ln z.
   double low = 0, high = 1 / std::sqrt(restitution);
   std::uintmax_t iterations = 100;
   if (wanted > 0)

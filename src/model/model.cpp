@@ -57,9 +57,10 @@ void check_one_a_body(const std::vector<double>& charge, const Bodies& bodies, c
                                  bodies.size(), charge.size()));
 }
 
-/// Trades the number of searches against the number of pairs looked at in vain. Beyond half a box there are none.
+/// Returns the skin (m) of the neighbour list, a compromise between rebuilds and pairs tested in vain. The list does
+/// not extend beyond half a periodic box.
 double skin_for(const Bodies& bodies, double range) {
-  constexpr double usual = 0.8;  // of the largest radius
+  constexpr double usual = 0.8;  // fraction of the largest radius
   const double radius = *std::ranges::max_element(bodies.radius);
   double half = INFINITY;
   for (int k = 0; k < bodies.dimension; ++k)

@@ -13,57 +13,60 @@ namespace lichtenberg {
 
 /// Bodies and the effects that act on them. Charges and a neighbour list exist only if an effect needs them.
 struct Model {
-  /// `charge`: C, [N]; taken over only if an effect needs charges. Throws InputError for an effect that cannot do the
-  /// bodies' dimension or their box's periodic sides, for two of one name,
-  /// for charges that are needed and are not one a body, and for drag of grains or below 0.
+  /// `charge`: C, [N]; used only if an effect needs charges. Throws InputError for an effect that does not support the
+  /// bodies' dimension or their box's periodic sides, and for two effects of one name. Throws it also unless required
+  /// charges are one for each body, and for drag of grains or negative drag.
   Model(Bodies bodies, std::vector<std::unique_ptr<Effect>> effects, const std::vector<double>& charge);
 
   Bodies bodies;
   std::vector<std::unique_ptr<Effect>> effects;
   std::optional<NeighbourList> neighbours;
-  Drag drag;  ///< of all effects; their forces are among forces()
-  parallel::Team* team = &parallel::Team::single();  ///< that effects share their work among; outlives this
+  /// Drag of all effects; forces() includes its forces.
+  Drag drag;
+  /// Threads for the effects; must outlive the model.
+  parallel::Team* team = &parallel::Team::single();
 
-  /// Sum of all forces on the bodies as they are (N, [N * dimension], overwritten).
+  /// Computes the sum of all forces on the bodies in their current state (N, [N * dimension], overwritten).
   void forces(double time, std::span<double> force) { forces(time, everybody_, force); }
-  /// The same for the bodies asked for; what `force` holds of others has no meaning.
+  /// Computes the forces on the requested bodies. Elements of `force` for other bodies are undefined.
   void forces(double time, AskedBodies& asked, std::span<double> force);
-  /// The derivatives of the same sum (overwritten).
+  /// Computes the derivatives of the sum of all forces (overwritten).
   void jacobian(double time, ForceJacobian& jacobian) { this->jacobian(time, everybody_, jacobian); }
   void jacobian(double time, AskedBodies& asked, ForceJacobian& jacobian);
-  /// Sum of all currents fed into the bodies (A, [N], overwritten). Effects are told no neighbours.
+  /// Computes the sum of all currents injected into the bodies (A, [N], overwritten). Effects get no neighbours.
   void currents(double time, std::span<double> current);
 
-  /// Sum of the energies that the effects have stored (J).
+  /// Returns the sum of the energies that the effects store (J).
   double stored_energy(double time);
-  /// Sum of m v^2 / 2 (J).
+  /// Returns the sum of m v^2 / 2 (J).
   double kinetic_energy() const;
 
-  /// In which every charge decays to 1/e of itself (s), by all effects together; infinite if none lets it decay.
+  /// Returns the time (s) in which all effects together reduce every charge to 1/e; infinite if no effect does.
   double charge_relaxation_time() const;
 
-  /// A step of length dt (s) to `time` stands: tells every effect, without neighbours.
+  /// Commits a step of length dt (s) to `time` in every effect, without neighbours.
   void accept(double time, double dt);
-  /// The effects' own states, as arrays "effects.NAME.ARRAY".
+  /// Saves and restores the effects' states, as arrays "effects.NAME.ARRAY".
   void save(Checkpoint& checkpoint) const;
   void restore(const Checkpoint& checkpoint);
-  /// The columns that the effects show, and their lines in a summary.
+  /// Adds the effects' columns to a frame, and their lines to a summary.
   void add_columns(double time, Frame& frame);
   void summarize(double time, Summary& summary);
 
-  /// The least of the effects' Needs::largest_move as a length (m); infinite if none sets one.
+  /// Returns the smallest of the effects' Needs::largest_move as a length (m); infinite if no effect sets one.
   double largest_move() const;
 
-  /// What effects are given at this instant, with the list of neighbours brought up to date.
+  /// Returns the input of the effects at this instant, with an updated neighbour list.
   State state(double time) { return state(time, everybody_); }
 
  private:
   void add_drag_of(std::size_t effect);
   State state(double time, AskedBodies& asked);
-  /// Nobody looks for pairs: that is a pass over all bodies.
+  /// Avoids the search for pairs, which is a pass over all bodies.
   State state_without_neighbours(double time) { return {time, bodies, {}, *team, everybody_.bodies()}; }
 
-  std::size_t drag_at_;  ///< the first effect with drag, after whose forces all drag is added; else their number
+  /// First effect with drag, after whose forces all drag is added; number of effects if there is none.
+  std::size_t drag_at_;
   AskedBodies everybody_;
 };
 

@@ -14,15 +14,15 @@
 
 namespace lichtenberg {
 
-/// A number of a run's final summary.
+/// A number in a run's final summary.
 struct Quantity {
   std::string name;
   double value = 0;
   std::string unit;
 };
 
-/// What a run says of itself when it is over, or as far as it came: for people, line by line, and as numbers for the
-/// result file. The numbers hold no timings, so that equal runs leave equal numbers.
+/// Summary of a run at its end or at an interruption: lines of text, and numbers for the result file. The numbers
+/// contain no timings, so identical runs have identical numbers.
 struct Summary {
   struct Line {
     std::string label, text;
@@ -30,9 +30,9 @@ struct Summary {
   std::string title;  ///< follows the name of the result file: "holds the run up to t = ..."
   std::vector<Line> lines;
   std::vector<Quantity> quantities;
-  std::string goal;  ///< the quantity that says whether what the scene aims at was reached: 1 or 0
-  /// Why the result may be unsafe to use. Up to the first ": " each says what is wrong, in a few words that pictures
-  /// show, and after that the limit and the remedy.
+  std::string goal;  ///< quantity that is 1 if the scene's goal was reached, otherwise 0
+  /// Reasons why the result may be unreliable. The text of each up to the first ": " describes the problem in a few
+  /// words for pictures. The limit and the remedy follow.
   std::vector<std::string> warnings{};
 };
 
@@ -41,75 +41,77 @@ struct Way {
   double done = 0, whole = 0;
 };
 
-/// What a run keeps of an instant beside its frame.
+/// Data that a run saves at an instant in addition to its frame.
 struct Kept {
   Checkpoint checkpoint;
   ColumnGroup history;
 };
 
-/// What ends Motion::advance_to where it was told to stop at an instant that it has no checkpoint of.
+/// Exception that ends Motion::advance_to after a stop request at an instant without an exact checkpoint.
 struct Paused {};
 
-/// A way to carry a scene on, in time or towards rest. `lichtenberg run` drives any of them: it asks for frames,
-/// records them, and makes checkpoints from which another Motion of the same scene goes on bit for bit.
+/// Advances a scene in time or towards rest. `lichtenberg run` drives any Motion. It records its frames and makes
+/// checkpoints, from which another Motion of the same scene continues with bitwise identical results.
 class Motion {
  public:
   virtual ~Motion() = default;
 
-  /// s since the start; of a minimization the number of the iteration.
+  /// Time (s) since the start; the number of the iteration for a minimization.
   virtual double time() const = 0;
-  virtual std::string time_unit() const { return "s"; }  ///< "1" where time counts iterations
-  /// The time at which the next frame is due, later than now.
+  virtual std::string time_unit() const { return "s"; }  ///< "1" if time counts iterations
+  /// Returns the time of the next frame, later than the current time.
   virtual double next_frame() const = 0;
-  /// The time at which all is over at the latest; infinite if nobody knows.
+  /// Returns the latest time at which the motion ends; infinite if it is unknown.
   virtual double end_time() const = 0;
-  /// Carries the scene on to `time`, or less far if it is over before. `pause` is asked between two steps; true: stop
-  /// here. A motion whose checkpoints are not exact at any instant then throws Paused, and is of no use any more.
-  /// Throws InputError if the first instant cannot be computed, Failure if the scene cannot be carried on.
+  /// Advances the scene to `time`, or to its end if that is earlier. `pause` is called between two steps; true: stop
+  /// here. A motion that has no exact checkpoint at this instant then throws Paused and cannot be used again. Throws
+  /// InputError if the first instant cannot be computed, Failure if a later one cannot.
   virtual void advance_to(double time, const std::function<bool()>& pause) = 0;
-  /// Nothing is left to be done.
+  /// Returns true if the motion has ended.
   virtual bool finished() = 0;
-  /// Whether a checkpoint changes nothing of what follows, whenever it is made. If not, checkpoints belong to frames
-  /// that a resumed run makes them at too.
+  /// Returns true if a checkpoint never changes later results. Otherwise checkpoints are made at frames at which a
+  /// resumed run makes them too.
   virtual bool exact_anywhere() const { return false; }
 
-  /// What there is to see now.
+  /// Returns the frame of the current instant.
   virtual Frame frame() = 0;
-  /// frame() of now, to be called once, on any thread, while this motion goes on.
+  /// Returns a function that makes the frame of the current instant. It is called once, on any thread, while this
+  /// motion continues.
   virtual std::function<Frame()> frame_later() {
     return [now = std::make_shared<Frame>(frame())] { return std::move(*now); };
   }
-  /// The potential now; empty without a field.
+  /// Returns the potential at the current instant; empty without a field.
   virtual std::optional<laplace::Field> field() { return {}; }
-  /// How far it is, for a line that shows the progress.
+  /// Describes the progress for a status line.
   virtual std::string progress() = 0;
-  /// Progress for an estimate of the time that is left.
+  /// Returns the progress for an estimate of the remaining time.
   virtual Way way() { return {time(), end_time()}; }
 
-  /// All there is. One restored from it goes on bit for bit as this one does, which may have to forget something for
-  /// it.
+  /// Returns the complete state. A motion restored from it and this one continue with bitwise identical results. For
+  /// this, the motion may discard cached data.
   virtual Checkpoint checkpoint() = 0;
-  /// A checkpoint without forgetting, for a motion that fails on its way: one restored from it goes on as this one does
-  /// but for solvers' tolerances. Empty where that is not offered.
+  /// Returns a checkpoint that discards nothing, for a motion that fails later. A motion restored from it agrees within
+  /// solver tolerances. Empty if it is not supported.
   virtual std::optional<Checkpoint> snapshot() { return {}; }
-  /// Puts the motion where the checkpoint was made. Throws Failure if that was of another scene.
+  /// Restores the state of a checkpoint. Throws Failure if it belongs to another scene.
   virtual void restore(const Checkpoint& checkpoint) = 0;
 
-  /// What there is to say to the user when a checkpoint is made: promises that are not kept.
+  /// Returns warnings for the user at a checkpoint, such as exceeded error bounds.
   virtual std::vector<std::string> warnings() { return {}; }
-  /// Rows that have been noted since the last call beside frames, at a pace of their own; a group of no columns: none.
+  /// Returns the rows recorded since the last call at intervals of their own, independent of frames. A group without
+  /// columns: none.
   virtual ColumnGroup take_history() { return {}; }
-  /// checkpoint() and take_history() of now, as frame_later; what is left to be called is called in the order of
-  /// asking.
+  /// Returns a function that makes checkpoint() and take_history() of the current instant, as frame_later() does. Such
+  /// functions are called in the order in which they were requested.
   virtual std::function<Kept()> keep_later() {
     return [now = std::make_shared<Kept>(Kept{checkpoint(), take_history()})] { return std::move(*now); };
   }
-  /// Whether a core is free for whoever calls these meanwhile.
+  /// Returns true if a core is free for a thread that calls these functions.
   virtual bool leaves_a_core() const { return false; }
-  /// What is known of the last frame once all is over.
+  /// Returns quantities of the last frame that are known once the motion has ended.
   virtual std::vector<ColumnGroup> findings() { return {}; }
   virtual Summary summary() = 0;
-  /// Wall time (s) since this program started, by activity.
+  /// Returns the wall time (s) since this program started, by activity.
   virtual std::map<std::string, double> seconds() const = 0;
 };
 

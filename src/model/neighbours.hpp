@@ -6,7 +6,7 @@
 
 namespace lichtenberg {
 
-/// Calls f(Spheres<d>) with the bodies as they are; d is their dimension.
+/// Calls f(Spheres<d>) with the current state of the bodies; d is their dimension.
 template <class F>
 decltype(auto) visit_spheres(const Bodies& bodies, F&& f) {
   return bodies.dimension == 3 ? f(spheres<3>(bodies)) : f(spheres<2>(bodies));

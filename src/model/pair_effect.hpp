@@ -15,8 +15,9 @@
 
 namespace lichtenberg {
 
-/// The largest gap (m) between surfaces at which a law acts between bodies with these radii (m, [N]). The law's reach
-/// must be a convex function of each radius, as a sum or a maximum is: the gap is then largest between extreme radii.
+/// Returns the largest gap (m) between surfaces at which a law acts between bodies with these radii (m, [N]). The law's
+/// cutoff must be a convex function of each radius, as a sum or a maximum is. The gap is then largest between extreme
+/// radii.
 template <class Law>
 double largest_gap(const Law& law, std::span<const double> radius) {
   if (radius.empty()) return 0;
@@ -25,14 +26,14 @@ double largest_gap(const Law& law, std::span<const double> radius) {
   return std::max({0.0, gap(least, least), gap(least, most), gap(most, most)});
 }
 
-/// Forces by a law of pairs (pair_law.hpp), which is not damped: forces, their energy and derivatives follow from it,
-/// for conductors and for grains.
+/// Forces by an undamped pair law (pair_law.hpp), for conductors and for grains. The law gives the forces, their energy
+/// and their derivatives.
 template <class Law>
 class PairEffect : public Effect {
   static_assert(!Law::damped, "a damped law has no energy");
 
  public:
-  /// `radius`: of the bodies (m); empty for a law that acts in contact alone.
+  /// `radius`: radii of the bodies (m); empty for a law that acts in contact only.
   PairEffect(const EffectKind& kind, Law law, std::span<const double> radius)
       : kind_(&kind), law_(std::move(law)), gap_(largest_gap(law_, radius)) {}
   PairEffect(const EffectKind& kind, Law law, const Scene& scene)
@@ -64,8 +65,8 @@ class PairEffect : public Effect {
 
  protected:
   const Law& law() const { return law_; }
-  /// The law between these two, in energy and derivatives; an effect for which it depends on the pair overrides
-  /// add_forces too.
+  /// Returns the law of a pair, for energy and derivatives. An effect whose law depends on the pair also overrides
+  /// add_forces.
   virtual Law law_of(Pair pair) const { return (void)pair, law_; }
   [[noreturn]] virtual void refuse(const Bodies& bodies, Pair pair) const {
     (void)bodies;
@@ -80,8 +81,8 @@ class PairEffect : public Effect {
 
   const EffectKind* kind_;
   Law law_;
-  double gap_;              ///< m, between surfaces, up to which the law acts
-  mutable ReachList near_;  ///< speeds up mark_pushed, and changes no result
+  double gap_;              ///< m, largest gap between surfaces at which the law acts
+  mutable ReachList near_;  ///< cache of mark_pushed; does not affect results
 };
 
 }  // namespace lichtenberg

@@ -4,35 +4,39 @@
 
 namespace lichtenberg {
 
-/// Two particles as a law of the force between them sees them.
+/// Input of a pair force law: geometry, closing speed and charges of two particles.
 struct PairSeen {
-  double distance = 0;                ///< m, of the centres
-  double reach = 0;                   ///< m, the law's: within it the force acts
+  double distance = 0;                ///< m, between the centres
+  double reach = 0;                   ///< m, cutoff distance of the law
   double radius_i = 0, radius_j = 0;  ///< m
-  double closing = 0;                 ///< m/s, at which the distance shrinks; 0 unless the law is `damped`
-  double charge_i = 0, charge_j = 0;  ///< C, q0 of grains; 0 unless the law is `charged`
+  double closing = 0;                 ///< m/s, rate at which the distance shrinks; 0 unless the law is `damped`
+  double charge_i = 0, charge_j = 0;  ///< C, q0 for grains; 0 unless the law is `charged`
 };
 
 struct PairForce {
-  double energy = 0;     ///< of the pair, in the law's units
-  double force = 0;      ///< N, repulsive; N/m, that over the distance, if the law is `over_distance`
+  double energy = 0;     ///< energy of the pair, in the law's units
+  double force = 0;      ///< N, repulsive; N/m (force over distance) if the law is `over_distance`
   double stiffness = 0;  ///< N/m, minus the derivative of the force (N) by the distance
 };
 
-/// A law is a small struct: its parameters, and
+/// A law is a small struct with parameters and
 ///
-///     static constexpr bool over_distance  // what PairForce::force is
-///     static constexpr bool damped         // whether it looks at PairSeen::closing
+/// ```
+///     static constexpr bool over_distance  // true: PairForce::force is force over distance
+///     static constexpr bool damped         // true: it uses PairSeen::closing
 ///     double reach(double radius_i, double radius_j) const
 ///     double energy_unit() const           // J
 ///     PairForce operator()(const PairSeen&) const
+/// ```
 ///
-/// and, if it wants them,
+/// and, optionally,
 ///
-///     static constexpr bool charged = true    // it looks at PairSeen::charge_i and charge_j
-///     PairForce quick(const PairSeen&) const  // the same without branches, wherever
+/// ```
+///     static constexpr bool charged = true    // it uses PairSeen::charge_i and charge_j
+///     PairForce quick(const PairSeen&) const  // operator() without branches, where quick_holds() is true
 ///     bool quick_holds(const PairSeen&) const
-///     bool refuses(const PairSeen&) const     // it is not meant for such a pair
+///     bool refuses(const PairSeen&) const     // the law is not valid for such a pair
+/// ```
 ///
 /// all for the host and for a device. The loops that take a law are in pair_loop.hpp and pair_part.hpp.
 template <class Law>
@@ -48,7 +52,7 @@ concept CanRefuse = requires(const Law& law, const PairSeen& seen) {
   law.refuses(seen);
 };
 
-/// The force over the distance (N/m).
+/// Returns the force over the distance (N/m).
 template <class Law>
 LICHTENBERG_HOST_DEVICE double over_distance(const PairForce& law, double distance) {
   return Law::over_distance ? law.force : law.force / distance;

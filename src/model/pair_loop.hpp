@@ -1,6 +1,6 @@
 #pragma once
 
-// The loops over pairs of particles, for any law (pair_law.hpp), on the host.
+// Loops over pairs of particles on the host, for any law (pair_law.hpp).
 
 #include <algorithm>
 #include <array>
@@ -21,25 +21,25 @@ struct Push {
   std::array<double, 3> force{};
 };
 
-/// What a loop over pairs finds, energy and refusal.
+/// Energy and first refused pair of a loop over pairs.
 struct PairSum {
   double energy = 0;            ///< in the law's units
-  std::optional<Pair> refused;  ///< the first pair that the law refuses
+  std::optional<Pair> refused;  ///< first pair that the law refuses
 };
 
-/// Where a loop over the pairs of some particles adds what it finds.
+/// Output of a loop over the pairs of a range of particles.
 struct PairOutput {
-  std::span<double> force;    ///< N, [N * d]; of these particles alone
+  std::span<double> force;    ///< N, [N * d]; only elements of these particles are changed
   std::vector<Push>& beyond;  ///< forces on other particles, appended
   PairSum& sum;
 };
 
-/// Particles from `first` on up to before `end`.
+/// Particles from `first` to before `end`.
 struct ParticleRange {
   int first = 0, end = 0;
 };
 
-/// A pair within reach of its law.
+/// A pair within the cutoff of its law.
 template <int d>
 struct PairInReach {
   Pair pair;
@@ -47,7 +47,7 @@ struct PairInReach {
   PairSeen seen;
 };
 
-/// Those of the pairs, in ascending order, whose first particle is in the range.
+/// Returns the pairs, in ascending order, whose first particle is in the range.
 inline std::span<const Pair> pairs_of(std::span<const Pair> pairs, const ParticleRange& range) {
   const auto from = std::ranges::lower_bound(pairs, range.first, {}, &Pair::i);
   return {from, std::ranges::lower_bound(from, pairs.end(), range.end, {}, &Pair::i)};
@@ -55,7 +55,7 @@ inline std::span<const Pair> pairs_of(std::span<const Pair> pairs, const Particl
 
 namespace pair_loop {
 
-/// Pairs within reach, a few hundred: their law is computed many at a time.
+/// Batch of pairs within the cutoff, for vectorized evaluation of their law.
 template <int d, class Law, bool periodic>
 class Batch {
  public:
@@ -64,12 +64,12 @@ class Batch {
   Batch(const Law& law, const Spheres<d>& spheres, std::span<const double> velocity)
       : law_(law), spheres_(spheres), velocity_(velocity), nearest_(spheres.box) {}
 
-  /// Takes those of `pairs`, `most` of them at most, that are within reach.
+  /// Stores those of `pairs` (at most `most`) that are within the cutoff.
   void gather(std::span<const Pair> pairs) {
     const double *p = spheres_.position.data(), *radius = spheres_.radius.data(), *v = velocity_.data();
     [[maybe_unused]] const double* charge = spheres_.charge.data();
     count_ = 0;
-    for (const Pair pair : pairs) {  // no branch: which pairs are within reach is hard to guess
+    for (const Pair pair : pairs) {  // no branch, because pairs within the cutoff are hard to predict
       double sum = 0, approach = 0;
       for (int k = 0; k < d; ++k) {
         double apart = p[pair.i * d + k] - p[pair.j * d + k];
@@ -90,7 +90,7 @@ class Batch {
     }
   }
 
-  /// Adds their energies one by one: where a batch ends must not show in the sum.
+  /// Evaluates the law. Energies are added sequentially, so that the sum does not depend on the ends of batches.
   void apply_law(PairSum& sum) {
     int rest = 0, refused = 0;
     for (int c = 0; c < count_; ++c) {
@@ -119,7 +119,8 @@ class Batch {
     }
   }
 
-  /// Forces on particles from `end` on are appended to `beyond`; there are none if one range has all particles.
+  /// Adds the forces. Forces on particles from `end` on are appended to `beyond`; there are none if one range has all
+  /// particles.
   template <bool all>
   void add_forces(int end, std::span<double> force, std::vector<Push>& beyond) const {
     for (int c = 0; c < count_; ++c) {
@@ -158,7 +159,8 @@ class Batch {
   Numbers squared_, reach_, radius_i_, radius_j_, approach_;              // m^2, m, m, m, m^2/s
   Numbers energy_, force_, distance_;                                     // as in PairForce; m
   std::array<double, NeedsCharges<Law> ? most : 0> charge_i_, charge_j_;  // C
-  std::array<Numbers, d> direction_;  // m, from j to i; then of length 1, or N if the force is one over the distance
+  // m, from j to i; after apply_law a unit vector, or N if the law is `over_distance`
+  std::array<Numbers, d> direction_;
 };
 
 template <bool periodic, bool all, int d, class Law>
@@ -200,21 +202,21 @@ bool visit(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pair
 
 }  // namespace pair_loop
 
-/// Calls use(PairInReach) for every pair within the law's reach, in the order of the pairs; false, at once, if two
-/// centres coincide.
+/// Calls use(PairInReach) for every pair within the law's cutoff, in the order of the pairs. Returns false immediately
+/// if two centres coincide.
 template <int d, class Law, class Visit>
 bool for_each_in_reach(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, Visit&& use) {
   return spheres.box.any_periodic() ? pair_loop::visit<true>(law, spheres, pairs, use)
                                     : pair_loop::visit<false>(law, spheres, pairs, use);
 }
 
-/// Adds the derivatives of a pair's forces by both its places to a ForceJacobian.
+/// Adds the derivatives of a pair's forces by both positions to a ForceJacobian.
 template <int d, class Law, class Jacobian>
 void add_pair_derivatives(const Law& law, const PairInReach<d>& pair, Jacobian& jacobian) {
   const PairForce of = law(pair.seen);
   std::array<double, d> normal;
   for (int k = 0; k < d; ++k) normal[k] = pair.apart[k] / pair.seen.distance;
-  // Moving i away from j takes force away; moving it sideways turns the force, which has an arm of one distance.
+  // Moving i away from j reduces the force. Moving i sideways rotates the force, with the distance as arm.
   const double along = -of.stiffness, across = over_distance<Law>(of, pair.seen.distance);
   const auto [i, j] = pair.pair;
   jacobian.add_central(i, i, normal, along, across);
@@ -223,8 +225,8 @@ void add_pair_derivatives(const Law& law, const PairInReach<d>& pair, Jacobian& 
   jacobian.add_central(j, i, normal, -along, -across);
 }
 
-/// Adds the forces of the pairs whose first particle is in the range, for callers that share the particles among
-/// threads. `velocity`: m/s, [N * d], for a law that is damped.
+/// Adds the forces of the pairs whose first particle is in the range, for callers that divide the particles among
+/// threads. `velocity`: m/s, [N * d], for a damped law.
 template <int d, class Law>
 void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, const ParticleRange& range,
                      const PairOutput& output, std::span<const double> velocity = {}) {
@@ -237,8 +239,9 @@ void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const 
   spheres.box.any_periodic() ? add(std::true_type{}) : add(std::false_type{});
 }
 
-/// Adds the forces of all pairs, which are in ascending order. Any number of threads gives one result to the last bit:
-/// each task has a range of particles, and what it finds to push others is added afterwards, task by task.
+/// Adds the forces of all pairs, which are in ascending order. The result is bitwise identical for any number of
+/// threads. Each task has a range of particles, and its forces on other particles are added afterwards, in the order of
+/// the tasks.
 template <int d, class Law>
 PairSum add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, std::span<double> force,
                         parallel::Team& team, std::span<const double> velocity = {}) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// A law of pairs (pair_law.hpp) on a device.
+// Pair force law (pair_law.hpp) on a device.
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@
 namespace lichtenberg {
 
 /// Calls use(PairForce, force over distance, vector from the partner) for each partner of grain i within the law's
-/// reach.
+/// cutoff.
 template <class Law, class Use>
 LICHTENBERG_HOST_DEVICE void for_each_partner(const Law& law, const DeviceGrains& grains,
                                               const NearestImage<3>& nearest, int i, const Use& use) {
@@ -33,12 +33,12 @@ LICHTENBERG_HOST_DEVICE void for_each_partner(const Law& law, const DeviceGrains
   }
 }
 
-/// One sum a grain, over its partners: the law is computed twice a pair, which costs a device less than to add at two
-/// places.
+/// Pair forces on a device with one sum for each grain over its partners. The law is evaluated twice for each pair,
+/// which costs a device less than adding to two grains.
 template <class Law, class Executor>
 class PairPart final : public DevicePart {
  public:
-  /// `strongest`: the pair whose force is about the largest that the law should meet.
+  /// `strongest`: the pair with about the largest expected force of the law.
   PairPart(const Executor& run, const Law& law, const PairSeen& strongest)
       : run_(&run), law_(law), strongest_(strongest) {}
 
@@ -78,7 +78,7 @@ class PairPart final : public DevicePart {
   PairSeen strongest_;
 };
 
-/// A part with CUDA kernels. A file compiled by nvcc instantiates it, which CMake's add_pair_kernels writes.
+/// Makes a part with CUDA kernels. A file compiled by nvcc instantiates it; CMake's add_pair_kernels writes this file.
 template <class Law>
 std::unique_ptr<DevicePart> make_cuda_part(const parallel::CudaExecutor& run, const Law& law, const PairSeen& strongest)
 #ifdef __CUDACC__

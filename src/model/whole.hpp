@@ -8,7 +8,7 @@
 
 namespace lichtenberg {
 
-/// A vector in quanta. Sums of whole numbers do not depend on their order.
+/// A vector in quanta. Sums of integers do not depend on their order.
 struct WholeVec {
   std::int64_t x = 0, y = 0, z = 0;
 

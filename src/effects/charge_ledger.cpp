@@ -38,7 +38,7 @@ void ChargeLedger::feed(std::span<const double> current, double dt, double relax
   if (dt == 0) return;
   if (step_ > 0)
     for (std::size_t i = 0; i < charge_.size(); ++i) before_[i] = charge_[i].total();
-  // Products that are kept: contracted into one of the sums, they would not be what the other adds.
+  // Products are stored in an array. Contracted into one of the sums, they could differ from the summands of the other.
   std::vector<double> fed(current.begin(), current.begin() + std::min(current.size(), charge_.size()));
   for (double& charge : fed) charge *= dt;
   for (std::size_t i = 0; i < fed.size(); ++i) charge_[i] += fed[i];
@@ -59,7 +59,7 @@ void ChargeLedger::carry(const Resistor& resistor, double remaining, double plai
     leaked_in_step_[resistor.a] -= plain - remaining;
     leaked_in_step_[resistor.b] += plain - remaining;
   } else {
-    // To the last digit: what a loses, and what leaks of it.
+    // Both the loss of a and its leaked part are exact to the last digit.
     CompensatedSum missing(plain);
     missing += -remaining;
     drained_[resistor.supply] += plain;
@@ -71,7 +71,7 @@ void ChargeLedger::carry(const Resistor& resistor, double remaining, double plai
 void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double> by_field, parallel::Team& team) {
   for (int i = 0; i < size(); ++i)
     if (const int supply = groups.supply[i]; supply >= 0) {
-      // Its charge went smoothly to the field's, and leaked as the mean of both.
+      // Trapezoidal leakage from the old charge and the field's charge.
       if (step_ > 0) {
         const double more = 0.5 * step_ * (before_[i] + by_field[i]) - leaked_in_step_[i];
         charge_[i] += -more;
@@ -87,7 +87,7 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
 
 namespace {
 
-/// A group's charge among its members (two at least) as the field says; what is left goes to the last.
+/// Divides a group's charge among its members (at least two) as the field does; the last member takes the remainder.
 void share_out(std::vector<CompensatedSum>& charge, std::span<const int> members, std::span<const double> by_field) {
   CompensatedSum rest;
   for (const int i : members) rest += charge[i];
@@ -101,16 +101,16 @@ void share_out(std::vector<CompensatedSum>& charge, std::span<const int> members
   charge[members.back()] = rest;
 }
 
-/// The floating groups of two members and more, one after the other, each in ascending order.
+/// Floating groups with at least two members, stored contiguously, each in ascending order.
 struct SharedGroups {
   std::vector<int> members;
-  std::vector<int> begin;  ///< of each group in `members`, and their end
+  std::vector<int> begin;  ///< start of each group in `members`, and the end of the last
 };
 
 SharedGroups shared_groups(const ElectricalGroups& groups, int nodes) {
-  std::vector<int> joined(nodes + 1), members_of(nodes);  // the first: all that are not the first of their group
+  std::vector<int> joined(nodes + 1), members_of(nodes);  // joined: all nodes except the first of each group
   int others = 0;
-  for (int i = 0; i < nodes; ++i) {  // without a branch, since nobody foresees which they are
+  for (int i = 0; i < nodes; ++i) {  // no branch, because branch prediction would fail
     joined[others] = i;
     others += (groups.supply[i] < 0) & (groups.id[i] != i);
   }
@@ -121,7 +121,7 @@ SharedGroups shared_groups(const ElectricalGroups& groups, int nodes) {
   int all = 0;
   for (const int i : joined) {
     int& next = place[groups.id[i]];
-    if (next > 0) {  // the first to come
+    if (next > 0) {  // first occurrence of the group
       shared.begin.push_back(all);
       shared.members.resize(all + next + 1);
       shared.members[all] = groups.id[i];
@@ -136,8 +136,9 @@ SharedGroups shared_groups(const ElectricalGroups& groups, int nodes) {
 
 }  // namespace
 
-/// Who is alone keeps what it has, as one addition rounds it: of all at once, since what it does to the others is
-/// nothing but for who had the rest of its group.
+/// Redistributes the charges of floating groups. Single-member groups keep their charge, renormalized by one
+/// compensated addition. For efficiency this addition is applied to all nodes. Among members of groups it changes only
+/// the last, which holds the remainder, so that charge is restored.
 void ChargeLedger::share_out(const ElectricalGroups& groups, std::span<const double> by_field, parallel::Team& team) {
   const SharedGroups shared = shared_groups(groups, size());
   const std::size_t count = shared.begin.size() - 1;

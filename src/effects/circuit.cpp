@@ -114,7 +114,7 @@ void linearize(const Scene& scene, Contact contact, const ContactState& state, R
   const auto current_at = [&](double potential_difference) {
     return contact_current(scene, contact, {state.gap, potential_difference});
   };
-  // Steps of the difference keep its sign, where a law may have a kink.
+  // The difference changes in relative steps that keep its sign, because a law may have a kink at 0.
   const double difference = state.potential_difference, step = 1e-4 * difference, current = current_at(difference);
   if (difference == 0) {
     resistor.conductance = sharing_law(scene, contact).of_state(state);

@@ -9,75 +9,81 @@
 
 namespace lichtenberg::effects {
 
-/// A conductor between two nodes of ElectricalGroups, or between a node and a supply. Its current from a to the other
-/// end is conductance * potential difference + source.
+/// A conductance between two nodes of ElectricalGroups, or between a node and a potential source. Its current from a to
+/// the other end is conductance * potential difference + source.
 struct Resistor {
   int a = 0;               ///< node
   int b = -1;              ///< node; -1: the other end is `supply`
-  int supply = -1;         ///< of supplies_of
-  double potential = 0;    ///< V, of the supply
+  int supply = -1;         ///< index in supplies_of
+  double potential = 0;    ///< V, of the potential source
   double conductance = 0;  ///< S
-  double source = 0;       ///< A; 0 of ohmic ones
-  bool series = false;     ///< a series resistor; if not, a contact
-  bool of_state = false;   ///< a contact whose law depends on its state: the current is linearized about one
+  double source = 0;       ///< A; 0 for ohmic resistors
+  bool series = false;     ///< true: a series resistor; false: a contact
+  /// True for a contact whose law depends on its state; its current is linearized about a state.
+  bool of_state = false;
   friend bool operator==(const Resistor&, const Resistor&) = default;
 };
 
-/// What carries charge at a finite rate is one implicit step with the field (README.md), which not every method and no
-/// other coupling can do. Throws InputError.
+/// Throws InputError for field methods and couplings that do not support resistors. Charge transport at a finite rate
+/// is one implicit step together with the field (README.md).
 void check_resistors(const Draft& draft);
 
-/// Throws InputError for two effects with a law of sharing, or one in a scene where nothing says who is in contact.
+/// Throws InputError for two effects with a sharing law, or for a sharing law without contact detection.
 void check_sharing(const Scene& scene);
 
-/// Whether the scene may have resistors: an electrode behind a resistor, contacts that do not join their two.
+/// Returns true if the scene may have resistors: an electrode behind a resistor, or contacts that do not join their
+/// bodies.
 bool has_resistors(const Scene& scene);
 
-/// Whether a scene has an electric circuit, whose currents and powers are worth booking: a potential difference between
-/// supplies, a fluid that leaks, resistors.
+/// Returns true if the scene has an electric circuit, for which currents and powers are recorded: a potential
+/// difference between sources, a leaking fluid, or resistors.
 bool has_circuit(const Scene& scene);
 
-/// The series resistors, then the contacts that do not join their two. One whose law depends on its state conducts
-/// nothing until it is linearized.
+/// Returns the series resistors, then the contacts that do not join their bodies. A contact whose law depends on its
+/// state has zero conductance until it is linearized.
 std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> contacts);
 
-/// The current (A) of a contact whose law depends on its state. Throws InputError unless the law's conductance is at
-/// least 0 and finite.
+/// Returns the current (A) of a contact whose law depends on its state. Throws InputError unless the law's conductance
+/// is at least 0 and finite.
 double contact_current(const Scene& scene, Contact contact, const ContactState& state);
 
-/// Linearizes that current about a state: conductance is its derivative with respect to the potential difference, or 0
-/// where that is negative.
+/// Linearizes the current of contact_current() about a state. The conductance is its derivative with respect to the
+/// potential difference, or 0 if the derivative is negative.
 void linearize(const Scene& scene, Contact contact, const ContactState& state, Resistor& resistor);
 
-/// A step dt of dQ/dt = J - Q/tau + I, implicit in the current I that resistors carry to a node:
+/// Coefficients of a step dt of dQ/dt = J - Q/tau + I, implicit in the current I of resistors to a node:
 ///
-///   Q(t + dt) = decay Q(t) + fed J + F,        F = weight I(t + dt) + inherited F_before,
+/// ```
+///   Q(t + dt) = decay Q(t) + fed J + F,        F = weight I(t + dt) + inherited F_before.
+/// ```
 ///
-/// where F is what is left of the charge that came through resistors in the step, F_before that of the step before.
-/// Leakage and J are exact. For I it is the backward differentiation formula of second order for unequal steps, or
-/// backward Euler if there is no step before, carried through exp(-t/tau) such that a constant current is exact at any
-/// dt/tau; without leakage F is all that came. Stable for any conductance and damping the faster the larger it is: a
-/// resistor of infinite conductance makes its ends one. Source: Hairer, Norsett and Wanner, Solving Ordinary
-/// Differential Equations I, section III.5 (the formula with variable steps, there in the values Q; here in their
-/// increments).
+/// F is the remainder, after leakage, of the charge that came through resistors in the step. F_before is that of the
+/// previous step. Leakage and J are exact. I uses the second-order backward differentiation formula for unequal steps,
+/// or backward Euler if there is no previous step. The factor exp(-t/tau) is included such that a constant current is
+/// exact at any dt/tau. Without leakage, F is the total charge through resistors.
+///
+/// The step is stable for any conductance, and damping increases with the conductance. A resistor of infinite
+/// conductance joins its ends. Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section
+/// III.5 (the formula with variable steps; there in the values Q, here in their increments).
 struct ChargeStep {
   double decay = 1;      ///< 1
   double fed = 0;        ///< s
   double weight = 0;     ///< s
   double inherited = 0;  ///< 1
-  /// Weight (s) and inherited (1) of what came through a resistor in the step, whether it is still there or has leaked.
+  /// Weight (s) and inherited factor (1) for the total charge through a resistor in the step, including the leaked
+  /// part.
   double plain_weight = 0, plain_inherited = 0;
 };
 
-/// `dt`: length (s) of the step. `relaxation_time`: s, INFINITY without leakage. `before`: length (s) of the step
-/// before, 0 if there is none whose currents lead smoothly to this one's.
+/// Returns the coefficients of a step. `dt`: length (s) of the step. `relaxation_time`: s, INFINITY without leakage.
+/// `before`: length (s) of the previous step, 0 if there is none with a smooth transition of the currents.
 ChargeStep charge_step(double dt, double before, double relaxation_time);
 
-/// The error (C) of a step's charge through a resistor, from its currents (A) at the start and the end: how far
-/// `carried` (C, in a step of dt in s) is from the integral of a current that goes smoothly from one to the other, on
-/// the straight line if they differ little. If it falls much, it decays at a rate z/dt that implicit steps damp to 1/(1
-/// + z), and the integral is that of the exponential: what is over soon need not be followed. `noise` (A): how much of
-/// the first current may be the field solver's error.
+/// Estimates the error (C) of a step's charge through a resistor from its currents (A) at the start and the end. The
+/// error is the difference between `carried` (C, in a step of dt in s) and the integral of a smooth current between
+/// them. This current is linear if the magnitude does not fall. If it falls, it decays exponentially at a rate z/dt,
+/// which implicit steps damp to 1/(1 + z), so that fast transients need not be resolved. `noise` (A): part of the first
+/// current that may be an error of the field solver.
 double charge_error(double carried, double dt, double at_start, double at_end, double noise);
 
 }  // namespace lichtenberg::effects

@@ -6,7 +6,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Whether contacts that are asked for in ascending order are among some that are in ascending order.
+/// Tests if contacts, requested in ascending order, are in a sorted list.
 class Among {
  public:
   explicit Among(std::span<const Contact> sorted) : next_(sorted.begin()), end_(sorted.end()) {}
@@ -19,23 +19,23 @@ class Among {
   std::span<const Contact>::iterator next_, end_;
 };
 
-/// How far (m) both may come closer, or go apart.
+/// Returns the largest change (m) of the gap by the motion of both bodies.
 double approach(Contact contact, int bodies, std::span<const double> travel) {
   return travel[contact.conductor] + (contact.partner < bodies ? travel[contact.partner] : 0);
 }
 
-/// Compares gaps of conductors with distances without drawing roots, in loops over many of which few come close.
+/// Compares gaps of conductors with distances without square roots, in loops over many pairs of which few are close.
 class PairScreen {
  public:
   explicit PairScreen(const Bodies& bodies) : bodies_(bodies), nearest_(bodies.box) {}
 
-  /// False only if the gap is surely not less than this (m).
+  /// Returns false only if the gap is certainly not less than `gap` (m).
   bool may_be_below(Contact contact, double gap) const {
     if (contact.partner >= bodies_.size()) return true;
     const double apart = apart_with(contact, gap);
     return apart <= 0 || distance2(contact) <= (1 + margin) * apart * apart;
   }
-  /// False only if the gap is surely less than this (m).
+  /// Returns false only if the gap is certainly less than `gap` (m).
   bool may_reach(Contact contact, double gap) const {
     if (contact.partner >= bodies_.size()) return true;
     const double apart = apart_with(contact, gap);
@@ -43,9 +43,10 @@ class PairScreen {
   }
 
  private:
-  static constexpr double margin = 1e-9;  // far above the rounding of a gap, far below what makes a second look dear
+  // far above the rounding of a gap, and small enough that few pairs need the exact test
+  static constexpr double margin = 1e-9;
 
-  /// Of the centres (m) with this gap.
+  /// Returns the centre distance (m) with this gap.
   double apart_with(Contact contact, double gap) const {
     return bodies_.radius[contact.conductor] + bodies_.radius[contact.partner] + gap;
   }
@@ -136,7 +137,8 @@ std::vector<Contact> ContactDischarge::near(const Bodies& bodies, double range, 
   return found;
 }
 
-/// The gaps where the bodies were at the last search, which is now if they are not known.
+/// Computes the terminals' gaps at the bodies' positions of the last search. If they are missing, the search was for
+/// the current positions.
 void ContactDischarge::look_at_terminals(const Bodies& bodies) const {
   if (searches_ == near_.searches()) return;
   searches_ = near_.searches();
@@ -146,12 +148,13 @@ void ContactDischarge::look_at_terminals(const Bodies& bodies) const {
     for (int t = 0; t < static_cast<int>(terminals_.size()); ++t) terminal_gap_.push_back(gap(bodies, {i, n + t}));
 }
 
-/// Has in close_ all that may change while body i moves by at most travel[i] (m; empty: not at all).
+/// Updates close_ to contain all contacts that may change while body i moves by at most travel[i] (m; empty: no
+/// motion).
 void ContactDischarge::look(const Bodies& bodies, std::span<const Contact> contacts,
                             std::span<const double> travel) const {
   if (covers(bodies, travel) && std::ranges::equal(contacts, made_then_)) return;
   skin_.resize(bodies.size(), least_skin_);
-  // A look ahead is farther than bodies go until the next: some contact changes before.
+  // The skin exceeds `travel`, so that several calls can use one search.
   for (std::size_t i = 0; i < travel.size(); ++i) skin_[i] = std::max(least_skin_, 4 * travel[i]);
   find_close(bodies, contacts);
 }
@@ -161,7 +164,7 @@ bool ContactDischarge::covers(const Bodies& bodies, std::span<const double> trav
   return bodies.dimension == 3 ? covers<3>(bodies, travel) : covers<2>(bodies, travel);
 }
 
-/// Block by block without branches, which the compiler makes vector instructions of.
+/// Tests blocks without branches, so that the compiler vectorizes the loop.
 template <int d>
 bool ContactDischarge::covers(const Bodies& bodies, std::span<const double> travel) const {
   const double *now = bodies.position.data(), *then = found_at_.data();
@@ -180,14 +183,15 @@ bool ContactDischarge::covers(const Bodies& bodies, std::span<const double> trav
   return true;
 }
 
-/// Each of a pair may come closer, or go away, by its skin. Those on their way to their threshold come along.
+/// Searches pairs whose gap can reach its threshold if each body moves by its skin. Pairs within the tolerance are
+/// included.
 void ContactDischarge::find_close(const Bodies& bodies, std::span<const Contact> contacts) const {
-  found_at_.clear();  // a search may be refused
+  found_at_.clear();  // invalidated first, because a search may throw
   close_.clear();
   Among made(contacts);
   const PairScreen screen(bodies);
   const int n = bodies.size();
-  // As far as a contact lasts: a box in which that is to an image of its own is refused.
+  // The range includes open contacts up to the release gap, so that a periodic box too short for it is refused.
   for (const Contact contact : near(bodies, release_gap_ + together_, skin_))
     if (const double within = make_gap_ + together_ + approach(contact, n, skin_);
         screen.may_be_below(contact, within) && !made.has(contact) && gap(bodies, contact) < within)
@@ -259,15 +263,15 @@ std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodie
 
 double ContactDischarge::excess_of_waiting(const Bodies& bodies, const Watch& watch) const {
   const double g = gap(bodies, watch.contact);
-  constexpr double second = 1;  // only the sign of a speed matters
+  constexpr double second = 1;  // s; only the sign of the product matters
   const double no_longer = std::min(g - (1 - 1.0 / 16) * make_gap_, -second * gap_rate(bodies, watch.contact));
   return std::max(g - make_gap_, no_longer);
 }
 
 double ContactDischarge::blind_way(const Bodies& bodies, const Watch& watch) const {
   const int i = watch.contact.conductor, j = watch.contact.partner;
-  // Where the gap is at its threshold, centres lie on a circle round each other, or on a curve round the electrode that
-  // is nowhere bent more sharply than at its corner. The chord of a circle that rises by s over it is sqrt(8 r s).
+  // At the threshold, the centre of one body lies on a circle around the other, or on a curve around the electrode. The
+  // curvature of this curve is at most that at a corner. A chord below an arc of height s is sqrt(8 r s) long.
   const double arm =
       bodies.radius[i] + (watch.made ? release_gap_ : make_gap_) + (j < bodies.size() ? bodies.radius[j] : 0);
   return std::max(std::abs(excess(bodies, watch)), std::sqrt(8 * arm * tolerance_));

@@ -14,7 +14,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// What holds each component at its potential, by the component's first conductor.
+/// Potential sources of the components, indexed by the component's first conductor.
 class Holders {
  public:
   Holders(const Scene& scene, std::size_t nodes)
@@ -31,9 +31,9 @@ class Holders {
                       component, first.name, first.potential, other.name, other.potential, path_));
     held = std::min(held, supply);
   }
-  /// -1: none.
+  /// Index of the component's source; -1: none.
   int supply(int component) const { return holders_[component]; }
-  /// Of one that is held.
+  /// Potential (V) of a component with a source.
   double potential(int component) const { return supplies_[supply(component)].potential; }
 
  private:
@@ -42,7 +42,7 @@ class Holders {
   std::vector<int> holders_;
 };
 
-/// Components of the nodes by wires and contacts.
+/// Returns the components of the nodes that wires and contacts connect.
 DisjointSets connect(const Scene& scene, std::span<const Contact> contacts, const std::vector<Terminal>& terminals) {
   const int n = static_cast<int>(scene.conductors.size());
   DisjointSets sets(n + static_cast<int>(terminals.size()));
@@ -60,7 +60,7 @@ DisjointSets connect(const Scene& scene, std::span<const Contact> contacts, cons
   return sets;
 }
 
-/// The supply that holds each wire, -1: none.
+/// Returns the index of each wire's potential source, -1: none.
 std::vector<int> supplies_of_wires(const Scene& scene, const std::vector<Terminal>& terminals) {
   std::vector<int> supply;
   int next = static_cast<int>(terminals.size());
@@ -68,7 +68,7 @@ std::vector<int> supplies_of_wires(const Scene& scene, const std::vector<Termina
   return supply;
 }
 
-/// Calls add(conductor, supply) for each conductor that a wire or a contact joins to what holds it.
+/// Calls add(conductor, supply) for each conductor that a wire or a contact joins to a potential source.
 void for_each_held(const Scene& scene, std::span<const Contact> contacts, const std::vector<Terminal>& terminals,
                    const auto& add) {
   const int n = static_cast<int>(scene.conductors.size());
@@ -80,7 +80,7 @@ void for_each_held(const Scene& scene, std::span<const Contact> contacts, const 
     if (contact.partner >= n && terminals[contact.partner - n].node < 0) add(contact.conductor, contact.partner - n);
 }
 
-/// ElectricalGroups::connected; `sets`: what contacts and wires connect.
+/// Returns ElectricalGroups::connected; `sets` are the components that contacts and wires connect.
 std::vector<int> connections(const Scene& scene, std::span<const Contact> contacts,
                              const std::vector<Terminal>& terminals, DisjointSets sets) {
   const int n = static_cast<int>(scene.conductors.size());
@@ -161,7 +161,7 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
                           .connected = {}};
   std::map<double, int> first_held_at;
   for (int i = 0; i < nodes; ++i) {
-    const int group = sets.find(i);  // its first node: known before the others
+    const int group = sets.find(i);  // first node of the component, which has been processed before the others
     groups.supply[i] = holders.supply(group);
     groups.id[i] = group;
     if (groups.supply[i] < 0) continue;
@@ -180,7 +180,7 @@ bool is_one(const ElectricalGroups& groups, int conductor, const Terminal& termi
 }
 
 bool parts(const ElectricalGroups& before, const ElectricalGroups& after) {
-  // A group's id is its first conductor: all others must have stayed with it.
+  // A group's id is its first conductor, so every other member must still be grouped with it.
   for (std::size_t i = 0; i < before.id.size(); ++i)
     if (after.id[i] != after.id[before.id[i]] || (before.potential[i] && after.potential[i] != before.potential[i]))
       return true;

@@ -15,61 +15,64 @@ struct EffectKind;
 
 namespace lichtenberg::effects {
 
-/// Something at a given potential that conductors can touch: an electrode, or a side of the domain that is one.
+/// A fixed-potential body that conductors can touch: an electrode, or an electrode side of the domain.
 struct Terminal {
   std::string name;
   Surface surface;
-  double potential = 0;          ///< V, of the supply if there is a resistor
-  double series_resistance = 0;  ///< ohm, between supply and surface; 0: none
-  int node = -1;                 ///< of ElectricalGroups, if there is a resistor
+  double potential = 0;          ///< V, of the potential source if there is a resistor
+  double series_resistance = 0;  ///< ohm, between source and surface; 0: none
+  int node = -1;                 ///< node of ElectricalGroups, if there is a resistor
 };
 
-/// The electrodes in the scene's order, then those sides of the domain that are electrodes.
+/// Returns the electrodes in the scene's order, then the sides of the domain that are electrodes.
 std::vector<Terminal> terminals_of(const Scene& scene);
 
-/// Conductors, and terminals behind a resistor.
+/// Returns the number of nodes: conductors, and terminals behind a resistor.
 int node_count(const Scene& scene);
 
-/// What holds conductors at a potential from outside, and takes or gives their charge.
+/// A potential source, which fixes the potential of conductors and supplies or collects their charge.
 struct Supply {
   std::string name;
   double potential = 0;  ///< V
 };
 
-/// The terminals, in their order, then the wires (the scene's [[group]]s) that are held at a potential.
+/// Returns the terminals, in their order, then the wires (the scene's [[group]]s) at a prescribed potential.
 std::vector<Supply> supplies_of(const Scene& scene);
 
-/// Which nodes - the conductors, then the terminals behind a resistor - are one electrically. All that are held at one
-/// potential are, whether they touch or not.
+/// Equipotential groups of nodes. Nodes are the conductors, then the terminals behind a resistor. All nodes at the same
+/// prescribed potential are one group, whether they touch or not.
 struct ElectricalGroups {
-  std::vector<int> id;                           ///< by node: the smallest index in its group (D 6.41)
-  std::vector<std::optional<double>> potential;  ///< V, by node: what holds its group; empty: the group floats
-  /// By node: the first of supplies_of that its component is connected with, -1 if it floats. Components held at
-  /// one potential are one group, but each drains to a supply of its own; several in one component have one potential,
-  /// and how their charge is shared cannot be known: the first takes it all.
+  std::vector<int> id;  ///< by node: smallest index in its group (D 6.41)
+  /// V, by node: prescribed potential of its group; empty: the group floats
+  std::vector<std::optional<double>> potential;
+  /// By node: first of supplies_of that is connected with its component, -1 if it floats. Components at one prescribed
+  /// potential are one group, but each of them has its own source that collects its charge. If several sources are
+  /// connected with one component, the division of charge among them is undetermined, and the first takes it all.
   std::vector<int> supply;
-  /// By conductor: the smallest index of those that contacts and wires connect it with, -1 if they connect it with a
-  /// terminal or what holds a wire. Not one electrically where a contact does not join its two.
+  /// By conductor: smallest index of the conductors that contacts and wires connect with it. -1 if they connect it with
+  /// a terminal or the source of a wire. Connected conductors are in different equipotential groups if a contact does
+  /// not join its bodies.
   std::vector<int> connected;
   friend bool operator==(const ElectricalGroups&, const ElectricalGroups&) = default;
 };
 
-/// Whether a conductor is one electrically with a terminal. What a resistor stands before has not the supply's
-/// potential.
+/// Returns true if a conductor is in one equipotential group with a terminal. A terminal behind a resistor does not
+/// have the potential of its source.
 bool is_one(const ElectricalGroups& groups, int conductor, const Terminal& terminal);
 
-/// The effect whose law contacts follow (EffectKind::sharing). Null: they all join their two.
+/// Returns the effect whose law contacts obey (EffectKind::sharing). Null: all contacts join their bodies.
 const EffectKind* sharing_effect(const Scene& scene);
 
-/// The law of a contact.
+/// Returns the law of a contact. Throws InputError for a conductance below 0.
 SharingLaw sharing_law(const Scene& scene, Contact contact);
 
-/// Connected components of wires (the scene's [[group]]s) and contacts that join their two; a component takes the
-/// potential of a wire with a given potential or of a terminal without a resistor in it. Throws InputError for a short
-/// circuit between two potentials.
+/// Returns the connected components of wires (the scene's [[group]]s) and joining contacts. A component has the
+/// potential of a wire at a prescribed potential or of a terminal without a resistor in it. Throws InputError for a
+/// short circuit between two potentials.
 ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> contacts);
 
-/// Whether `after` parts what is one in `before`: conductors of one group, or a group and the potential that holds it.
+/// Returns true if `after` splits a group of `before`: conductors of one group, or a group and its prescribed
+/// potential.
 bool parts(const ElectricalGroups& before, const ElectricalGroups& after);
 
 }  // namespace lichtenberg::effects

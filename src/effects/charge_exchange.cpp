@@ -75,11 +75,13 @@ const EffectKind& ChargeExchangeOptions::kind() {
                {.name = "strength",
                 .place = place<&ChargeExchangeOptions::strength>,
                 .unit = "q0",
-                .range = {.low = 0, .high = 1e50, .low_itself = false},  // fourth powers of charges are taken
+                // squared and multiplied charges must not overflow
+                .range = {.low = 0, .high = 1e50, .low_itself = false},
                 .help = "Q"},
                {.name = "exponent",
                 .place = place<&ChargeExchangeOptions::exponent>,
-                .range = {.low = 0, .high = 10, .low_itself = false},  // it is taken of energies, twice and more
+                // exponent of energies; bounded to avoid overflow
+                .range = {.low = 0, .high = 10, .low_itself = false},
                 .help = "eta, of impact"},
                {.name = "rate",
                 .place = place<&ChargeExchangeOptions::rate>,
@@ -120,8 +122,8 @@ const EffectKind& ChargeExchangeOptions::kind() {
 ChargeExchange::ChargeExchange(const ChargeExchangeOptions& options, std::uint64_t seed)
     : options_(options), seed_(seed) {}
 
-/// Random numbers are those of a pair and of how many collisions its first grain has had: no two collisions have the
-/// same, and none depends on threads or on when a list of pairs was made.
+/// Random numbers are keyed by the pair and the collision count of its first grain. Each collision thus has its own
+/// numbers, independent of threads and of neighbour list rebuilds.
 void ChargeExchange::exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {
   if (options_.model == ExchangeModel::none) return;
   collisions_.resize(bodies.size());

@@ -10,7 +10,7 @@
 
 namespace lichtenberg::effects {
 
-/// How much charge a contact moves (G table 3.1).
+/// Model of the charge that a contact transfers (G table 3.1).
 enum class ExchangeModel { impact, random_walk, contact_area, none };
 
 }  // namespace lichtenberg::effects
@@ -31,18 +31,19 @@ namespace lichtenberg::effects {
 
 struct ChargeExchangeOptions {
   ExchangeModel model = ExchangeModel::impact;
-  double strength = 4.5e-3;        ///< Q
-  double exponent = 0.83;          ///< eta, of impact
-  double rate = 1;                 ///< lambda, 1/t0, of the others
-  bool each_step = false;          ///< impact: in each step of a contact, not once a collision
+  double strength = 4.5e-3;  ///< Q
+  double exponent = 0.83;    ///< eta, for impact
+  double rate = 1;           ///< lambda, 1/t0, for the other models
+  /// impact: transfer in each step of a contact instead of once in a collision
+  bool each_step = false;
   std::optional<double> capacity;  ///< C, q0
   OverCapacity over_capacity = OverCapacity::refuse;
 
   static const EffectKind& kind();
 };
 
-/// Grains that touch exchange charge at random, as much as one gains the other loses. Transfers are multiples of a
-/// power of two, so that the sum of all charges does not change by a bit.
+/// Random charge transfer between grains in contact. The gain of one grain is the loss of the other. Transfers are
+/// multiples of a power of two, so that the sum of all charges is exactly constant.
 class ChargeExchange : public Effect {
  public:
   ChargeExchange(const ChargeExchangeOptions& options, std::uint64_t seed);
@@ -62,7 +63,8 @@ class ChargeExchange : public Effect {
 
   ChargeExchangeOptions options_;
   std::uint64_t seed_;
-  std::vector<std::int64_t> collisions_;  ///< of each grain so far: what its random numbers are counted by
+  /// Number of collisions of each grain, a counter of its random numbers.
+  std::vector<std::int64_t> collisions_;
   std::int64_t steps_ = 0, transfers_ = 0, refused_ = 0;
   double lost_ = 0;  ///< charge, q0
 };

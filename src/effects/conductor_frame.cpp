@@ -9,7 +9,7 @@
 namespace lichtenberg {
 namespace {
 
-/// Energies of a circuit by the names of their columns.
+/// Returns the energies of a circuit with the names of their columns.
 template <class Balance>
 auto energies_of(Balance& balance) {
   auto& flows = balance.flows;
@@ -36,7 +36,7 @@ std::vector<std::string> names_of(const std::vector<TerminalReading>& terminals)
   return names;
 }
 
-/// Where current and energy go.
+/// Adds the columns of currents and energies of a circuit.
 void add_circuit(Frame& columns, const ConductorFrame& frame) {
   const auto add_by_terminal = [&](const char* name, const char* unit, std::vector<double> row) {
     if (!row.empty()) columns.add_labelled(name, unit, std::move(row), names_of(frame.terminals));

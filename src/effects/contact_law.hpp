@@ -6,18 +6,18 @@
 
 namespace lichtenberg::effects {
 
-/// w(q) = (q - 1) ln q and its derivatives by q, for 0 < q <= 1. w(1) = w'(1) = 0 and w''(1) = 2, so beyond contact,
-/// where nothing acts, the second derivative jumps to 0. Towards q = 0 there is no limit: w ~ -ln q, w' ~ -1/q.
+/// w(q) = (q - 1) ln q and its derivatives with respect to q, for 0 < q <= 1. w(1) = w'(1) = 0 and w''(1) = 2, so the
+/// second derivative jumps to 0 where contact ends. w diverges for q -> 0: w ~ -ln q, w' ~ -1/q.
 struct ContactLaw {
   double energy = 0, slope = 0, curvature = 0;
 };
 
-/// From here on to 1 `logarithm_near_one` knows the digits of ln q.
+/// Lower bound of q for full accuracy of `logarithm_near_one`; the upper bound is 1.
 constexpr double near_one = 0.8;
 
-/// ln q = 2 artanh(s) with s = (q - 1) / (q + 1) (Abramowitz & Stegun 4.1.27): |s| <= 1/9, and s^17 / 17, the first
-/// term left out, is below the rounding of s. No branches, so that a loop takes many at a time. q - 1 is exact, and all
-/// its digits are kept: just inside contact w is a square of it.
+/// Returns ln q = 2 artanh(s) with s = (q - 1) / (q + 1) (Abramowitz & Stegun 4.1.27). For |s| <= 1/9 the first omitted
+/// term, s^17 / 17, is below the rounding of s. The absence of branches allows vectorization. q - 1 is exact and keeps
+/// all its digits, which matter because w is quadratic in it just inside contact.
 LICHTENBERG_HOST_DEVICE inline double logarithm_of_ratio(double s) {
   const double t = s * s;
   double sum = 1.0 / 15;
@@ -26,7 +26,7 @@ LICHTENBERG_HOST_DEVICE inline double logarithm_of_ratio(double s) {
 }
 LICHTENBERG_HOST_DEVICE inline double logarithm_near_one(double q) { return logarithm_of_ratio((q - 1) / (q + 1)); }
 
-/// The law at q, whose logarithm is given.
+/// Returns the law at q for a given logarithm of q.
 LICHTENBERG_HOST_DEVICE inline ContactLaw contact_law(double q, double logarithm) {
   const double excess = q - 1;
   return {excess * logarithm, logarithm + excess / q, (q + 1) / (q * q)};
@@ -36,7 +36,7 @@ LICHTENBERG_HOST_DEVICE inline ContactLaw contact_law(double q) {
   return contact_law(q, q >= near_one ? logarithm_near_one(q) : std::log(q));
 }
 
-/// U = stiffness w(q) between two particles, q their distance over the sum of their radii (pair_law.hpp).
+/// Pair law U = stiffness w(q), where q is the distance over the sum of the radii (pair_law.hpp).
 struct ContactPotentialLaw {
   static constexpr bool over_distance = true, damped = false;
   double stiffness = 1;  ///< J

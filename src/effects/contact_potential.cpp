@@ -9,7 +9,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Calls visit(overlap) for every pair that overlaps; false, at once, if the energy is infinite.
+/// Calls visit(overlap) for every pair that overlaps. Returns false immediately if the energy is infinite.
 template <class Visit>
 bool visit_pairs(const State& state, std::span<const Pair> pairs, Visit visit) {
   return visit_spheres(state.bodies, [&]<int d>(const Spheres<d>& spheres) {
@@ -30,8 +30,7 @@ double distance_from(const Wall& wall, const double* place) {
   return distance;
 }
 
-/// Whether any of the particles from `first` on up to before `end` touches the wall. Few do, and this looks at many at
-/// a time.
+/// Returns true if a particle from `first` to before `end` touches the wall. Few do, and the loop is vectorized.
 template <int dimension>
 bool any_touches(const Bodies& bodies, const Wall& wall, int first, int end) {
   int any = 0;
@@ -40,8 +39,8 @@ bool any_touches(const Bodies& bodies, const Wall& wall, int first, int end) {
   return any;
 }
 
-/// Calls visit(overlap) for the particles from `first` on up to before `end` and the walls that they overlap, wall by
-/// wall. False if one of them is on a wall or beyond it.
+/// Calls visit(overlap) for the particles from `first` to before `end` and the walls that they overlap, in the order of
+/// the walls. Returns false if a particle's centre is on or beyond a wall.
 template <int dimension, class Visit>
 bool visit_walls(const State& state, const std::vector<Wall>& walls, int first, int end, Visit visit) {
   Overlap o;
@@ -146,7 +145,7 @@ void ContactPotential::add_jacobian(const State& state, ForceJacobian& jacobian)
   });
   visit_walls(state, walls_, 0, state.bodies.size(), [&](const Overlap& o) {
     const double along = -stiffness_ * contact_law(o.q).curvature / (o.reach * o.reach);
-    jacobian.add_central(o.particle, o.particle, o.normal, along, 0);  // a wall's normal does not turn
+    jacobian.add_central(o.particle, o.particle, o.normal, along, 0);  // a wall's normal is constant
   });
 }
 

@@ -17,46 +17,49 @@ struct ContactPotentialOptions {
   static const EffectKind& kind();
 };
 
-/// Two particles that overlap, or a particle and a wall.
+/// Overlap of two particles, or of a particle and a wall.
 struct Overlap {
-  int particle = 0, partner = 0;   ///< partner: a particle of larger index or, from their number on, a wall
-  double q = 1;                    ///< distance over `reach`, 0 < q < 1
-  double distance = 0, reach = 0;  ///< m: of the centres, or of the centre from the wall; sum of radii, or radius
-  std::array<double, 3> normal{};  ///< from the partner to the particle
+  /// partner: a particle of larger index, or a wall, whose indices start at the number of particles
+  int particle = 0, partner = 0;
+  double q = 1;  ///< distance over `reach`, 0 < q < 1
+  /// m; distance: between the centres, or of the centre from the wall; reach: sum of radii, or radius
+  double distance = 0, reach = 0;
+  std::array<double, 3> normal{};  ///< unit vector from the partner to the particle
 };
 
-/// U = stiffness * sum of (q - 1) ln q over all pairs and all particles and walls that overlap, each once. (In the
-/// source's double sum every pair stands twice and every particle overlaps itself; walls would then be half as stiff
-/// as particles, and particles would rest elsewhere.) The distance from a wall keeps its sign: what is beyond a wall
-/// has infinite energy, and is not pushed outward. Two dimensions or three.
+/// Soft repulsion U = stiffness * sum of (q - 1) ln q over all overlapping pairs and all overlaps of particles with
+/// walls, each once. The source's double sum counts every pair twice and includes self-overlaps. Walls would then have
+/// half the stiffness of particles, and the rest positions would differ. The distance from a wall is signed: a particle
+/// beyond a wall has infinite energy and no outward force. Two or three dimensions.
 class ContactPotential : public Effect {
  public:
-  /// stiffness: k, J.
+  /// `stiffness`: k, J.
   ContactPotential(double stiffness, std::vector<Wall> walls) : stiffness_(stiffness), walls_(std::move(walls)) {}
-  explicit ContactPotential(const Scene& scene)  ///< which has it
+  /// `scene` must have the effect.
+  explicit ContactPotential(const Scene& scene)
       : ContactPotential(scene.effects.find<ContactPotentialOptions>()->stiffness, scene.walls) {}
 
   const EffectKind& kind() const override { return ContactPotentialOptions::kind(); }
   Needs needs() const override { return {.neighbour_range = 0.0}; }
 
-  /// U in J; infinite if a centre lies on another or on or beyond a wall.
+  /// Returns U (J); infinite if two centres coincide, or if a centre is on or beyond a wall.
   double energy(const State& state) const;
-  /// U in J, and adds the forces; if it is infinite, only some of them.
+  /// Returns U (J) and adds the forces. If U is infinite, only some forces are added.
   double energy_and_forces(const State& state, std::span<double> force) const;
-  /// The share of U, with its forces, of the pairs whose first particle is one from `first` on up to before `end`, and
-  /// of these particles and the walls: for who shares the particles among threads. Touches `force` of no other
-  /// particles; what acts on those is appended to `beyond`.
+  /// Returns the part of U, and adds its forces, of pairs whose first particle is from `first` to before `end`, and of
+  /// these particles and the walls. Callers can divide the particles among threads. The function changes `force` of
+  /// these particles only and appends the forces on other particles to `beyond`.
   double energy_and_forces(const State& state, int first, int end, std::span<double> force,
                            std::vector<Push>& beyond) const;
-  /// Throws Failure where the energy is infinite.
+  /// Throws Failure if the energy is infinite.
   void add_forces(const State& state, std::span<double> force) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
 
-  /// Everything that overlaps: pairs in the order of the neighbours, then wall by wall. Empty if the
-  /// energy is infinite.
+  /// Returns all overlaps: pairs in the order of the neighbours, then walls in their order. Empty if the energy is
+  /// infinite.
   std::vector<Overlap> overlaps(const State& state) const;
-  /// The overlaps of the pairs whose first particle is one from `first` on up to before `end`, particle by particle,
-  /// and then of these particles and the walls.
+  /// Returns the overlaps of pairs whose first particle is from `first` to before `end`, in the order of particles, and
+  /// then of these particles and the walls.
   std::vector<Overlap> overlaps(const State& state, int first, int end) const;
 
   double stiffness() const { return stiffness_; }

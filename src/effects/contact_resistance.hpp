@@ -6,16 +6,17 @@
 namespace lichtenberg::effects {
 
 struct ContactResistanceOptions {
-  double resistance = 0;   ///< ohm a contact
+  double resistance = 0;   ///< ohm, for each contact
   double resistivity = 0;  ///< ohm m, of the conductors
-  double spot = 0;         ///< m, radius of the spot in which two surfaces touch
-  /// Of one contact: the given one and the constriction of the current to the spot, resistivity / (2 spot)
-  /// (R. Holm, Electric Contacts, 1967, eq. 4.15: each side has half of it).
+  double spot = 0;         ///< m, radius of the contact area of two surfaces
+  /// Returns the resistance (ohm) of one contact: `resistance` plus the constriction resistance of the contact area,
+  /// resistivity / (2 spot) (R. Holm, Electric Contacts, 1967, eq. 4.15: each side has half of it).
   double ohms() const { return resistance + (resistivity > 0 ? resistivity / (2 * spot) : 0); }
   static const EffectKind& kind();
 };
 
-/// A contact of contact_discharge conducts instead of making two one: EffectKind::sharing.
+/// Gives contacts of contact_discharge a finite conductance, so that they do not join their bodies:
+/// EffectKind::sharing.
 class ContactResistance : public Effect {
  public:
   const EffectKind& kind() const override { return ContactResistanceOptions::kind(); }

@@ -25,7 +25,7 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
   return values;
 }
 
-/// Pairs alone promise nothing, and are right to 1e-2 at the best.
+/// Returns the accuracy of forces. Sums over pairs alone have no error bound; 1e-2 is the best that they reach.
 double force_accuracy(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   constexpr double of_pairs = 1e-2;
@@ -38,7 +38,7 @@ periodic::MeshChoice mesh_on_device(const Scene& scene) {
   return periodic::choose_quick_mesh(request);
 }
 
-/// The device counts the entries of its lists in 32 bits.
+/// Throws InputError if the entries of the device's lists exceed its 32-bit counters.
 void check_lists_on_device(const Scene& scene, double cutoff) {
   const double others = grains_within(scene, cutoff), grains = static_cast<double>(scene.conductors.size());
   if (grains * others < std::numeric_limits<int>::max()) return;
@@ -61,7 +61,7 @@ void device(const Scene& scene, DeviceForces& forces) {
   check_lists_on_device(scene, cutoff);
   forces.strength = options.strength;
   forces.charged = true;
-  // Lists of partners, and a mesh of whole numbers, points, modes and factors with the transforms' own.
+  // Estimated bytes: lists of partners, and a mesh of integers, points, modes and factors with the transforms' memory.
   constexpr double a_partner = 4, a_column = 4, a_point = 28;
   const auto [x, y, z] = forces.mesh->mesh.points;
   forces.bytes += n * (25 * a_column + 1.25 * a_partner * grains_within(scene, cutoff)) + a_point * x * y * z;
@@ -88,7 +88,7 @@ std::vector<Remark> explain_degree(const Scene& scene) {
                        truncation->in_contact)}};
 }
 
-/// Mesh and cut-off that the accuracy takes; empty for other sums.
+/// Describes the mesh and the cutoff for the required accuracy; empty for other sums.
 std::vector<Remark> explain_mesh(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   if (options.sum != CoulombSum::mesh) return {};
@@ -107,7 +107,7 @@ std::vector<Remark> explain_mesh(const Scene& scene) {
   return remarks;
 }
 
-/// Throws InputError where a run would be refused at its start for dipoles that grow without end.
+/// Throws InputError if dipoles diverge at the start of a run.
 void check_polarization(const Scene& scene) {
   if (scene.conductors.empty() || scene.effects.find<InducedDipolesOptions>()->degree > 1) return;
   Bodies bodies = make_bodies(scene);
@@ -242,7 +242,7 @@ const EffectKind& CoulombOptions::kind() {
       .cost = {.seconds =
                    [](const Scene& scene) {
                      const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
-                     return dipoles && dipoles->degree > 1 ? 0 : 1.6e-7;  // a field of spheres takes this sum's place
+                     return dipoles && dipoles->degree > 1 ? 0 : 1.6e-7;  // the sphere solver replaces this sum
                    },
                .bytes = 850},  // at an accuracy of 1e-4
       .device = device};
@@ -276,7 +276,7 @@ struct Coulomb::Implementation {
     }
   }
 
-  /// Computes it for these places and charges, unless that was done last time.
+  /// Computes the response for these positions and charges, unless the last call did.
   const periodic::Response& response_for(const State& state) {
     const Bodies& bodies = state.bodies;
     if (bodies.position == position && bodies.charge == charge) return response;
@@ -284,7 +284,7 @@ struct Coulomb::Implementation {
     if (spheres) {
       iterations += naming_what_helps([&] { return polarize_spheres(bodies); });
     } else if (induced) {
-      // Charges also change at places that stay: that is no step to predict from.
+      // Charges may change at constant positions, which is no step for the predictor.
       const bool moved = bodies.position != position;
       if (moved && evaluations % evaluations_a_check == 0) check_stability(sources, state);
       if (moved) dipole = predictor.predict();
@@ -298,7 +298,7 @@ struct Coulomb::Implementation {
     return response;
   }
 
-  /// The same bits as in `response_for`, in less time where nobody asks for more.
+  /// Computes forces bitwise identical to those of `response_for`, faster if potentials are not needed.
   const std::vector<double>& forces_for(const State& state) {
     const Bodies& bodies = state.bodies;
     if (wants_potentials || (bodies.position == position && bodies.charge == charge)) return response_for(state).force;
@@ -308,22 +308,23 @@ struct Coulomb::Implementation {
     return force;
   }
 
-  /// Not what had been computed before a checkpoint and is only found again.
+  /// Counts an evaluation, unless it only repeats one from before a checkpoint.
   void count() { evaluations += !std::exchange(found_again, false); }
 
-  /// Where symmetry hides a growing mode of the dipoles from the charges, `polarize` does not see it.
+  /// Checks for growing dipole modes. Symmetry can hide them from the charges, so that `polarize` does not detect them.
   void check_stability(const periodic::Sources& sources, const State& state) {
     naming_what_helps([&] { induced->check_stability(sources, state.neighbours, state.team); });
   }
 
-  /// Returns how often the dipoles' field was computed.
+  /// Computes the dipoles and the response; returns the number of evaluations of the dipoles' field.
   int polarize(const periodic::Sources& sources, const State& state) {
     return naming_what_helps(
         [&] { return induced->evaluate(sources, state.neighbours, state.team, dipole, response); });
   }
 
-  /// The grains as dielectric spheres, in units with 4 pi eps = 1. What others make at a grain's centre: its own charge
-  /// leaves q / R there, and its dipole is the polarizability times their field. Returns iterations.
+  /// Solves the grains as dielectric spheres, in units with 4 pi eps = 1, and returns the number of iterations. The
+  /// potential of other grains at a grain's centre is its potential minus q / R of its own charge. The field of other
+  /// grains is its dipole divided by the polarizability.
   int polarize_spheres(const Bodies& bodies) {
     const laplace::SphereSolution solution = spheres->solve(dielectric_spheres(polarization, bodies));
     response = {.energy = solution.energy};
@@ -341,23 +342,24 @@ struct Coulomb::Implementation {
     return solution.iterations;
   }
 
-  /// A check costs as much as some ten evaluations.
+  /// Evaluations between two stability checks, each of which costs about as much as ten evaluations.
   static constexpr std::int64_t evaluations_a_check = 1000;
 
   CoulombOptions options;
-  std::string doubt;  ///< about its accuracy; empty: none
+  std::string doubt;  ///< warning about the accuracy; empty: none
   std::unique_ptr<periodic::Sum> sum;
-  double range;           ///< between surfaces
-  bool wants_potentials;  ///< in each step, for charges that move
+  double range;           ///< range between surfaces (d0)
+  bool wants_potentials;  ///< true: potentials are needed in each step, because charges move
   InducedDipolesOptions polarization;
   std::optional<periodic::InducedDipoles> induced;
-  std::optional<laplace::SphereSolver> spheres;  ///< in place of `induced` and `sum` beyond dipoles
+  std::optional<laplace::SphereSolver> spheres;  ///< used instead of `induced` and `sum` above degree 1
   periodic::DipolePredictor predictor;
   periodic::Response response;
   std::vector<double> force;
-  std::vector<double> position, charge, dipole;  ///< that `response` is for
-  double forces_at = NAN;    ///< time for which forces alone have been computed: potentials then are not counted again
-  bool found_again = false;  ///< what is computed next
+  std::vector<double> position, charge, dipole;  ///< input of `response`
+  /// time of the last forces without potentials, whose evaluation is not counted again
+  double forces_at = NAN;
+  bool found_again = false;  ///< true: the next evaluation repeats one from before a checkpoint
   std::int64_t evaluations = 0, iterations = 0;
 };
 
@@ -379,8 +381,9 @@ double Coulomb::stored_energy(const State& state) const {
   return implementation_->options.strength * implementation_->response_for(state).energy;
 }
 
-/// Without dipoles what was computed follows from places and charges. Dipoles depend, within their tolerance, on where
-/// their solver began; so all goes into the checkpoint. That of spheres begins anew, here and in who restores it.
+/// Without dipoles the response follows from positions and charges. Dipoles depend on the initial guess within their
+/// tolerance, so the complete response is saved. The solver of spheres discards its initial guess, in this run and in
+/// the restored one.
 void Coulomb::save(Checkpoint& checkpoint) const {
   Implementation& self = *implementation_;
   if (self.spheres) self.spheres->forget();

@@ -10,7 +10,7 @@
 
 namespace lichtenberg::effects {
 
-/// Ways to sum the forces of charges in a periodic box.
+/// Methods to sum the forces of charges in a periodic box.
 enum class CoulombSum { mesh, ewald, minimum_image, shifted_force };
 
 }  // namespace lichtenberg::effects
@@ -29,18 +29,18 @@ namespace lichtenberg::effects {
 struct CoulombOptions {
   double strength = 1;  ///< K
   CoulombSum sum = CoulombSum::mesh;
-  double accuracy = 1e-4;        ///< of mesh and ewald: rms error of a force over rms force
-  std::optional<double> cutoff;  ///< d0, of mesh and shifted_force
-  std::optional<double> alpha;   ///< 1/d0, of mesh
+  double accuracy = 1e-4;        ///< mesh and ewald: rms error of a force over rms force
+  std::optional<double> cutoff;  ///< d0, for mesh and shifted_force
+  std::optional<double> alpha;   ///< 1/d0, for mesh
   std::optional<int> mesh;       ///< points along the longest side
-  std::optional<int> order;      ///< of the mesh's splines
-  double damping = 0;            ///< 1/d0, of shifted_force
+  std::optional<int> order;      ///< order of the mesh's splines
+  double damping = 0;            ///< 1/d0, for shifted_force
 
   static const EffectKind& kind();
 };
 
-/// Charges on grains attract and repel each other and all their images, with the induced dipoles that the scene asks
-/// for. Energies are in m0 v0^2: K times those of solvers/periodic.
+/// Coulomb forces between the charges of grains and all their images, with the induced dipoles that the scene
+/// specifies. Energies are in m0 v0^2: K times those of solvers/periodic.
 class Coulomb : public Effect {
  public:
   explicit Coulomb(const Scene& scene);

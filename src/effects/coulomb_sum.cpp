@@ -19,7 +19,7 @@ double half_of_box(const Scene& scene) {
   return 0.5 * std::min({lengths.x, lengths.y, lengths.z});
 }
 
-/// Of shifted_force: some room is left for lists of pairs that hold for more than a step.
+/// Returns the default cutoff (d0) of shifted_force. It leaves clearance for the skin of pair lists.
 double default_cutoff(const Scene& scene) { return std::min(7.0, 0.9 * longest_cutoff(scene)); }
 
 }  // namespace
@@ -51,7 +51,7 @@ periodic::MeshChoice mesh_for(const Scene& scene) {
 }
 
 std::string doubt_about(const Scene& scene, const periodic::MeshChoice& choice) {
-  constexpr double most = 0.1;  // that may be asked for as effects.coulomb.accuracy
+  constexpr double most = 0.1;  // largest allowed effects.coulomb.accuracy
   const double asked = scene.effects.find<CoulombOptions>()->accuracy;
   if (mesh_request(scene).by_hand.complete()) {
     if (choice.error <= most) return "";

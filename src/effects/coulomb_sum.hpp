@@ -11,20 +11,20 @@
 
 namespace lichtenberg::effects {
 
-// The sum of a scene's charges by [effects.coulomb]. Reduced units.
+// Functions that choose and make the sum of a scene's charges by [effects.coulomb], in reduced units.
 
-/// Of sums that are given pairs: lists of these go by surfaces, up to what the smallest grains need, and find nothing
-/// beyond half of the box.
+/// Returns the largest cutoff (d0) of sums over a list of pairs. Such lists use surface distances with the range that
+/// the smallest grains need, and are limited to half of the box.
 double longest_cutoff(const Scene& scene);
 
 periodic::MeshRequest mesh_request(const Scene& scene);
 periodic::MeshChoice mesh_for(const Scene& scene);
-/// Warning about a mesh whose force error exceeds the accuracy asked for; empty if it does not.
+/// Returns a warning about a mesh whose force error exceeds the required accuracy; empty if it does not.
 std::string doubt_about(const Scene& scene, const periodic::MeshChoice& choice);
-/// `doubt` is filled in for a mesh.
+/// Makes the sum of the scene's charges; `doubt` gets the warning of a mesh.
 std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& doubt);
 
-/// Result of work(). An InputError gets the scene's path and the table's name in front.
+/// Returns the result of work(), and prefixes the message of an InputError with the scene's path and the table's name.
 template <class Work>
 auto naming_the_table(const Scene& scene, const std::string& table, const Work& work) {
   try {

@@ -10,7 +10,8 @@ struct CurrentSourceOptions {
   static const EffectKind& kind();
 };
 
-/// dQ_i/dt = current for every conductor, grounded ones included, whose share drains at once (D 5.5).
+/// Current injection: dQ_i/dt = current for every conductor, including grounded ones, whose current is collected
+/// immediately (D 5.5).
 class CurrentSource : public Effect {
  public:
   explicit CurrentSource(double current) : current_(current) {}  ///< A

@@ -11,25 +11,25 @@
 
 namespace lichtenberg::effects {
 
-/// Forces and exchanges that the steps of a gas on a device compute. Each effect of the scene adds its part
-/// (EffectKind::device). Reduced units.
+/// Forces and charge exchanges that the steps of a gas on a device compute, in reduced units. Each effect of the scene
+/// adds its part (EffectKind::device).
 struct DeviceForces {
-  std::optional<periodic::MeshChoice> mesh;         ///< of the sum over charges; empty: charges do not act
-  double strength = 0;                              ///< K of that sum
+  std::optional<periodic::MeshChoice> mesh;         ///< mesh of the sum over charges; empty: no Coulomb forces
+  double strength = 0;                              ///< K, prefactor of that sum
   double polarizability = 0, dipole_tolerance = 0;  ///< 0: no dipoles
   bool charged = false, exchanges = false;
   ImpactExchange exchange{};
-  std::vector<DeviceForm<DeviceDrive>> drives{};  ///< what surrounds grains (src/model/drive_part.hpp)
-  std::vector<DevicePartForm> parts{};            ///< forces of pairs (device_pair.hpp)
-  double bytes = 0;                               ///< of the device's memory, an estimate
+  std::vector<DeviceForm<DeviceDrive>> drives{};  ///< external drives of grains (src/model/drive_part.hpp)
+  std::vector<DevicePartForm> parts{};            ///< pair forces (device_pair.hpp)
+  double bytes = 0;                               ///< estimated device memory
 };
 
-/// Throws InputError: device = "cuda" has no `what`.
+/// Throws InputError with the message that device = "cuda" does not support `what`.
 [[noreturn]] void refuse_on_device(const Scene& scene, const std::string& what);
 
-/// The widest skin (d0) of the device's lists for which memory is estimated; a gas of T = 10 has it.
+/// Largest skin (d0) of the device's lists in memory estimates; a gas of T = 10 has it.
 constexpr double widest_skin = 2.4;
-/// The number of grains within `range` (d0) of one, if grains are evenly spread.
+/// Returns the number of grains within `range` (d0) of a grain at uniform density.
 double grains_within(const Scene& scene, double range);
 
 }  // namespace lichtenberg::effects

@@ -1,6 +1,6 @@
 #pragma once
 
-// The device form of an effect that is a law of pairs (src/model/pair_law.hpp).
+// Device form of an effect that is a pair force law (src/model/pair_law.hpp).
 
 #include <fmt/format.h>
 
@@ -13,13 +13,13 @@
 
 namespace lichtenberg::effects {
 
-/// A pair whose force is about the largest that charges and contacts of the scene's grains make: two of the smallest
-/// that touch, of charge 1 (q0) or the largest of the scene.
+/// Returns the pair with about the largest force of the scene's grains. Its grains have the smallest radius and are in
+/// contact. Their charge is the largest of the scene, but at least 1 (q0).
 PairSeen strongest_pair(const Scene& scene, double reach_of_smallest);
-/// Adds memory of the lists, and throws InputError for a reach (d0) beyond half of the box.
+/// Adds the memory of the lists, and throws InputError for a cutoff (d0) beyond half of the box.
 void add_pair_lists(const Scene& scene, double reach, DeviceForces& forces);
 
-/// Adds the forces of `law` on grains, for the host executor; in reduced units.
+/// Adds the forces of `law` on grains, for the host executor, in reduced units.
 template <class Law>
 DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& forces) {
   const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
@@ -37,7 +37,7 @@ DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& f
   return form;
 }
 
-/// The same with CUDA kernels, which CMake's add_pair_kernels adds to a target.
+/// Adds the forces of `law` with CUDA kernels, which CMake's add_pair_kernels adds to a target.
 template <class Law>
 DevicePartForm& add_pair_law_with_kernels(const Scene& scene, const Law& law, DeviceForces& forces) {
   DevicePartForm& form = add_pair_law(scene, law, forces);

@@ -53,7 +53,7 @@ const EffectKinds& all_kinds() {
 
 namespace {
 
-/// The kinds of the scene's effects, in the order in which make_model takes them.
+/// Returns the kinds of the scene's effects, in the order of make_model.
 EffectKinds kinds_in(const Scene& scene) {
   Effects effects = scene.effects;
   effects.sort(all_kinds());
@@ -62,7 +62,7 @@ EffectKinds kinds_in(const Scene& scene) {
   return kinds;
 }
 
-/// Takes the effect of that kind out of the list; null if it is not there.
+/// Removes the effect of that kind from the list and returns it; null if it is missing.
 std::unique_ptr<Effect> take(EffectList& list, const EffectKind& kind) {
   const auto found = std::ranges::find_if(list, [&](const auto& effect) { return effect->name() == kind.name; });
   if (found == list.end()) return nullptr;
@@ -80,8 +80,8 @@ struct OverriddenFunction {
   throw InputError(fmt::format("{}: effects.{} cannot act: its class overrides {}", scene.path, kind.name, what));
 }
 
-/// Throws InputError for an effect that overrides a function which its kind of scene never calls: its share would be
-/// missing from the result.
+/// Throws InputError for an effect that overrides a function which this kind of scene never calls. Its contribution
+/// would be missing from the result.
 void check_functions(const Scene& scene, const EffectKind& kind) {
   using O = Overrides;
   static constexpr OverriddenFunction of_conductors[] = {{"drag", &O::drag},
@@ -111,7 +111,7 @@ void check_functions(const Scene& scene, const EffectKind& kind) {
     refuse_function(scene, kind, "stored_energy but not add_forces, the slope of that energy");
 }
 
-/// A periodic box is too short for its neighbours from the first search on or never.
+/// Builds the neighbour list once, because a periodic box that is too short for it fails at the first search or never.
 void search_first(const Scene& scene, Model& model) {
   if (!model.neighbours || !scene.domain.box().any_periodic()) return;
   try {

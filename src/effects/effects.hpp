@@ -10,12 +10,12 @@
 
 namespace lichtenberg::effects {
 
-/// Every kind of effect that this program knows, in the order in which their shares are added up.
+/// Returns all built-in kinds of effects, in the order in which their contributions are added.
 const EffectKinds& all_kinds();
 
 using EffectList = std::vector<std::unique_ptr<Effect>>;
 
-/// Effects for make_model's `made`; null ones are left out.
+/// Returns effects as a list for make_model's `made`; null effects are left out.
 template <class... E>
 EffectList made(std::unique_ptr<E>... effects) {
   EffectList list;
@@ -23,24 +23,24 @@ EffectList made(std::unique_ptr<E>... effects) {
   return list;
 }
 
-/// The scene's bodies with the effects whose tables stand in the scene, and no other: those of all_kinds() in its
-/// order, then those of other kinds. Who must know one of them in particular makes it and hands it over in `made`.
-/// Throws InputError for what those that are not handed over cannot do in a run, for an effect in `made` that is
-/// not in the scene, and for a periodic box that is too short for the neighbours of a particle.
+/// Returns the scene's bodies with the effects that have a table in the scene: those of all_kinds() in its order, then
+/// those of other kinds. Callers that need access to an effect make it and pass it in `made`. Throws InputError for
+/// limits of a run that other effects exceed and for an effect in `made` that is not in the scene. Throws it also for a
+/// periodic box that is too short for a neighbour list.
 Model make_model(const Scene& scene, EffectList made = {});
 
-/// The same without what solves a field: for who has the field's results, or asks about the rest.
+/// Makes a model without field solvers, for callers that have field results or need only other effects.
 Model make_model_without_field(const Scene& scene);
 
 struct EffectSummary {
-  std::string_view name;         ///< of its table in the scene
+  std::string_view name;         ///< name of its table in the scene
   std::string_view description;  ///< one line
   bool in_scene = false;
-  Needs needs;                    ///< of one that is in the scene
-  std::vector<Remark> remarks{};  ///< the same
+  Needs needs;                    ///< needs, if it is in the scene
+  std::vector<Remark> remarks{};  ///< lines of `explain`, if it is in the scene
 };
 
-/// Every effect that there is, in the order in which make_model takes them.
+/// Returns a summary of every effect, in the order of make_model.
 std::vector<EffectSummary> summarize_effects(const Scene& scene);
 
 }  // namespace lichtenberg::effects

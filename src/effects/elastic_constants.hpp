@@ -8,7 +8,7 @@
 
 namespace lichtenberg::effects {
 
-/// The keys of an elastic contact, whose options have `young` (Pa) and `poisson`.
+/// Returns the keys of an elastic contact, whose options have `young` (Pa) and `poisson`.
 template <class Options>
 std::vector<Key> elastic_constants() {
   return {
@@ -24,8 +24,8 @@ std::vector<Key> elastic_constants() {
   };
 }
 
-/// Materials of all conductors, in their order: single ones, then populations. `common` fills in the keys that one
-/// leaves out. Empty if no conductor and no population has a key of its own.
+/// Returns the materials of all conductors, in their order: individual ones, then populations. `common` fills in
+/// missing keys. Empty if no conductor and no population has such a key.
 inline std::vector<Elasticity> materials_of_bodies(const Draft& draft, const Elasticity& common) {
   std::vector<Elasticity> bodies;
   bool any = false;

@@ -6,7 +6,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Such a resistor carries nothing.
+/// Returns true for a resistor between nodes of one group, which carries no current.
 bool is_within_group(const Resistor& resistor, const ElectricalGroups& groups) {
   return resistor.b >= 0 && groups.id[resistor.a] == groups.id[resistor.b];
 }
@@ -19,11 +19,11 @@ NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& ch
   return nodes;
 }
 
-/// Without branches that depend on who is in which group: of many small groups nobody foresees them.
+/// Avoids branches on group membership, because branch prediction fails for many small groups.
 void find_groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth, NodeGroups& nodes) {
   const std::size_t n = groups.id.size();
   nodes.of_node.resize(n);
-  nodes.groups.resize(n + 1);  // the next one's place is written to before it is known whether there is one
+  nodes.groups.resize(n + 1);  // one extra element, because the next group is written before it is known to exist
   int found = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const bool is_first = groups.id[i] == static_cast<int>(i);

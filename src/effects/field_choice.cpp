@@ -19,7 +19,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Cells along the longer side that half of the machine's memory holds.
+/// Returns the number of cells along the longer side that fit into half of the machine's memory.
 int cells_in_memory(Vec2 size) {
   const double bytes = 0.5 * static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   const double aspect = std::max(size.x, size.y) / std::min(size.x, size.y);
@@ -36,7 +36,7 @@ bool can_follow(Scene scene, const FieldMethodKind& method) {
   }
 }
 
-/// The method that must be chosen for an accuracy; empty: the cheapest is.
+/// Returns the only possible method for an accuracy; empty: the cheapest of several is chosen.
 std::optional<laplace::Method> only_choice(const Scene& scene, bool for_a_run) {
   const FieldRequest& asked = *scene.field_request();
   if (asked.method) return asked.method->accuracy;
@@ -52,7 +52,7 @@ const FieldMethodKind& method_of(laplace::Method chosen) {
   return **std::ranges::find_if(field_methods(), [&](const auto* method) { return method->accuracy == chosen; });
 }
 
-/// Charges after the first frame's time.
+/// Returns the charges after the first output interval.
 NodeCharges typical_charges(const Scene& scene) {
   NodeCharges charges{.charge = initial_charges(scene)};
   if (const auto* source = scene.effects.find<CurrentSourceOptions>())
@@ -60,13 +60,13 @@ NodeCharges typical_charges(const Scene& scene) {
   return charges;
 }
 
-/// The problem of the start, with these charges.
+/// Returns the field problem at the start, with these charges.
 laplace::LaplaceProblem typical_problem(const Scene& scene) {
   const Bodies bodies = make_bodies(scene);
   return make_laplace_problem(scene, bodies, groups_at_start(scene, bodies), typical_charges(scene));
 }
 
-/// Its counterpart in space.
+/// Returns the field problem of spheres at the start, with these charges.
 laplace::SphereProblem typical_sphere_problem(const Scene& scene) {
   const Bodies bodies = make_bodies(scene);
   laplace::SphereProblem problem =
@@ -75,7 +75,7 @@ laplace::SphereProblem typical_sphere_problem(const Scene& scene) {
   return problem;
 }
 
-/// Whether the start has a field: if not, the run says why in the scene's own terms.
+/// Returns true if the field at the start can be solved. If not, the run reports the reason in the scene's terms.
 bool can_be_solved(const laplace::SphereProblem& problem) {
   try {
     problem.check();
@@ -100,7 +100,7 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
     check_device(scene);
   else
     check_device(asked.device, asked.method);
-  // Errors in units of what is largest at the moment vary while a scene moves: up to three times what the start has.
+  // Errors relative to the largest current values vary while a scene moves, up to three times those at the start.
   const double reserve = for_a_run ? 3 : 1;
   laplace::AccuracyRequest request{
       .accuracy = asked.accuracy / reserve,
@@ -115,7 +115,8 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
 }
 
 double usual_moving_tolerance(const Scene& scene) {
-  constexpr double least = 1e-5, most = 1e-4, measured = 1e-3;  // that position tolerance, in radii, at `most`
+  // measured: position tolerance, in radii, at which `most` applies
+  constexpr double least = 1e-5, most = 1e-4, measured = 1e-3;
   const MechanicsOptions& mechanics = scene.mechanics;
   const bool has_tolerance = mechanics.kind().reads("position_tolerance");
   if (!has_tolerance || scene.conductors.empty() || has_circuit(scene)) return least;

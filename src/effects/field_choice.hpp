@@ -10,40 +10,41 @@
 
 namespace lichtenberg::effects {
 
-/// The electrical groups of the first instant: contacts that exist are made.
+/// Returns the electrical groups of the first instant, with existing contacts closed.
 ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies);
 
-/// Relative tolerance in the energy norm of the cut-cell solves of a moving scene that gives none: 1e-4 from a
-/// mechanics.position_tolerance of 1e-3 of the smallest radius on, with the square of that below, and at least 1e-5,
-/// which is what the links are wrong by. Measured, not a bound, since the norm is that of the whole field and one body
-/// may have more of the error than another: at 1e-3 of a radius runs with 1e-4 have the errors of runs with 1e-5, at
-/// 2.5e-4 of one 2.5e-5 costs a tenth more error (validation/benchmarks/README.md).
-/// 1e-5 where charges follow potentials (a circuit), where CVODE estimates its errors by differences of such solves,
-/// and by Euler's method, whose positions have no tolerance.
+/// Returns the default relative tolerance, in the energy norm, of the cut-cell solves of a moving scene. It is 1e-4 for
+/// a mechanics.position_tolerance of at least 1e-3 of the smallest radius. Below, it decreases with the square of the
+/// position tolerance to 1e-5, the error of the stencil. The relation is empirical, not a bound, because the norm is
+/// global and one body may have more of the error than another. At 1e-3 of a radius, 1e-4 gives the same errors as
+/// 1e-5. At 2.5e-4 of a radius, 2.5e-5 gives 10 % more error (validation/benchmarks/README.md).
+///
+/// The tolerance is 1e-5 where charges follow potentials (a circuit) and for CVODE, which estimates its errors by
+/// differences of such solves. It is also 1e-5 for Euler's method, whose positions have no tolerance.
 double usual_moving_tolerance(const Scene& scene);
 
-/// The request of a scene that has one, as the solvers take it. For a run it is to hold for gaps down to
-/// contact_discharge's, and the method must be one that can follow. Throws InputError for a device that the method
-/// cannot use.
+/// Returns the solvers' form of the scene's accuracy request. For a run the accuracy applies to gaps down to
+/// contact_discharge's, and the method must be able to follow moving bodies. Throws InputError for a device that the
+/// method does not support.
 laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run);
 
-/// What is asked for, with what was chosen for it.
+/// Returns the field options that were chosen for a request.
 FieldOptions field_chosen(const FieldRequest& asked, const laplace::Choice& choice);
 
-/// Solves the field of the scene's spheres, which asks for an accuracy, and keeps the tolerance that this takes as the
-/// scene's. Throws as the solver does.
+/// Solves the field of the scene's spheres to the requested accuracy, and stores the required tolerance in the scene.
+/// Throws the exceptions of the solver.
 laplace::AccurateSpheres solve_to_accuracy(Scene& scene, const laplace::SphereProblem& problem);
 
-/// The scene with its field chosen for a run, if it asks for an accuracy. Estimates are made where the conductors are
-/// at the start, with the charge that they have after the first output.every. Throws InputError if the accuracy cannot
-/// be met.
+/// Returns the scene with field options chosen for a run, if it requests an accuracy. Errors are estimated at the
+/// conductors' initial positions, with their charges after the first output.every. Throws InputError if the accuracy
+/// cannot be reached.
 Scene with_field_chosen(Scene scene);
 
-/// A warning if a conductor or a disk electrode has a radius below a cell of the grid that the scene names, which then
-/// hardly sees it; else nothing. Where an accuracy is asked for, the estimate of the error says so.
+/// Returns a warning if a conductor or a disk electrode has a radius below a cell of the scene's grid, which then
+/// barely resolves it; otherwise empty. For a requested accuracy, the error estimate includes this.
 std::string unresolved_bodies(const Scene& scene);
 
-/// Estimate of the error that the scene's choice leaves in a problem of the run.
+/// Returns an estimate of the error of the scene's field options in a problem of the run.
 double estimated_error(const FieldOptions& field, const laplace::LaplaceProblem& problem);
 
 }  // namespace lichtenberg::effects

@@ -53,7 +53,7 @@ void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGro
   problem.bodies.resize(bodies.size() + scene.electrodes.size());
   auto body = problem.bodies.begin();
   for (int i = 0; i < bodies.size(); ++i, ++body) {
-    // Into its place: copying a body made beside it takes three times as long.
+    // Written in place, because copying a separately constructed body is more expensive.
     Disk& disk = body->shape.emplace<Disk>();
     disk.centre = {bodies.position[2 * i], bodies.position[2 * i + 1]};
     disk.radius = bodies.radius[i];
@@ -94,7 +94,7 @@ void check_device(const Scene& scene) {
 
 namespace {
 
-/// Cells of a grid half as fine, 0 if that would not be whole cells.
+/// Returns the number of cells of a grid half as fine, 0 if that is not a whole number.
 int halved(Vec2 size, int cells) {
   const double shorter = cells * std::min(size.x, size.y) / std::max(size.x, size.y);
   return cells % 2 == 0 && std::lround(shorter) % 2 == 0 ? cells / 2 : 0;
@@ -106,7 +106,7 @@ int predictor_cells(const Scene& scene) {
   const MechanicsOptions& mechanics = scene.mechanics;
   if (!mechanics.predictor || !mechanics.kind().reads("predictor")) return 0;
   if (!scene.field().method->follow || scene.conductors.empty()) return 0;
-  if (has_circuit(scene)) return 0;     // small errors of potentials are large ones of currents
+  if (has_circuit(scene)) return 0;     // small errors of potentials are large errors of currents
   constexpr double least_radius = 1.9;  // cells
   const double smallest = scene.smallest_radius();
   const double side = std::max(scene.domain.size.x, scene.domain.size.y);
@@ -154,7 +154,7 @@ void check_processes(const FieldTable* field) {
 
 namespace {
 
-/// False of a coordinate that is no number, too.
+/// Returns true if all centres are inside; false for a coordinate that is not a number.
 bool all_inside(const Bodies& bodies) {
   const std::size_t d = bodies.dimension;
   bool inside = true;
@@ -167,7 +167,7 @@ bool all_inside(const Bodies& bodies) {
   return inside;
 }
 
-/// Outside there is no field to solve for.
+/// Throws Failure for a body outside the domain, where no field is defined.
 void check_inside(const Scene& scene, const Bodies& bodies) {
   if (scene.domain.open || all_inside(bodies)) return;
   for (int i = 0; i < bodies.size(); ++i) {
@@ -183,7 +183,7 @@ void check_inside(const Scene& scene, const Bodies& bodies) {
   }
 }
 
-/// What the field of spheres cannot solve, which contact forces should not let happen; empty: nothing.
+/// Describes an overlap that the field of spheres cannot solve and that contact forces should prevent; empty: none.
 std::string too_deep(const Scene& scene, const Bodies& bodies) {
   using laplace::deepest_contact;
   const auto sentence = [&](const std::string& who, double depth, const std::string& effect, bool there) {
@@ -220,8 +220,8 @@ std::string too_deep(const Scene& scene, const Bodies& bodies) {
   return "";
 }
 
-/// Between surfaces that touch at different potentials the force has no limit; contact_discharge sees to it that there
-/// are none.
+/// Describes two touching surfaces at different potentials, between which the force is unbounded; empty: none.
+/// contact_discharge prevents such contacts.
 std::string touch_of_potentials(const Bodies& bodies, const ElectricalGroups& groups,
                                 const std::vector<Terminal>& terminals) {
   for (const Pair pair : pairs_closer_than(bodies, 0))
@@ -234,16 +234,17 @@ std::string touch_of_potentials(const Bodies& bodies, const ElectricalGroups& gr
   return "";
 }
 
-/// An instant at which nothing but resistors leads to a supply: they carry nothing in no time.
+/// Returns true if resistors are the only connection to a potential source, at an instant, in which they carry no
+/// charge.
 bool is_only_behind_resistors(const auto& problem) { return !problem.couplings.empty() && !problem.has_ground(); }
 
-/// What a prediction is wrong by follows its force `now` where that falls, and stays where it rises: a group that has
-/// merged has another force, and a correction of the old one's size would outlive it. `then`: N, the corrected force's.
+/// Scales a correction of the predictor by the ratio of the force `now` to the force `then` (N) at the correction, at
+/// most by 1. After a group merge forces differ, and a correction of the old force's size would be wrong.
 Vec3 fading(Vec3 correction, double then, Vec3 now) {
   return then > 0 ? std::min(1.0, norm(now) / then) * correction : correction;
 }
 
-/// a - b, terminals and resistors as in a.
+/// Returns a - b, with the terminals and resistors of a.
 Electrostatics difference(Electrostatics a, const Electrostatics& b) {
   a.energy -= b.energy;
   for (std::size_t i = 0; i < b.force.size(); ++i) {
@@ -307,7 +308,7 @@ std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene)
   auto solver = make_field_solver(moving);
   if (cells == 0) return std::make_unique<FloatingConductors>(scene, std::move(solver));
   moving.cells = cells;
-  moving.tolerance = std::max(moving.tolerance, 1e-3);  // such a grid's own error is ten times that and more
+  moving.tolerance = std::max(moving.tolerance, 1e-3);  // the grid's own error is at least ten times this value
   auto predictor = make_field_solver(moving);
   moving.method->follow(*solver, *predictor);
   auto effect = std::make_unique<FloatingConductors>(scene, std::move(solver));
@@ -398,7 +399,7 @@ void FloatingConductors::ask(const Bodies& bodies, const ElectricalGroups& group
   if (is_only_behind_resistors(asked.problem)) neutralize(asked.problem.groups);
 }
 
-/// Without what terminals and resistors have.
+/// Converts a solution to SI, for conductors only, without terminals and resistors.
 Electrostatics FloatingConductors::of_conductors(const AskedField& asked,
                                                  const laplace::LaplaceSolution& solution) const {
   const double depth = scene_.medium.depth;

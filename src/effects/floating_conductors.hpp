@@ -21,88 +21,91 @@ struct FloatingConductorsOptions {
   static const EffectKind& kind();
 };
 
-/// The field problem of a scene's conductors where they are now (D 5.2, 5.3). Bodies: the conductors in order, then the
-/// electrodes. Groups: the electrical groups in ascending order of id, then one for each electrode without a resistor,
-/// then one for each supply at the end of a resistor. Charges and what resistors carry become those per metre of depth.
+/// Returns the field problem of a scene's conductors at their current positions (D 5.2, 5.3). Bodies: the conductors in
+/// order, then the electrodes. Groups: the electrical groups in ascending order of id, then one for each electrode
+/// without a resistor, then one for each potential source at the end of a resistor. Charges and lumped conductances are
+/// converted to values per metre of depth.
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                              const NodeCharges& charges = {});
 
-/// A field problem with the memory that the next one is made in.
+/// A field problem whose memory is reused for the next problem.
 struct AskedField {
   laplace::LaplaceProblem problem;
-  NodeGroups nodes;  ///< `of_node` alone: the groups are the problem's
+  NodeGroups nodes;  ///< only `of_node` is valid: the groups are in `problem`
 };
 
-/// Makes the problem of make_laplace_problem in `asked`.
+/// Writes the problem of make_laplace_problem to `asked`.
 void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges,
                    AskedField& asked);
 
-/// Null if it is to be chosen.
+/// Returns the method of a field; null if it is still to be chosen.
 const FieldMethodKind* method_of(const FieldTable& table);
 
-/// Throws InputError for a device that the method cannot use; null: one is to be chosen.
+/// Throws InputError for a device that the method does not support; null: method still to be chosen.
 void check_device(FieldDevice device, const FieldMethodKind* method);
 
-/// Throws InputError for a device that the scene's method cannot use.
+/// Throws InputError for a device that the scene's method does not support.
 void check_device(const Scene& scene);
 
-/// The solver that a scene asks for, at the tolerance of a single solve. Throws InputError for a device that the method
-/// cannot use, or that is not there.
+/// Makes the solver that a scene selects, at the tolerance of a single solve. Throws InputError for a device that the
+/// method does not support, or that is missing.
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options);
 
-/// Cells along the longer side of the grid on which forces are predicted between field solves (mechanics/README.md):
-/// the field's own, halved as long as the smallest radius has two cells. 0: none, because the scene wants none, has a
-/// circuit, or its field's grid is not four times as fine.
+/// Returns the number of cells along the longer side of the predictor's grid, which gives forces between field solves
+/// (mechanics/README.md). It is the number of the field's grid, halved while the smallest radius has at least 1.9
+/// cells. 0: no predictor, because the scene disables it or has a circuit, or because its grid is not at least four
+/// times as coarse.
 int predictor_cells(const Scene& scene);
 
-/// Whether the field is solved within an integrator's error control, where its own error must not show.
+/// Returns true if field solves are inside an integrator's error control, where field errors must be negligible.
 bool is_inside_integrator(const Scene& scene);
 
-/// Throws InputError if the method cannot follow the scene's conductors where they may move: disks that go through each
-/// other or out of the domain, which only contact forces prevent, are beyond the multipole method.
+/// Throws InputError if the method cannot follow the scene's conductors. The multipole method cannot solve disks that
+/// overlap or leave the domain, which only contact forces prevent.
 void check_can_move(const Scene& scene);
 
-/// Several processes (mpirun) share assembled field solves and nothing else. Throws InputError if there are several and
-/// `field` asks for another solver; null: no field is solved at all.
+/// Checks parallel processes (mpirun), which support assembled field solves only. Throws InputError if there are
+/// several and `field` selects another solver; null: no field is solved.
 void check_processes(const FieldTable* field);
 
-/// Electrostatics of conductors with given charges (D 5.3). Owns the field solver. A field solve costs more than all
-/// mechanics of a step together, so forces are held: add_forces adds those of a HeldField, which others keep.
+/// Electrostatics of conductors with given charges (D 5.3). Owns the field solver. Because a field solve dominates the
+/// cost of a step, forces are extrapolated between solves: add_forces adds the forces of a HeldField, which the caller
+/// updates.
 class FloatingConductors : public Effect {
  public:
-  FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);  ///< of a plane scene
-  FloatingConductors(const Scene& scene, laplace::SphereSolver solver);                    ///< of one in space
+  FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);  ///< two dimensions
+  FloatingConductors(const Scene& scene, laplace::SphereSolver solver);                    ///< three dimensions
 
   const EffectKind& kind() const override { return FloatingConductorsOptions::kind(); }
   Needs needs() const override { return {.charges = true, .field = true}; }
   void add_forces(const State& state, std::span<double> force) const override;
-  /// Held forces are linear in time: free flight has a closed form for them.
+  /// Extrapolated forces are linear in time, so free flight has a closed form and no body is marked.
   void mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
 
-  /// Solves the field. Throws what the solver throws, and Failure (InputError before the first solve) for a conductor
-  /// outside the domain, or one that touches another potential in a scene without contact_discharge.
+  /// Solves the field. Throws the exceptions of the solver. Throws Failure (InputError before the first solve) for a
+  /// conductor outside the domain, or for one that touches another potential in a scene without contact_discharge.
   Electrostatics solve(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges);
 
-  /// From now on predict() can be called: `predictor` solves the same problems, coarsely. Not in a scene with a
-  /// circuit.
+  /// Sets the predictor, a solver of the same problems on a coarser grid, which enables predict(). Not allowed in a
+  /// scene with a circuit.
   void set_predictor(std::unique_ptr<laplace::LaplaceSolver> predictor) { predictor_ = std::move(predictor); }
   laplace::LaplaceSolver* predictor() { return predictor_.get(); }
-  /// What solve() would find, for a fraction of its cost: the predictor's solution and what it was found to be wrong by
-  /// at the last correct(). Throws what solve() throws.
+  /// Approximates solve() at a fraction of its cost: the predictor's solution plus its error at the last correct().
+  /// Throws the exceptions of solve().
   Electrostatics predict(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges);
-  /// Tells the predictor by what it was wrong: `solved` is what solve() found for the last prediction's problem.
+  /// Stores the predictor's error; `solved` is the result of solve() for the last prediction's problem.
   void correct(const Electrostatics& solved);
-  /// The solvers' next solves depend on their problems alone.
+  /// Makes the solvers' next solves independent of earlier ones.
   void forget();
 
-  /// The last problem that was solved, if the scene asks for an accuracy: for checks of it.
+  /// Returns the last solved problem, for error checks, if the scene specifies an accuracy.
   const std::optional<laplace::LaplaceProblem>& last_problem() const { return last_problem_; }
-  /// From now on these forces act, as they are at any time. `held` must outlive this.
+  /// Sets the forces that add_forces() adds, at any time. `held` must outlive this object.
   void follow(const HeldField& held) { held_ = &held; }
 
   laplace::LaplaceSolver* solver() { return solver_.get(); }  ///< null in three dimensions
   std::int64_t solves() const { return solves_; }
-  std::int64_t iterations() const { return iterations_; }  ///< of the linear solver, all solves together
+  std::int64_t iterations() const { return iterations_; }  ///< linear-solver iterations of all solves
   std::int64_t predictions() const { return predictions_; }
   void set_counters(std::int64_t solves, std::int64_t iterations, std::int64_t predictions) {
     solves_ = solves, iterations_ = iterations, predictions_ = predictions;
@@ -118,19 +121,20 @@ class FloatingConductors : public Effect {
   void check_contacts(const Bodies& bodies, const ElectricalGroups& groups) const;
 
   Scene scene_;
-  std::unique_ptr<laplace::LaplaceSolver> solver_, predictor_;  ///< none: null
-  std::optional<laplace::SphereSolver> spheres_;                ///< in place of solver_ in three dimensions
+  std::unique_ptr<laplace::LaplaceSolver> solver_, predictor_;  ///< null: none
+  std::optional<laplace::SphereSolver> spheres_;                ///< used instead of solver_ in three dimensions
   std::vector<Terminal> terminals_;
-  AskedField asked_, predicted_;        ///< of the last solve and prediction
-  laplace::LaplaceSolution coarse_;     ///< the predictor's last solution
-  Electrostatics correction_;           ///< what to add to it
-  std::vector<double> corrected_norm_;  ///< N, of the predictor's forces when it was corrected last
+  AskedField asked_, predicted_;     ///< problems of the last solve and prediction
+  laplace::LaplaceSolution coarse_;  ///< predictor's last solution
+  Electrostatics correction_;        ///< correction of coarse_
+  /// N, magnitudes of the predictor's forces at the last correction
+  std::vector<double> corrected_norm_;
   std::optional<laplace::LaplaceProblem> last_problem_;
   const HeldField* held_ = nullptr;  ///< null: no forces
   std::int64_t solves_ = 0, iterations_ = 0, predictions_ = 0;
 };
 
-/// With the solver that the scene asks for, at the tolerance of a moving scene, and a predictor if it has one.
+/// Makes the effect with the scene's solver at the tolerance of a moving scene, and with a predictor if it has one.
 std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene);
 
 }  // namespace lichtenberg::effects

@@ -11,7 +11,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// The group of that potential, a new one if there is none.
+/// Returns the group of that potential, and appends a new one if there is none.
 int group_at(double potential, std::vector<laplace::Group>& groups) {
   const auto found = std::ranges::find_if(
       groups, [&](const laplace::Group& group) { return !group.floating && group.potential == potential; });
@@ -20,7 +20,8 @@ int group_at(double potential, std::vector<laplace::Group>& groups) {
   return static_cast<int>(groups.size()) - 1;
 }
 
-/// Off the electrode sides that have its potential, or to which a contact's resistor joins it.
+/// Moves a centre away from electrode sides that have the sphere's potential, or to which a contact's resistor connects
+/// it.
 Vec3 clear_of_sides(Vec3 centre, double radius, std::optional<double> potential, bool joined, const Domain& domain) {
   const double least = (1 + 1e-3) * radius;
   const auto is_one = [&](const DomainSide& side) { return side.electrode && (joined || potential == side.potential); };
@@ -31,7 +32,7 @@ Vec3 clear_of_sides(Vec3 centre, double radius, std::optional<double> potential,
   return centre;
 }
 
-/// Of each conductor whether a contact's resistor joins it to a side of the domain.
+/// Returns for each conductor whether a contact's resistor connects it to a side of the domain.
 std::vector<char> joined_to_sides(const Scene& scene, const NodeCharges& charges) {
   std::vector<char> joined(scene.conductors.size());
   for (const Resistor& resistor : charges.resistors)
@@ -40,7 +41,7 @@ std::vector<char> joined_to_sides(const Scene& scene, const NodeCharges& charges
   return joined;
 }
 
-/// The sphere at the other end of a contact's resistor; -1: a side.
+/// Returns the sphere at the other end of a contact's resistor; -1: a side.
 int sphere_beyond(const Scene& scene, const Resistor& resistor) {
   const int conductors = static_cast<int>(scene.conductors.size());
   const int electrodes = static_cast<int>(scene.electrodes.size());
@@ -51,11 +52,11 @@ int sphere_beyond(const Scene& scene, const Resistor& resistor) {
   return sphere;
 }
 
-/// Spheres that a contact's resistor joins have two groups and may touch, with potentials as near to each other as the
-/// field is known (pressed_apart_in_potential ends a run otherwise). They are shown to the solver a share
-/// `accuracy` of the smaller radius apart, each smaller by half of that: what is charged there is wrong by as much, and
-/// so is the force, of which a difference dV has some pi eps dV^2 / accuracy in such a gap. Not below 1e-5, to which
-/// gaps keep their digits.
+/// Shrinks spheres that a contact's resistor connects, so that they have a gap. Such spheres have two groups and may
+/// touch, with potentials equal to the accuracy of the field (otherwise pressed_apart_in_potential ends the run). The
+/// gap is `accuracy` times the smaller radius, and each sphere is smaller by half of it. The relative error of the
+/// charge there is of the same size. So is that of the force, to which a difference dV contributes about pi eps dV^2 /
+/// accuracy. The gap is at least 1e-5 of the radius, so that it keeps its digits.
 void keep_contacts_apart(const Scene& scene, const std::vector<Resistor>& resistors, double accuracy,
                          std::vector<laplace::Sphere>& spheres) {
   std::vector<double> shrink(spheres.size());

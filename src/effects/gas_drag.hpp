@@ -16,10 +16,10 @@ struct GasDragOptions {
   static const EffectKind& kind();
 };
 
-/// Drag S (v_gas - v) of a gas whose velocity at each grain is random: Gaussian, of standard deviation `speed` a
-/// component, the same for `hold`, then drawn anew (G 3.54, 7.2, which state neither). Grains that do not
-/// collide come to the temperature speed^2 tanh(S hold / 2) when it is drawn anew; colliding ones to a lower one
-/// (theory::driven_temperature). Solved exactly.
+/// Drag S (v_gas - v) of a gas with a random velocity at each grain. It is Gaussian with standard deviation `speed` for
+/// each component, constant for `hold` (correlation time) and then redrawn (G 3.54, 7.2, which specify neither). Grains
+/// without collisions reach the temperature speed^2 tanh(S hold / 2) at the times of redrawing. With collisions the
+/// temperature is lower (theory::driven_temperature). Integrated exactly.
 class GasDrag : public Effect {
  public:
   GasDrag(const GasDragOptions& options, std::uint64_t seed)

@@ -6,8 +6,8 @@
 
 namespace lichtenberg::effects {
 
-/// Grains that touch push each other by a damped law. How they move in contact is for who moves them
-/// (src/granular/contact_motion.hpp), who asks for the law; it has no forces of its own.
+/// Damped contact force law of grains. The integrator of grains (src/granular/contact_motion.hpp) reads the law and
+/// computes the motion in contact. The effect adds no forces itself.
 class GrainContactEffect : public Effect {
  public:
   GrainContactEffect(const EffectKind& kind, GrainContactLaw law) : kind_(kind), law_(law) {}
@@ -20,7 +20,7 @@ class GrainContactEffect : public Effect {
   GrainContactLaw law_;
 };
 
-/// EffectKind::device of a law of contacts: a device takes every GrainContactLaw, from Effect::grain_contact.
+/// EffectKind::device of a contact law: a device reads every GrainContactLaw from Effect::grain_contact.
 inline void contact_on_device(const Scene&, DeviceForces&) {}
 
 }  // namespace lichtenberg::effects

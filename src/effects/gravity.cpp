@@ -57,7 +57,7 @@ const EffectKind& GravityOptions::kind() {
                 .help = "of free fall"},
                {.name = "direction",
                 .place = place<&GravityOptions::direction>,
-                .range = {.low = -1e100, .high = 1e100},  // squares are taken
+                .range = {.low = -1e100, .high = 1e100},  // squares must not overflow
                 .computed_default = "[0, 0, -1] in three dimensions, to the front; [0, -1] in two, to the bottom",
                 .help = "of the fall, a vector of any length but 0; pictures in perspective put its opposite up"},
                {.name = "fluid_density",

@@ -6,12 +6,12 @@
 
 namespace lichtenberg::effects {
 
-/// The last field's forces and charges, and how they go on until the next: linearly in time.
+/// Forces and charges of the last field solve and their linear extrapolation in time until the next.
 struct HeldField {
-  double time = 0;                          ///< s, of the solve
-  std::vector<Vec3> force, force_rate;      ///< N, N/s, a conductor
-  std::vector<double> charge, charge_rate;  ///< C, by the field (D 5.4), and A
-  bool rates_known = false;                 ///< from the last two solves; if not they are 0
+  double time = 0;                          ///< s, time of the solve
+  std::vector<Vec3> force, force_rate;      ///< N, N/s, for each conductor
+  std::vector<double> charge, charge_rate;  ///< C, from the field (D 5.4), and A
+  bool rates_known = false;                 ///< true: rates are from the last two solves; false: they are 0
 
   Vec3 force_at(int i, double t) const { return force[i] + (t - time) * force_rate[i]; }
   double charge_at(int i, double t) const { return charge[i] + (t - time) * charge_rate[i]; }

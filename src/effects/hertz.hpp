@@ -14,7 +14,7 @@ struct Elasticity {
   double plane_modulus() const { return young / (1 - poisson * poisson); }  ///< Pa
 };
 
-/// E* of two bodies (Pa; Hertz 1882): 1/E* = (1 - poisson_a^2) / young_a + (1 - poisson_b^2) / young_b.
+/// Returns E* of two bodies (Pa; Hertz 1882): 1/E* = (1 - poisson_a^2) / young_a + (1 - poisson_b^2) / young_b.
 inline double contact_modulus(const Elasticity& a, const Elasticity& b) {
   return a.plane_modulus() / (1 + a.plane_modulus() / b.plane_modulus());
 }
@@ -25,15 +25,15 @@ struct HertzForce {
   double energy = 0;     ///< J, integral of the force: 2/5 force overlap
 };
 
-/// F = 4/3 E* sqrt(R_eff) overlap^(3/2) (D 5.9, whose overlap is misprinted); overlap > 0 and 1/R_eff, the sum of both
-/// surfaces' curvatures, in metres.
+/// Returns Hertz's force F = 4/3 E* sqrt(R_eff) overlap^(3/2) (D 5.9, whose overlap is misprinted). Requires overlap >
+/// 0. 1/R_eff is the sum of both surfaces' curvatures; lengths are in metres.
 LICHTENBERG_HOST_DEVICE inline HertzForce hertz(double modulus, double effective_radius, double overlap) {
   const double stiffness = 2 * modulus * std::sqrt(effective_radius * overlap);
   const double force = 2.0 / 3.0 * stiffness * overlap;
   return {force, stiffness, 0.4 * force * overlap};
 }
 
-/// Hertz's force between two spheres (pair_law.hpp).
+/// Hertz's force law between two spheres (pair_law.hpp).
 struct HertzLaw {
   static constexpr bool over_distance = false, damped = false;
   double modulus = 0;  ///< Pa, E*
@@ -41,13 +41,13 @@ struct HertzLaw {
   LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }
   LICHTENBERG_HOST_DEVICE double energy_unit() const { return 1; }
   LICHTENBERG_HOST_DEVICE double overlap(const PairSeen& seen) const {
-    return seen.distance < seen.reach ? seen.reach - seen.distance : 0;  // rounding may have put it beyond
+    return seen.distance < seen.reach ? seen.reach - seen.distance : 0;  // rounding can give a distance beyond reach
   }
   LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {
     const HertzForce law = hertz(modulus, 1 / (1 / seen.radius_i + 1 / seen.radius_j), overlap(seen));
     return {law.energy, law.force, law.stiffness};
   }
-  /// It is for overlaps much smaller than the spheres, and centres that pass each other are no contact at all.
+  /// Returns true if the overlap exceeds the smaller radius. The law holds for overlaps much smaller than the spheres.
   LICHTENBERG_HOST_DEVICE bool refuses(const PairSeen& seen) const {
     return overlap(seen) > (seen.radius_i < seen.radius_j ? seen.radius_i : seen.radius_j);
   }

@@ -12,14 +12,14 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Only says that the table stands in the scene.
+/// Marks the presence of the table in the scene.
 class InducedDipoles : public Effect {
  public:
   const EffectKind& kind() const override { return InducedDipolesOptions::kind(); }
 };
 
 void check(const Draft& draft) {
-  // Two touching grains polarize each other without end at r^3 = 2 A.
+  // The mutual polarization of two touching grains diverges at r^3 = 2 A.
   const auto& options = *draft.scene.effects.find<InducedDipolesOptions>();
   constexpr double most = 0.5;
   if (options.polarizability >= most)
@@ -34,7 +34,7 @@ void check(const Draft& draft) {
     refuse(draft.scene.path, line,
            "effects.induced_dipoles.degree above 1 is not allowed with effects.induced_dipoles.sum, which is for "
            "dipoles: leave one of the two out");
-  // What laplace::SphereSolver takes.
+  // Limits of laplace::SphereSolver.
   if (!(options.tolerance >= 1e-12 && options.tolerance <= 0.1))
     refuse(draft.scene.path, draft.line("effects.induced_dipoles.tolerance"),
            fmt::format("effects.induced_dipoles.tolerance = {:g} is not allowed with a degree above 1: it must be at "
@@ -60,11 +60,11 @@ void device(const Scene& scene, DeviceForces& forces) {
     refuse_on_device(scene, fmt::format("effects.induced_dipoles.sum = \"{}\"", name_of(options.sum)));
   if (options.degree > 1) refuse_on_device(scene, "effects.induced_dipoles.degree above 1");
   forces.polarizability = options.polarizability, forces.dipole_tolerance = options.tolerance;
-  constexpr double a_dipole = 450;  // with its history and the arrays of its solver
+  constexpr double a_dipole = 450;  // bytes of a dipole, including its history and the arrays of its solver
   forces.bytes += a_dipole * static_cast<double>(scene.conductors.size());
 }
 
-/// Grains beyond dipoles are a field of dielectric spheres, solved at each step.
+/// Returns the estimated time (s) for a grain. Above degree 1 a field of dielectric spheres is solved in each step.
 double seconds_a_grain(const Scene& scene) {
   const auto& options = *scene.effects.find<InducedDipolesOptions>();
   if (options.degree == 1) return 2.1e-6;
@@ -115,7 +115,7 @@ const EffectKind& InducedDipolesOptions::kind() {
       .check = check,
       .complete = complete,
       .make = [](const Scene&) { return std::make_unique<InducedDipoles>(); },
-      // Of two dipoles A e along the line between them, e = 2 A e / r^3.
+      // Two dipoles A e along the line between them satisfy e = 2 A e / r^3 at the divergence.
       .closest_approach =
           [](const Scene& scene) {
             const auto& options = *scene.effects.find<InducedDipolesOptions>();

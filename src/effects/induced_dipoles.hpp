@@ -14,17 +14,20 @@ inline constexpr Named<periodic::DipoleSum> values_named<periodic::DipoleSum>[] 
 
 namespace lichtenberg::effects {
 
-/// Charges polarize each other's grains. The effect `coulomb` reads these and computes it all, since charges and
-/// dipoles are summed together; with higher multipoles the solver of spheres does that (solvers/laplace/spheres).
+/// Options of dipoles that charges induce in other grains. The effect `coulomb` reads the options and computes the
+/// dipoles, because charges and dipoles are summed together. Above degree 1 the solver of spheres replaces this sum
+/// (solvers/laplace/spheres).
 struct InducedDipolesOptions {
   double polarizability = 0.005;  ///< A, d0^3
   periodic::DipoleSum sum = periodic::DipoleSum::ewald;
-  double tolerance = 1e-6;  ///< of the field that polarizes
-  int degree = 1;           ///< of the multipoles; above 1 grains are dielectric spheres of that polarizability
+  double tolerance = 1e-6;  ///< relative tolerance of the polarizing field
+  /// degree of the multipoles; above 1 grains are dielectric spheres of that polarizability
+  int degree = 1;
 
-  static constexpr int most = 60;  ///< degrees
+  static constexpr int most = 60;  ///< largest degree
 
-  /// Of a sphere (d0) with that polarizability, over the permittivity outside; a conductor's is infinite.
+  /// Returns the permittivity, relative to the medium, of a sphere with that polarizability and `radius` (d0). It is
+  /// infinite for a conductor.
   double relative_permittivity(double radius) const;
 
   static const EffectKind& kind();

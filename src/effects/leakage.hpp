@@ -10,8 +10,8 @@ struct LeakageOptions {
   static const EffectKind& kind();
 };
 
-/// Ohmic conduction through the fluid, which is uniform: no charge gathers in it, and every conductor's decays with the
-/// relaxation time permittivity / conductivity, whatever surrounds it (Gauss and Ohm).
+/// Ohmic conduction through the uniform fluid. No charge accumulates in the fluid, and every conductor's charge decays
+/// with the relaxation time permittivity / conductivity, whatever surrounds it (Gauss and Ohm).
 class Leakage : public Effect {
  public:
   Leakage(const LeakageOptions& options, double permittivity)  ///< F/m

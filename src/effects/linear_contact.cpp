@@ -6,7 +6,7 @@ namespace lichtenberg::effects {
 namespace {
 
 LinearSpringLaw law_of(const LinearContactOptions& options) {
-  constexpr double effective_mass = 0.5;  // of two grains of mass 1
+  constexpr double effective_mass = 0.5;  // effective mass of two grains of mass 1
   if (options.damping) return {options.stiffness, *options.damping};
   return {options.stiffness, linear_damping(options.stiffness, options.restitution.value_or(0.9), effective_mass)};
 }

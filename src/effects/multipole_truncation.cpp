@@ -7,7 +7,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// The largest difference of two solutions' forces over the largest force of the second.
+/// Returns the largest difference of two solutions' forces over the largest force of the second.
 double difference_of_forces(const laplace::SphereProblem& problem, int degree, int higher, double tolerance) {
   const auto forces_at = [&](int l) {
     return laplace::SphereSolver({.accuracy = tolerance, .degree = l}).solve(problem).sphere_force;
@@ -21,8 +21,9 @@ double difference_of_forces(const laplace::SphereProblem& problem, int degree, i
   return largest > 0 ? error / largest : 0;
 }
 
-/// Coefficients beside a contact fall off like exp(-2 sqrt(l (-ln k))), k = (eps_r - 1) / (eps_r + 1)
-/// (solvers/laplace/spheres/README.md): 100 more make the second solution exact beside the first.
+/// Returns the error in contact. Coefficients near a contact decay like exp(-2 sqrt(l (-ln k))), k = (eps_r - 1) /
+/// (eps_r + 1) (solvers/laplace/spheres/README.md). With 100 more degrees the error of the second solution is
+/// negligible.
 double error_in_contact(double radius, const InducedDipolesOptions& options) {
   const double permittivity = options.relative_permittivity(radius);
   laplace::SphereProblem problem{.free_space = true, .permittivity = 1 / (4 * std::numbers::pi)};

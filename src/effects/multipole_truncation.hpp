@@ -8,19 +8,20 @@
 
 namespace lichtenberg::effects {
 
-/// Charged grains as dielectric spheres of the options' polarizability, in units with 4 pi eps = 1.
+/// Returns charged grains as dielectric spheres of the options' polarizability, in units with 4 pi eps = 1.
 laplace::SphereProblem dielectric_spheres(const InducedDipolesOptions& options, const Bodies& bodies);
 
-/// Errors of forces that effects.induced_dipoles.degree alone makes, beside solutions of a higher degree.
+/// Errors of forces due to effects.induced_dipoles.degree, estimated by solutions of a higher degree.
 struct MultipoleTruncation {
-  /// The largest error over the largest force at the start. Empty for degree 1, which has no sphere problem, and where
-  /// the solution of higher degree would take more than some seconds.
+  /// Largest error over the largest force at the start. Empty for degree 1, which has no sphere problem, and if the
+  /// solution of higher degree would take more than a few seconds.
   std::optional<double> at_start;
-  double in_contact = 0;  ///< of the attraction of two opposite charges on touching grains of the smallest radius
+  /// relative error of the attraction of opposite charges on two smallest grains in contact
+  double in_contact = 0;
 };
 
-/// Empty where grains are as polarizable as conductors, and so no dielectric spheres. Throws InputError for grains that
-/// laplace::SphereSolver refuses.
+/// Estimates the truncation errors. Empty if grains are as polarizable as conductors and thus no dielectric spheres.
+/// Throws InputError for grains that laplace::SphereSolver refuses.
 std::optional<MultipoleTruncation> multipole_truncation(const Scene& scene);
 
 }  // namespace lichtenberg::effects

@@ -6,7 +6,7 @@
 #include "src/scene/scene.hpp"
 #include "src/scene/vary.hpp"
 
-// What src/scene/ does for any list of effects, with those of this program (effects::all_kinds()).
+// Functions of src/scene/ with the effects of this program (effects::all_kinds()).
 
 namespace lichtenberg {
 

@@ -9,7 +9,7 @@ struct StokesDragOptions {
   static const EffectKind& kind();
 };
 
-/// F = -gamma v with gamma = 6 pi viscosity R (D 5.8).
+/// Stokes drag F = -gamma v with gamma = 6 pi viscosity R (D 5.8).
 class StokesDrag : public Effect {
  public:
   explicit StokesDrag(double viscosity) : viscosity_(viscosity) {}  ///< Pa s

@@ -21,8 +21,8 @@ struct UniformPush {
   }
 };
 
-/// Weight, say: every grain is accelerated alike. What it does to the grains is booked as driven: in a periodic box it
-/// has no potential.
+/// Uniform acceleration of all grains, such as weight. Its work counts as driving energy, because it has no potential
+/// in a periodic box.
 class UniformForce : public Effect {
  public:
   explicit UniformForce(const UniformForceOptions& options) : push_{options.acceleration.value} {}

@@ -9,7 +9,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Either the pure numbers or all of what they follow from.
+/// Checks that either the dimensionless numbers or all of the SI parameters are given.
 void check(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<ViscoelasticContactOptions>();
   const auto path = [](const std::string& key) { return "effects.viscoelastic_contact." + key; };
@@ -26,7 +26,7 @@ void check(const Draft& draft) {
              fmt::format("{} is missing: young, poisson and viscosity are given together, or none of them", path(key)));
 }
 
-/// E and D of the scene's scales (G 3.11, 3.12, 3.36).
+/// Computes E and D from the SI parameters and the scene's scales (G 3.11, 3.12, 3.36).
 void take_from_SI(const Draft& draft, Scene& scene) {
   auto& options = *scene.effects.find<ViscoelasticContactOptions>();
   if (!options.young || !draft.scene.reference) return;
@@ -48,7 +48,7 @@ const EffectKind& ViscoelasticContactOptions::kind() {
       .options = ViscoelasticContactOptions{},
       .keys = {{.name = "elastic",
                 .place = place<&ViscoelasticContactOptions::elastic>,
-                .range = {.low = 1e-100, .high = 1e100},  // squares are taken
+                .range = {.low = 1e-100, .high = 1e100},  // squares must not overflow
                 .help = "E = alpha d0^(5/2) / (m0 v0^2), alpha = 2 Y sqrt(d0/4) / (3 (1 - nu^2)) (G 3.11, 3.36)"},
                {.name = "dissipative",
                 .place = place<&ViscoelasticContactOptions::dissipative>,

@@ -9,7 +9,7 @@ namespace lichtenberg::effects {
 struct ViscoelasticContactOptions {
   double elastic = 278.6;     ///< E
   double dissipative = 27.7;  ///< D
-  // In their place, in SI:
+  // Alternative parameters in SI:
   std::optional<double> young;      ///< Y, Pa
   std::optional<double> poisson;    ///< nu
   std::optional<double> viscosity;  ///< gamma, s

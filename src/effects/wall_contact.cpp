@@ -13,7 +13,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Material of the conductors without keys of their own.
+/// Returns the material of the conductors without keys of their own.
 Elasticity common_material(const Scene& scene) {
   if (const auto* spheres = scene.effects.find<HertzContactOptions>()) return {spheres->young, spheres->poisson};
   const auto& walls = *scene.effects.find<WallContactOptions>();
@@ -54,7 +54,7 @@ WallContact::WallContact(const Scene& scene) {
   for (const Electrode& electrode : scene.electrodes) walls_.push_back(surface_of(electrode, scene.domain));
 }
 
-/// Calls visit(body, view, law) for every contact of a body asked for with a wall.
+/// Calls visit(body, view, law) for every contact of a requested body with a wall.
 template <class Visit>
 void WallContact::for_each_contact(const State& state, Visit visit) const {
   const Bodies& bodies = state.bodies;
@@ -97,8 +97,8 @@ void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) cons
 
 namespace {
 
-/// Whether a body that was as far from a wall as `gap` where it was looked at cannot touch one while it moves by at
-/// most `travel`.
+/// Returns true if a body cannot touch a wall while it moves by at most `travel` (m). `gap` (m) was its gap at the
+/// position `looked_at`.
 bool is_away(const Bodies& bodies, int i, std::span<const double> looked_at, double gap, double travel) {
   double way2 = 0;
   for (int k = i * bodies.dimension; k < (i + 1) * bodies.dimension; ++k)
@@ -109,7 +109,7 @@ bool is_away(const Bodies& bodies, int i, std::span<const double> looked_at, dou
 
 }  // namespace
 
-/// Whether a body that moves by at most `travel` may touch a wall.
+/// Returns true if a body that moves by at most `travel` (m) may touch a wall.
 bool WallContact::reaches(const Bodies& bodies, int i, double travel) const {
   const int d = bodies.dimension;
   if (gap_.size() != bodies.radius.size()) {

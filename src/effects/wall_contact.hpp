@@ -10,17 +10,17 @@
 namespace lichtenberg::effects {
 
 struct WallContactOptions {
-  double young = 200e9;  ///< Pa, of the walls
+  double young = 200e9;  ///< Pa, Young's modulus of the walls
   double poisson = 0.3;
   std::vector<Elasticity> bodies{};  ///< material of each conductor; empty: no conductor has keys of its own
   static const EffectKind& kind();
 };
 
-/// The elastic contact of spheres with what does not move: the sides of the domain, which are flat, and the electrodes
-/// (a ring pushes inward); not those that are periodic.
+/// Elastic contact of spheres with fixed bodies: the flat sides of the domain, except for periodic ones, and the
+/// electrodes. The force of a ring points inward.
 class WallContact : public Effect {
  public:
-  explicit WallContact(const Scene& scene);  ///< which has it
+  explicit WallContact(const Scene& scene);  ///< `scene` must have the effect
 
   const EffectKind& kind() const override { return WallContactOptions::kind(); }
   Needs needs() const override { return {.largest_move = 0.5}; }
@@ -36,10 +36,11 @@ class WallContact : public Effect {
   template <class Visit>
   void for_each_contact(const State& state, Visit visit) const;
 
-  std::vector<double> modulus_;  ///< Pa, E* of each sphere and a wall; one value holds for all spheres
+  /// Pa, E* of each sphere and a wall; one value holds for all spheres
+  std::vector<double> modulus_;
   std::vector<Surface> walls_;
-  // What makes looks faster, and changes no answer: by body, the gap (m) to the nearest wall at its last look, and
-  // where that was. No wall is nearer than that by more than the body has moved since.
+  // Cache that does not affect results: by body, the gap (m) to the nearest wall and the position at its last
+  // computation. The gap has decreased since by at most the body's displacement.
   mutable std::vector<double> gap_, looked_at_;
 };
 

@@ -8,14 +8,14 @@
 
 namespace lichtenberg::effects {
 
-/// What GasDrag does to a grain, on the CPU and on a device.
+/// Exact action of GasDrag on a grain, on the CPU and on a device.
 struct Wind {
   double stokes = 0;  ///< S
   double speed = 0;   ///< standard deviation of a component
-  double hold = 1;    ///< after which it is drawn anew
+  double hold = 1;    ///< correlation time, after which the velocity is redrawn
   std::uint64_t seed = 0;
 
-  /// Blows on grain `i` of this mass and momentum [d] from `time` on for dt.
+  /// Changes the momentum [d] of grain `i` with this mass from `time` to `time` + dt.
   LICHTENBERG_HOST_DEVICE void operator()(double time, double dt, int i, double mass, double* momentum, int d) const {
     const double end = time + dt;
     while (time < end) {

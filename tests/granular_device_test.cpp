@@ -19,7 +19,6 @@
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
 #include "src/granular/device/lists.hpp"
-#include "src/granular/device/pair_path.hpp"
 #include "src/granular/granular_motion.hpp"
 #include "tests/grains.hpp"
 #include "tests/message.hpp"
@@ -86,47 +85,6 @@ TEST_CASE("a gas whose lists a device could not count is refused with what they 
   const std::string sentence = message_of([&] { granular::device::check_scene(scene); });
   CHECK_MESSAGE(sentence.starts_with("gas.toml: device = \"cuda\" has no room in its lists for 300000 grains with "),
                 sentence);
-}
-
-TEST_CASE("a pair's step on a device is PairMotion's to rounding, whether it comes, stays, lets go or goes by") {
-  struct Contact {
-    ViscoelasticLaw law{.elastic = 278.6, .dissipative = 27.7};
-    ContactPush<double> operator()(double overlap) const { return law.push(overlap, 1.0); }
-  };
-  using State = granular::PairState<3>;
-  constexpr double dt = 0.01;
-  int touched = 0, let_go = 0, passed = 0;
-  Random random({.seed = 1, .purpose = RandomPurpose::population});
-  const auto some = [&](double size) {
-    return Vec3{random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
-  };
-  for (int n = 0; n < 2000; ++n) {
-    const Vec3 way = some(1);
-    const bool touching = n % 2;
-    const double distance = touching ? random.uniform(0.9, 1) : random.uniform(1, 1.02);
-    const State start{(distance / norm(way)) * way, some(3)};
-    const granular::Outside<3> outside{some(5), some(50)};
-    const double age = touching ? random.uniform(0, 0.2) : 0;
-    const auto expected = granular::PairMotion<3, Contact>({}, 1, 0.5, outside).over(start, touching, age, dt);
-    const auto found = granular::device::PairPath<Contact>({}, 1, 2, outside).over(start, touching, age, dt);
-    REQUIRE((found.touched < 0) == (expected.touched < 0));
-    if (!touching && found.touched < 0) {
-      ++passed;
-      continue;
-    }
-    touched += !touching;
-    let_go += norm(expected.end.apart) >= 1;
-    // Some hundred operations on numbers of 1 to 10, 1e-16 each; but the instant at which two touch that graze each
-    // other is a root of what hardly changes, and known to the root of that.
-    CHECK(norm(found.end.apart - expected.end.apart) < 1e-10);
-    CHECK(norm(found.end.velocity - expected.end.velocity) < 1e-8);
-    CHECK(std::abs(found.dissipated - expected.dissipated) < 1e-8);
-    CHECK(std::abs(found.touched - expected.touched) < 1e-8);
-    CHECK(std::abs(found.impact_speed - expected.impact_speed) < 1e-8);
-  }
-  CHECK(touched > 100);
-  CHECK(let_go > 50);
-  CHECK(passed > 100);
 }
 
 TEST_CASE("a step of a neutral gas on the device is the CPU's to rounding") {

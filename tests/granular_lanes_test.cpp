@@ -44,7 +44,7 @@ Start random_start(Random& random) {
 }
 
 PairStep<3> alone(const auto& law, const Start& s) {
-  const PairMotion<3, Push<std::decay_t<decltype(law)>, double>> pair({law}, 1, 0.5, {s.held, s.slope});
+  const PairMotion<3, Push<std::decay_t<decltype(law)>, double>> pair({law}, 1, 2, {s.held, s.slope});
   return pair.over({s.apart, s.velocity}, s.touching, s.age, dt);
 }
 
@@ -56,10 +56,12 @@ void check_same_bits(const Law& law, const std::vector<Start>& starts) {
     const auto vector = [&](Vec3 Start::*of) {
       return LaneVec<3, Real>::each([&](int k) { return number([&](const Start& s) { return (s.*of)[k]; }); });
     };
-    const PairMotion<3, Push<Law, Real>, Real> pairs({law}, 1, 0.5, {vector(&Start::held), vector(&Start::slope)});
+    const PairMotion<3, Push<Law, Real>, Real> pairs({law}, 1, 2, {vector(&Start::held), vector(&Start::slope)});
     const auto touching = number([](const Start& s) { return s.touching; }) > 0.5;
-    const PairStep<3, Real> found = pairs.over({vector(&Start::apart), vector(&Start::velocity)}, touching,
-                                               number([](const Start& s) { return s.age; }), dt);
+    auto begun = pairs.begin({vector(&Start::apart), vector(&Start::velocity)}, touching,
+                             number([](const Start& s) { return s.age; }), dt);
+    const auto ends = pairs.go_on(begun, dt);
+    const PairStep<3, Real> found = any(ends) ? chosen(ends, pairs.let_go_within(begun, dt), begun.step) : begun.step;
     for (int lane = 0; lane < lanes; ++lane) {
       const PairStep<3> expected = alone(law, starts[first + lane]);
       for (int k = 0; k < 3; ++k) {

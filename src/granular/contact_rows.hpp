@@ -31,8 +31,9 @@ struct PairColumns {
   PairState<d> state(int pair) const { return {apart[pair], velocity[pair]}; }
 };
 
-/// The motion of pairs of touched grains over one step, as many pairs at once as the processor computes with: first
-/// those in contact, then those that may come to it.
+/// Motion of pairs over one step: first the pairs in contact, then the candidate pairs. A vector register holds several
+/// pairs. Devices run the formulas of pair_motion.hpp in a sweep of their own (device/contact_steps.hpp), because their
+/// threads take one pair each and add to sums atomically, while the CPU reads columns of pairs row by row.
 template <int d, class Law>
 class ContactRows {
  public:
@@ -106,7 +107,7 @@ class ContactRows {
 
   template <class Those>
   Pairs motion(const Those& of, const Outside<d, Several>& outside = {}) const {
-    return {{law_, of_.scale.at(of)}, of_.reach.at(of), of_.mass.at(of), outside};
+    return {{law_, of_.scale.at(of)}, of_.reach.at(of), 1.0 / of_.mass.at(of), outside};
   }
   template <class Those>
   PairState<d, Several> state(const Those& of) const {
@@ -143,8 +144,7 @@ auto ContactRows<d, Law>::seen(const Slot& slot, int n) const -> Seen {
     if constexpr (flies) {
       Several force = 0;
       if (grains_.are_held()) force = Several([&](int lane) { return grains_.held(slot(lane))[k]; });
-      s.place[k] += t * s.per_mass * (momentum + 0.5 * t * force);
-      momentum += t * force;
+      fly(s.place[k], momentum, force, s.per_mass, t);
     }
     s.velocity[k] = momentum * s.per_mass;
   }
@@ -252,14 +252,11 @@ void ContactRows<d, Law>::feel_each_other(parallel::Team& team) {
     felt.start = felt.halfway = grains_.are_held() ? grains_.held(s) : std::array<double, d>{};
   }
   for (int p = 0; p < touching_; ++p) add(&Felt::start, pair_[p], of_.force[p]);
-  const double h = 0.5 * dt_;
+  const Several half = 0.5 * dt_;
   for_each_row(0, count_, team, [&](Row row) [[gnu::flatten]] {
     const Vectors<d> acceleration = relative(felt(&Felt::start, row), row);
-    const PairState<d, Several> now = state(row);
-    const Several time = h, half_square = 0.5 * h * h;
     of_.outside.put(row, acceleration - (1.0 / of_.mass.at(row)) * of_.force.at(row));
-    of_.halfway_force.put(row, motion(row).force({now.apart + time * now.velocity + half_square * acceleration,
-                                                  now.velocity + time * acceleration}));
+    of_.halfway_force.put(row, motion(row).force(carried(state(row), acceleration, half)));
   });
   for (int p = 0; p < count_; ++p) add(&Felt::halfway, pair_[p], of_.halfway_force[p]);
 }
@@ -297,18 +294,16 @@ template <class Those, class Go>
   const Vectors<d> first = of_.outside.at(of);
   const auto halfway = felt(&Felt::halfway, of);
   const Vectors<d> middle = relative(halfway, of) - (1.0 / mass) * of_.halfway_force.at(of);
-  const Outside<d, Several> outside{first, Several(2 / dt_) * (middle - first)};
+  const auto outside = outside_through<d, Several>(first, middle, dt_);
   const Pairs pairs = motion(of, outside);
   const Several age = of_.age.at(of);
   auto begun = pairs.begin(start, age >= 0, age, dt_);
   const auto result = go(pairs, begun);
   const PairStep<d, Several>& step = begun.step;
+  const auto [impulse, shift] = transfer(start, step.end, outside, mass, dt);
   const Vectors<d> none{};  // not even an impulse of rounding
-  of_.impulse.put(
-      of, chosen<d, Several>(begun.moves, mass * (step.end.velocity - start.velocity - outside.velocity(dt)), none));
-  of_.shift.put(
-      of, chosen<d, Several>(begun.moves,
-                             mass * (step.end.apart - start.apart - dt * start.velocity - outside.path(dt)), none));
+  of_.impulse.put(of, chosen<d, Several>(begun.moves, impulse, none));
+  of_.shift.put(of, chosen<d, Several>(begun.moves, shift, none));
   const Several lower = of_.lower.at(of), higher = of_.higher.at(of);
   of_.felt.put(of, not_below<Several>(lower * lower * norm2(halfway[0]), higher * higher * norm2(halfway[1])));
   of_.dissipated.put(of, step.dissipated);

@@ -43,11 +43,8 @@ std::vector<Touch> touches_between(std::span<const double> from, const Bodies& b
                                    std::span<const GrainContact> contacts, std::span<const Pair> pairs, double begin,
                                    double dt);
 
-/// Of the sum of radii. Where centres pass through each other, a contact has no direction.
-inline constexpr double too_close = 0.1;
-
-/// Throws Failure: the centres of two have come closer than that. `stiffer`: by how much contacts would have to be to
-/// stop them just there, all that pushes them together counted; 0 where nobody knows.
+/// Throws Failure: the centres of two grains have come closer than `too_close` (pair_state.hpp). `stiffer`: the factor
+/// of the contact's stiffness with which they would stop there, all forces counted; 0: not known.
 [[noreturn]] void refuse_flight_through(const GrainContact& contact, double stiffer = 0);
 
 /// Writes down the touches of a step, in ascending order of pairs, that has brought the grains to where they are at

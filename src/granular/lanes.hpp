@@ -5,6 +5,7 @@
 // double.
 
 #include <array>
+#include <cmath>
 #include <type_traits>
 
 #include "solvers/geometry/vec.hpp"
@@ -41,6 +42,34 @@ LICHTENBERG_HOST_DEVICE Real not_below(const Real& x, const Real& least) {
 template <class Real>
 LICHTENBERG_HOST_DEVICE Real not_above(const Real& x, const Real& most) {
   return chosen<Real>(x > most, most, x);
+}
+
+/// The square root of x >= 0. A device has a faster reciprocal root.
+template <class Real>
+LICHTENBERG_HOST_DEVICE Real root_of(const Real& x) {
+#ifdef __CUDA_ARCH__
+  return x > 0 ? x * rsqrt(x) : 0;
+#else
+  using std::sqrt;
+  return sqrt(x);
+#endif
+}
+
+/// A positive number and its inverse.
+template <class Real>
+struct WithInverse {
+  Real value, inverse;
+};
+/// Returns the square root of x > 0 with its inverse; a device computes both from the reciprocal root.
+template <class Real>
+LICHTENBERG_HOST_DEVICE WithInverse<Real> root_and_inverse(const Real& x) {
+#ifdef __CUDA_ARCH__
+  const Real inverse = rsqrt(x);
+  return {x * inverse, inverse};
+#else
+  const Real value = root_of(x);
+  return {value, 1.0 / value};
+#endif
 }
 
 /// Vectors of as many pairs as Real has lanes.

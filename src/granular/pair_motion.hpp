@@ -1,36 +1,53 @@
 #pragma once
 
+// The motion of two grains in contact over one step: one source for the CPU, which computes one pair or several pairs
+// in a vector register, and for devices, which compute one pair per thread.
+
 #include <cmath>
 
+#include "solvers/parallel/unroll.hpp"
 #include "src/granular/lanes.hpp"
 #include "src/granular/pair_state.hpp"
 #include "src/model/contact_force.hpp"
 
 namespace lichtenberg::granular {
 
-/// The relative acceleration that all others give a pair during a step, linear in time.
+/// Relative acceleration of a pair by all other forces during a step, linear in time.
 template <int d, class Real = double>
 struct Outside {
   typename VecOf<d, Real>::type start, slope;
 
-  LICHTENBERG_HOST_DEVICE auto acceleration(const Real& t) const { return start + t * slope; }
-  /// What it alone adds to velocity and place within t.
+  /// Change of the relative velocity, and displacement, by this acceleration alone from 0 to t.
   LICHTENBERG_HOST_DEVICE auto velocity(const Real& t) const { return t * start + (0.5 * t * t) * slope; }
   LICHTENBERG_HOST_DEVICE auto path(const Real& t) const {
     return (0.5 * t * t) * start + (t * t * t * (1.0 / 6)) * slope;
   }
 };
 
-/// What the contact of a pair did within a step.
+/// Acceleration that is linear in time, from its values at the start and in the middle of a step of length dt.
+template <int d, class Real, class Vector>
+LICHTENBERG_HOST_DEVICE Outside<d, Real> outside_through(const Vector& start, const Vector& middle, double dt) {
+  return {start, Real(2 / dt) * (middle - start)};
+}
+
+/// State of a pair after a time t of constant relative acceleration.
+template <int d, class Real, class Vector>
+LICHTENBERG_HOST_DEVICE PairState<d, Real> carried(const PairState<d, Real>& s, const Vector& acceleration,
+                                                   const Real& t) {
+  const Real half_square = 0.5 * t * t;
+  return {s.apart + t * s.velocity + half_square * acceleration, s.velocity + t * acceleration};
+}
+
+/// Motion of a pair within a step.
 template <int d, class Real = double>
 struct PairStep {
   PairState<d, Real> end;
   Real dissipated = 0;
-  Real touched = -1;      ///< instant within the step at which they touched; negative: they did not
-  Real impact_speed = 0;  ///< along the line of centres, then
+  Real touched = -1;      ///< instant of the onset within the step; negative: there was none
+  Real impact_speed = 0;  ///< closing speed at that instant
 };
 
-/// What only a contact's motion changes.
+/// Selects what the motion in contact changes; onset and impact speed are those of `no`.
 template <int d, class Real>
 LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const Which<Real>& which, const PairStep<d, Real>& yes,
                                                  const PairStep<d, Real>& no) {
@@ -38,13 +55,29 @@ LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const Which<Real>& which, const
           no.impact_speed};
 }
 
-/// The relative motion r'' = outside(t) + force / mass along r of two grains that are in contact or come into contact
-/// within a step, by the classical Runge-Kutta method in sigma = sqrt(time since they touched). The force of a
-/// viscoelastic contact begins like sqrt(overlap) ~ sqrt(t), so in t no fixed step gets past order 3/2; in sigma it is
-/// smooth, and four evaluations a step leave an error hundreds of times smaller (src/granular/README.md).
+/// Effect of a contact on the second grain of a pair within a step.
+template <class Vector>
+struct ContactTransfer {
+  Vector impulse;
+  Vector shift;  ///< displacement times mass
+};
+/// The part of a step's motion that `outside` and the velocity at the start do not explain. `mass`: the reduced mass.
+template <int d, class Real>
+LICHTENBERG_HOST_DEVICE ContactTransfer<typename VecOf<d, Real>::type> transfer(const PairState<d, Real>& start,
+                                                                                const PairState<d, Real>& end,
+                                                                                const Outside<d, Real>& outside,
+                                                                                const Real& mass, const Real& dt) {
+  return {mass * (end.velocity - start.velocity - outside.velocity(dt)),
+          mass * (end.apart - start.apart - dt * start.velocity - outside.path(dt))};
+}
+
+/// Relative motion r'' = outside(t) + force / mass along r of two grains that are in contact or come into contact
+/// within a step, by the classical Runge-Kutta method in sigma = sqrt(time since the onset). The force of a
+/// viscoelastic contact begins like sqrt(overlap) ~ sqrt(t), so a fixed step in t has order 3/2 at most. In sigma the
+/// force is smooth, and four evaluations a step leave an error hundreds of times smaller (src/granular/README.md).
 ///
-/// Of one pair or, with a `Real` of several lanes, of as many at once, with the same arithmetic for each.
-/// `Law` gives ContactPush for the overlap of this pair.
+/// `Real` is double, or a vector of several pairs with the same arithmetic in each lane. `Law` returns the ContactPush
+/// of this pair for an overlap.
 template <int d, class Law, class Real = double>
 class PairMotion {
  public:
@@ -53,31 +86,31 @@ class PairMotion {
   using Step = PairStep<d, Real>;
   using Mask = Which<Real>;
 
-  PairMotion(const Law& law, const Real& reach, const Real& mass, const Outside<d, Real>& outside)
-      : law_(law), reach_(reach), acceleration_a_force_(1.0 / mass), outside_(outside) {}
+  LICHTENBERG_HOST_DEVICE PairMotion(const Law& law, const Real& reach, const Real& over_mass,
+                                     const Outside<d, Real>& outside)
+      : law_(law), reach_(reach), over_mass_(over_mass), outside_(outside) {}
 
-  /// A step of length dt of a pair that touched `age` ago, or that is apart and may touch.
-  Step over(const State& start, const Mask& touching, const Real& age, double dt) const {
+  /// A step of length dt of one pair, whose contact has lasted for `age`, or which is apart and may touch. The code
+  /// integrates at a single place, in a loop: the threads of a device's warp run through all code together.
+  LICHTENBERG_HOST_DEVICE Step over(const State& start, bool touching, const Real& age, double dt) const {
     Begun begun = begin(start, touching, age, dt);
-    const Mask lets_go = go_on(begun, dt);
-    if (any(lets_go)) {
-      const Step released = let_go_within(begun, dt);
-      begun.step = chosen(lets_go, released, begun.step);
-    }
-    return begun.step;
+    if (!begun.moves) return begun.step;
+    const Load first = load(begun.step.end);
+    if (first.unclamped < 0 && let_go(begun.step, true, begun.from, dt)) return begun.step;
+    return press_until_end(begun, first, dt);
   }
 
-  // The same in parts, so that pairs of which the force ends within the step can be put together.
+  // The parts of `over` for several pairs. The caller collects the few pairs whose force ends within the step.
 
   struct Begun {
     Step step;   ///< up to `from`
-    Real from;   ///< within the step
-    Real age;    ///< of the contact, then
-    Mask moves;  ///< not: it is apart throughout the step
+    Real from;   ///< instant within the step
+    Real age;    ///< of the contact at that instant
+    Mask moves;  ///< false: the pair is apart throughout the step
   };
-  /// Up to the beginning of the contact.
-  Begun begin(const State& start, const Mask& touching, const Real& age, double dt) const {
-    Begun begun{.step = {.end = start}, .from = 0, .age = age, .moves = touching};
+  /// The motion up to the onset of the contact.
+  LICHTENBERG_HOST_DEVICE Begun begin(const State& start, const Mask& touching, const Real& age, double dt) const {
+    Begun begun{{start}, 0, age, touching};
     if (!any(!touching)) return begun;
     const Real t = time_of_touch(start, dt);
     const Mask meets = !touching && t <= dt;
@@ -90,8 +123,8 @@ class PairMotion {
     return begun;
   }
 
-  /// And on to the end of the step. True where the force ends within, and nothing has changed: the formula for smooth
-  /// forces would smear the kink.
+  /// The motion from there to the end of the step. Returns true for pairs whose force ends within the step, and leaves
+  /// them unchanged: the formula for smooth forces does not resolve the kink.
   Mask go_on(Begun& begun, double dt) const {
     Mask rest = begun.moves;
     if (!any(rest)) return rest;
@@ -106,126 +139,136 @@ class PairMotion {
     return lets_go;
   }
 
-  /// To the end of the step with a force that ends within: advances to the instant at which it does, by regula falsi,
-  /// and follows the pair that pushes no more.
-  Step let_go_within(const Begun& begun, double dt) const {
-    const Load first = load(begun.step.end);
-    const auto pressed = [&](const Real& end) {
-      Step step = begun.step;
-      press(step, first, begun.age, begun.from, end);
-      return step;
-    };
-    Step step = pressed(dt);
-    Real low = begun.from, high = dt, f_low = first.unclamped, f_high = unclamped(step.end), middle = dt;
-    for (int k = 0; k < 3; ++k) {
-      const Real part = f_low / (f_low - f_high);
-      middle = low + (high - low) * not_above<Real>(not_below<Real>(part, 0.01), 0.99);
-      step = pressed(middle);
-      const Real f = unclamped(step.end);
-      const Mask pushes = f > 0;
-      low = chosen<Real>(pushes, middle, low);
-      f_low = chosen<Real>(pushes, f, f_low);
-      high = chosen<Real>(pushes, high, middle);
-      f_high = chosen<Real>(pushes, f_high, f);
-    }
-    let_go(step, begun.moves, middle, dt);
-    return step;
-  }
+  /// The motion to the end of the step of pairs whose force ends within it.
+  Step let_go_within(const Begun& begun, double dt) const { return press_until_end(begun, load(begun.step.end), dt); }
 
-  /// On the second of a pair; zero on those that do not touch.
-  V force(const State& s) const {
-    using std::sqrt;
-    const Real distance = sqrt(norm2(s.apart)), over = 1.0 / distance, speed = -over * dot(s.apart, s.velocity);
-    const ContactPush<Real> push = law_(overlap(distance));
-    const Real force = not_below<Real>(push.elastic + push.damping * speed, 0);
-    return chosen<Real>(distance < reach_, force * over, 0) * s.apart;
+  /// Force on the second grain; zero without overlap.
+  LICHTENBERG_HOST_DEVICE V force(const State& s) const {
+    const Now now = at(s);
+    return chosen<Real>(now.distance.value < reach_, not_below<Real>(now.unclamped, 0) * now.distance.inverse, 0) *
+           s.apart;
   }
 
  private:
-  /// From `begin` to `end` within the step, without contact.
-  State flown(const State& s, const Real& begin, const Real& end) const {
+  struct Load;
+
+  /// Motion from `begin` to `end` within the step, without contact.
+  LICHTENBERG_HOST_DEVICE State flown(const State& s, const Real& begin, const Real& end) const {
     const Real t = end - begin;
     const V then = outside_.velocity(begin);
     return {s.apart + t * (s.velocity - then) + (outside_.path(end) - outside_.path(begin)),
             s.velocity + (outside_.velocity(end) - then)};
   }
 
-  /// The first instant at which the pair is `reach_` apart; infinite if there is none up to dt. Straight flight gives
-  /// it in closed form; Newton's steps then take account of what bends it.
-  Real time_of_touch(const State& s, double dt) const {
-    using std::sqrt;
+  /// The first instant at which the distance is `reach_`; infinite if there is none up to dt. Straight flight gives it
+  /// in closed form; Newton's steps then account for the acceleration.
+  LICHTENBERG_HOST_DEVICE Real time_of_touch(const State& s, double dt) const {
     const Real b = dot(s.apart, s.velocity), c = norm2(s.apart) - reach_ * reach_, v2 = norm2(s.velocity);
     const auto beyond = [&](const State& then) { return norm2(then.apart) - reach_ * reach_; };
     const Real root = b * b - v2 * c;
     const Mask meets = b < 0 && root > 0;
-    Real t = chosen<Real>(meets, c / (sqrt(not_below<Real>(root, 0)) - b), INFINITY);
+    Real t = chosen<Real>(meets, c / (root_of(not_below<Real>(root, 0)) - b), INFINITY);
     const Mask late = t > dt;
     Mask none = late;
     if (any(late)) none = late && beyond(flown(s, 0, dt)) >= 0;
     t = not_above<Real>(t, dt);
     Mask bends = !none;
+    LICHTENBERG_UNROLL(1)
     for (int k = 0; k < 4 && any(bends); ++k) {
       const State then = flown(s, 0, t);
       const Real slope = 2 * dot(then.apart, then.velocity);
-      bends = bends && slope < 0;  // or it grazes
+      bends = bends && slope < 0;  // a slope of 0: the two graze each other
       t = chosen<Real>(bends, not_below<Real>(t - beyond(then) / slope, 0), t);
     }
     return chosen<Real>(c <= 0, 0, chosen<Real>(none, INFINITY, t));
   }
 
-  /// Of pairs that push no more: follows those up to `end` that would not push again.
-  Mask let_go(Step& step, const Mask& which, const Real& begin, const Real& end) const {
+  /// Moves the pairs of `which`, whose force has ended, to `end` without contact, unless they would push again there.
+  /// Returns the pairs that it has moved.
+  LICHTENBERG_HOST_DEVICE Mask let_go(Step& step, const Mask& which, const Real& begin, const Real& end) const {
     const State then = flown(step.end, begin, end);
     const Mask gone = which && !(unclamped(then) > 0);
-    step.dissipated += chosen<Real>(gone, stored(step.end) - stored(then), 0);
+    step.dissipated += chosen<Real>(gone, at(step.end).stored - at(then).stored, 0);
     step.end = chosen(gone, then, step.end);
     return gone;
   }
 
-  /// The repulsive force; below 0 where the damping would have it attract, and the contact lets go.
-  Real unclamped(const State& s) const { return load(s).unclamped; }
-  /// Not below 0: where surfaces part or meet, rounding may put them on either side.
-  Real overlap(const Real& distance) const { return not_below<Real>(reach_ - distance, 0); }
-  Real stored(const State& s) const {
-    using std::sqrt;
-    return law_(overlap(sqrt(norm2(s.apart)))).stored;
+  /// Integrates to the end of the step. If the force ends within it, regula falsi finds that instant, and the pair
+  /// flies on from there. Several pairs: the force of all that move ends within the step.
+  LICHTENBERG_HOST_DEVICE Step press_until_end(const Begun& begun, const Load& first, double dt) const {
+    Step step;
+    Real low = begun.from, high = dt, f_low = first.unclamped, f_high = 0, end = dt;
+    constexpr int regula_falsi = 3;
+    LICHTENBERG_UNROLL(1)
+    for (int k = 0; k <= regula_falsi; ++k) {
+      if (k > 0) {
+        const Real part = f_low / (f_low - f_high);
+        end = low + (high - low) * not_above<Real>(not_below<Real>(part, 0.01), 0.99);
+      }
+      step = begun.step;
+      press(step, first, begun.age, begun.from, end);
+      const Real f = unclamped(step.end);
+      if (k == 0 && !any(first.unclamped >= 0 && f < 0)) return step;
+      const Mask pushes = f > 0;
+      low = chosen<Real>(pushes, end, low);
+      f_low = chosen<Real>(pushes, f, f_low);
+      high = chosen<Real>(pushes, high, end);
+      f_high = chosen<Real>(pushes, f_high, f);
+    }
+    let_go(step, begun.moves, end, dt);
+    return step;
   }
 
-  /// The contact's acceleration of the pair, the power that it takes, and its force before it is clamped.
+  /// The contact at one instant.
+  struct Now {
+    WithInverse<Real> distance;
+    Real closing, elastic, stored;
+    Real unclamped;  ///< the repulsive force; below 0 where the damping would make it attractive, and the contact ends
+  };
+  LICHTENBERG_HOST_DEVICE Now at(const State& s) const {
+    const WithInverse<Real> distance = root_and_inverse(norm2(s.apart));
+    const Real closing = -distance.inverse * dot(s.apart, s.velocity);
+    // Rounding may put a pair whose surfaces just touch on either side of an overlap of 0.
+    const ContactPush<Real> push = law_(not_below<Real>(reach_ - distance.value, 0));
+    return {distance, closing, push.elastic, push.stored, push.elastic + push.damping * closing};
+  }
+  LICHTENBERG_HOST_DEVICE Real unclamped(const State& s) const { return at(s).unclamped; }
+
+  /// Relative acceleration by the contact, the power that it dissipates, and its force before the clamp.
   struct Load {
     V acceleration;
     Real dissipation, unclamped;
   };
-  Load load(const State& s) const {
-    using std::sqrt;
-    const Real distance = sqrt(norm2(s.apart)), over = 1.0 / distance, speed = -over * dot(s.apart, s.velocity);
-    const ContactPush<Real> push = law_(overlap(distance));
-    const Real force = push.elastic + push.damping * speed, repulsion = not_below<Real>(force, 0);
-    return {(repulsion * acceleration_a_force_ * over) * s.apart, (repulsion - push.elastic) * speed, force};
+  LICHTENBERG_HOST_DEVICE Load load(const State& s) const {
+    const Now now = at(s);
+    const Real repulsion = not_below<Real>(now.unclamped, 0);
+    return {(repulsion * over_mass_ * now.distance.inverse) * s.apart, (repulsion - now.elastic) * now.closing,
+            now.unclamped};
   }
 
   // Polynomials: coefficients by powers of s = sigma - sigma(begin).
   template <class Value>
-  static std::array<Value, 2> line(const Value& at_0, const Value& at_h, const Real& over_h) {
+  LICHTENBERG_HOST_DEVICE static std::array<Value, 2> line(const Value& at_0, const Value& at_h, const Real& over_h) {
     return {at_0, over_h * (at_h - at_0)};
   }
   template <class Value>
-  static std::array<Value, 3> parabola(const Value& at_0, const Value& middle, const Value& at_h, const Real& over_h) {
+  LICHTENBERG_HOST_DEVICE static std::array<Value, 3> parabola(const Value& at_0, const Value& middle,
+                                                               const Value& at_h, const Real& over_h) {
     const Real four = 4, three = 3, two = 2;
     return {at_0, over_h * (four * middle - three * at_0 - at_h),
             (two * over_h * over_h) * (at_0 - two * middle + at_h)};
   }
 
-  /// The integral over time of a polynomial from 0 to s, dt = 2 (from + s) ds, and that integral's.
+  /// The integral over time of a polynomial from 0 to s, dt = 2 (from + s) ds, and the integral of that integral.
   template <class Value, std::size_t n>
-  static Value once(const std::array<Value, n>& c, const Real& from, const Real& s) {
+  LICHTENBERG_HOST_DEVICE static Value once(const std::array<Value, n>& c, const Real& from, const Real& s) {
     Value sum = (s * (2.0 * from + s)) * c[0];
     if constexpr (n > 1) sum += (s * s * (from + (2.0 / 3) * s)) * c[1];
     if constexpr (n > 2) sum += (s * s * s * ((2.0 / 3) * from + 0.5 * s)) * c[2];
     return sum;
   }
   template <class Value, std::size_t n>
-  static Value twice(const std::array<Value, n>& c, const Real& from, const Real& s) {
+  LICHTENBERG_HOST_DEVICE static Value twice(const std::array<Value, n>& c, const Real& from, const Real& s) {
     const Real s2 = s * s, f2 = from * from, fs = from * s;
     Value sum = (s2 * (2.0 * f2 + 2.0 * fs + 0.5 * s2)) * c[0];
     if constexpr (n > 1) sum += (s2 * s * ((2.0 / 3) * f2 + (5.0 / 6) * fs + (4.0 / 15) * s2)) * c[1];
@@ -233,33 +276,38 @@ class PairMotion {
     return sum;
   }
 
+  /// State after a part s of the step in sigma, with this contact acceleration as a polynomial in s.
+  template <std::size_t n>
+  LICHTENBERG_HOST_DEVICE State after(const State& start, const Real& begin, const std::array<V, n>& acceleration,
+                                      const Real& from, const Real& s) const {
+    State then = flown(start, begin, begin + s * (2.0 * from + s));
+    then.velocity += once(acceleration, from, s);
+    then.apart += twice(acceleration, from, s);
+    return then;
+  }
+
   /// One step in sigma from `begin` to `end`, with the load at `begin`: four evaluations, as in the classical
-  /// Runge-Kutta method, but the path follows from the accelerations by integrating polynomials in sigma, so that just
-  /// after touch, where the overlap is of second order in sigma, it has a small relative error in each stage.
-  void press(Step& step, const Load& first, const Real& age, const Real& begin, const Real& end) const {
-    using std::sqrt;
+  /// Runge-Kutta method, but the path follows from the accelerations by integrating polynomials in sigma. Just after
+  /// the onset, where the overlap is of second order in sigma, each stage then has a small relative error.
+  LICHTENBERG_HOST_DEVICE void press(Step& step, const Load& first, const Real& age, const Real& begin,
+                                     const Real& end) const {
     const Mask longer = end > begin;
     if (!any(longer)) return;
-    const Real from = sqrt(age), whole = sqrt(age + (end - begin)) - from, half = 0.5 * whole;
+    const Real from = root_of(age), whole = root_of(age + (end - begin)) - from, half = 0.5 * whole;
     const Real over_whole = 1.0 / whole, over_half = 2.0 * over_whole;
     const State start = step.end;
-    const auto state = [&](const auto& acceleration, const Real& s) {
-      State then = flown(start, begin, begin + s * (2.0 * from + s));
-      then.velocity += once(acceleration, from, s);
-      then.apart += twice(acceleration, from, s);
-      return then;
-    };
     const V a = first.acceleration;
-    const Load guess = load(state(std::array{a}, half));
-    const Load middle = load(state(line(a, guess.acceleration, over_half), half));
-    const Load last = load(state(line(a, middle.acceleration, over_half), whole));
+    const Load guess = load(after(start, begin, std::array<V, 1>{a}, from, half));
+    const Load middle = load(after(start, begin, line(a, guess.acceleration, over_half), from, half));
+    const Load last = load(after(start, begin, line(a, middle.acceleration, over_half), from, whole));
     const auto power = parabola(first.dissipation, middle.dissipation, last.dissipation, over_whole);
-    step.end = chosen(longer, state(parabola(a, middle.acceleration, last.acceleration, over_whole), whole), start);
+    const auto path = parabola(a, middle.acceleration, last.acceleration, over_whole);
+    step.end = chosen(longer, after(start, begin, path, from, whole), start);
     step.dissipated += chosen<Real>(longer, once(power, from, whole), 0);
   }
 
   Law law_;
-  Real reach_, acceleration_a_force_;
+  Real reach_, over_mass_;  ///< over_mass: 1 / reduced mass
   Outside<d, Real> outside_;
 };
 

@@ -23,6 +23,18 @@ LICHTENBERG_HOST_DEVICE PairState<d, Real> chosen(const Which<Real>& which, cons
   return {chosen<d, Real>(which, yes.apart, no.apart), chosen<d, Real>(which, yes.velocity, no.velocity)};
 }
 
+/// Moves a grain through a time t under a constant force: vectors, or one component of each.
+template <class Vector, class Real>
+LICHTENBERG_HOST_DEVICE void fly(Vector& place, Vector& momentum, const Vector& force, const Real& per_mass,
+                                 const Real& t) {
+  place += t * per_mass * (momentum + 0.5 * t * force);
+  momentum += t * force;
+}
+
+/// Least distance of two centres, as a part of the sum of radii: where centres pass through each other, a contact has
+/// no direction.
+inline constexpr double too_close = 0.1;
+
 /// The speed at which they come closer along the line of centres.
 template <int d, class Real>
 LICHTENBERG_HOST_DEVICE Real closing(const PairState<d, Real>& s) {

@@ -10,6 +10,7 @@
 #include "solvers/geometry/vec.hpp"
 #include "solvers/neighbours/pairs.hpp"
 #include "solvers/parallel/team.hpp"
+#include "src/granular/pair_state.hpp"
 #include "src/model/bodies.hpp"
 
 namespace lichtenberg::granular {
@@ -181,14 +182,11 @@ template <int d>
   Grain grain = grains_[slot];
   const double t = (n - grain.followed_to) * dt_, path = t * grain.per_mass;
   grain.followed_to = n;
-  if (held_.empty()) {
-    for (int k = 0; k < d; ++k) grain.place[k] += path * grain.momentum[k];
-    return grain;
-  }
-  for (int k = 0; k < d; ++k) {
-    grain.place[k] += path * (grain.momentum[k] + 0.5 * t * held_[slot][k]);
-    grain.momentum[k] += t * held_[slot][k];
-  }
+  for (int k = 0; k < d; ++k)
+    if (held_.empty())
+      grain.place[k] += path * grain.momentum[k];
+    else
+      granular::fly(grain.place[k], grain.momentum[k], held_[slot][k], grain.per_mass, t);
   return grain;
 }
 
@@ -196,12 +194,11 @@ template <int d>
 [[gnu::always_inline]] inline auto TouchedGrains<d>::at(int particle, int n) const -> Grain {
   if (const int slot = slot_[particle]; slot >= 0) return flown(slot, n);
   Grain grain{.per_mass = made_[particle].per_mass};
-  const double t = n * dt_, path = t * grain.per_mass;
+  const double t = n * dt_;
   for (int k = 0; k < d; ++k) {
     const double held = held_forces_.empty() ? 0 : held_forces_[particle * d + k];
-    const double momentum = bodies_->momentum[particle * d + k];
-    grain.place[k] = bodies_->position[particle * d + k] + path * (momentum + 0.5 * t * held);
-    grain.momentum[k] = momentum + t * held;
+    grain.place[k] = bodies_->position[particle * d + k], grain.momentum[k] = bodies_->momentum[particle * d + k];
+    granular::fly(grain.place[k], grain.momentum[k], held, grain.per_mass, t);
   }
   return grain;
 }

@@ -13,8 +13,8 @@
 #include "solvers/neighbours/table.hpp"
 #include "src/effects/charge_exchange_law.hpp"
 #include "src/granular/device/gas_parts.hpp"
-#include "src/granular/device/pair_path.hpp"
 #include "src/granular/device/restitution.hpp"
+#include "src/granular/pair_motion.hpp"
 #include "src/model/whole.hpp"
 
 namespace lichtenberg::granular::device {
@@ -148,7 +148,7 @@ struct LawOfPair {
 
 template <class Law>
 struct ContactSteps {
-  static constexpr double too_close = 0.1;  ///< of the sum of radii: centres that pass each other are no contact
+  using Motion = PairMotion<3, LawOfPair<Law>>;
 
   GrainsView grains;
   ContactsView contacts;
@@ -211,7 +211,7 @@ struct ContactSteps {
     const int a = parallel::take_place(&found->active);
     const double of_pair = scale(p);
     Vec3 push{};
-    if (touching) push = force({law, of_pair}, reach(p), at);
+    if (touching) push = motion(p, of_pair).force(at);
     contacts.active[a] = {{p.lower, p.higher}, k, touching};
     contacts.seen[a] = at;
     contacts.scale[a] = of_pair;
@@ -224,11 +224,8 @@ struct ContactSteps {
   LICHTENBERG_HOST_DEVICE void push_halfway(int a) const {
     const ActivePair p = contacts.active[a];
     const PairState<3> at = contacts.seen[a];
-    const double h = 0.5 * parameters->inner;
     const Vec3 acceleration = relative(grains.force, p);
-    const Vec3 push =
-        force({law, contacts.scale[a]}, reach(p),
-              {at.apart + h * at.velocity + (0.5 * h * h) * acceleration, at.velocity + h * acceleration});
+    const Vec3 push = motion(p, contacts.scale[a]).force(carried(at, acceleration, 0.5 * parameters->inner));
     contacts.first[a] = acceleration - over_mass(p) * contacts.force[a];
     contacts.halfway[a] = push;
     grains.touches[p.lower] = grains.touches[p.higher] = 0;
@@ -241,15 +238,12 @@ struct ContactSteps {
     const double dt = parameters->inner, time = parameters->begin + step * dt, over = over_mass(p);
     const PairState<3> at = contacts.seen[a];
     const Vec3 first = contacts.first[a], middle = relative(grains.halfway, p) - over * contacts.halfway[a];
-    const Outside<3> outside{first, (2 / dt) * (middle - first)};
+    const auto outside = outside_through<3, double>(first, middle, dt);
     const int entry = contacts.near[p.near].entry;
     const double age = p.touching ? time - contacts.since[entry] : 0;
-    const PairPath<LawOfPair<Law>> path({law, contacts.scale[a]}, reach(p), over, outside);
-    const PairStep<3> result = path.over(at, p.touching, age > 0 ? age : 0, dt);
+    const PairStep<3> result = motion(p, contacts.scale[a], outside).over(at, p.touching, age > 0 ? age : 0, dt);
     if (!p.touching && result.touched < 0) return;
-    const double reduced = 1 / over;
-    const Vec3 impulse = reduced * (result.end.velocity - at.velocity - outside.velocity(dt));
-    const Vec3 shift = reduced * (result.end.apart - at.apart - dt * at.velocity - outside.path(dt));
+    const auto [impulse, shift] = transfer(at, result.end, outside, 1 / over, dt);
     add(grains.impulse, p, over_quanta.impulse * impulse);
     add(grains.shift, p, over_quanta.shift * shift);
     parallel::add_atomically(&grains.dissipated[p.lower], whole(over_quanta.energy * result.dissipated));
@@ -276,8 +270,8 @@ struct ContactSteps {
   }
   LICHTENBERG_HOST_DEVICE void move(int s) const {
     const double dt = parameters->inner, over = grains.over_mass[s];
-    const Vec3 held = grains.held[s], p0 = grains.momentum[s];
-    Vec3 place = grains.place[s] + (dt * over) * (p0 + (0.5 * dt) * held), momentum = p0 + dt * held;
+    Vec3 place = grains.place[s], momentum = grains.momentum[s];
+    fly(place, momentum, grains.held[s], over, dt);
     if (grains.busy[s]) {
       place += over * grains.shift[s].times(quanta.shift);
       momentum += grains.impulse[s].times(quanta.impulse);
@@ -299,7 +293,7 @@ struct ContactSteps {
     if (p.due != NearPair::open) return 0;
     const double distance2 = norm2(apart(p));
     if (!stays(k, p, distance2, parameters->begin + parameters->outer)) return 0;
-    return 2 * over_mass(p) * law.push(reach(p) - root(distance2), scale(p)).stored;
+    return 2 * over_mass(p) * law.push(reach(p) - root_of(distance2), scale(p)).stored;
   }
 
   /// The k-th of those that have ended within the outer step, if there are so many.
@@ -339,10 +333,8 @@ struct ContactSteps {
                 z = turn[2] * lichtenberg::apart(a.at.z, b.at.z);
     return x * x + y * y + z * z;
   }
-  LICHTENBERG_HOST_DEVICE Vec3 force(const LawOfPair<Law>& of, double reach, const PairState<3>& at) const {
-    if (norm2(at.apart) >= reach * reach) return {};
-    const Push push = push_of(of, reach, at);
-    return (push.force() * push.over_distance) * at.apart;
+  LICHTENBERG_HOST_DEVICE Motion motion(const GrainPair& p, double scale, const Outside<3>& outside = {}) const {
+    return {{law, scale}, reach(p), over_mass(p), outside};
   }
 
   /// To both of a pair, of what is done to the higher.
@@ -361,7 +353,7 @@ struct ContactSteps {
 
   /// Whether a contact is still one, at this distance and time.
   LICHTENBERG_HOST_DEVICE bool stays(int k, const NearPair& p, double distance2, double time) const {
-    const double sum = reach(p), distance = root(distance2);
+    const double sum = reach(p), distance = root_of(distance2);
     if (grains.touches[p.lower] > 1 || grains.touches[p.higher] > 1) contacts.alone[p.entry] = 0;
     parallel::enlarge_atomically(&extremes->overlap, (sum - distance) / sum);
     if (distance < too_close * sum) parallel::enlarge_atomically(&found->passed, 1 + grains.number[p.lower]);

@@ -1,8 +1,8 @@
-// Compiled with the flags of the whole program, which define these macros.
+// This file is compiled with the flags of the whole program, which define these macros.
 #include "src/instruction_sets.hpp"
 
 #define LICHTENBERG_TEXT(text) #text
-#define LICHTENBERG_HAS(macro) (LICHTENBERG_TEXT(macro)[0] == '1')  // one that is not defined stays its own name
+#define LICHTENBERG_HAS(macro) (LICHTENBERG_TEXT(macro)[0] == '1')  // an undefined macro expands to its own name
 
 namespace lichtenberg {
 

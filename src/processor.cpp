@@ -1,5 +1,6 @@
-// Whether this processor has all instructions that the program was compiled for; else it would end by a signal. This
-// file alone is compiled for any processor (CMakeLists.txt), and what is here runs before all that is not.
+// Checks that this processor has all instructions for which the program was compiled, and ends the program with an
+// error message if not. Only this file is compiled for any processor (CMakeLists.txt), and its code runs before all
+// other code.
 #if defined(__x86_64__) && defined(__GNUC__)
 
 #include <unistd.h>
@@ -23,7 +24,7 @@ void require(bool compiled, int present, const char* name) {
   _exit(1);
 }
 
-constexpr int before_all_others = 101;  // the first that programs may use
+constexpr int before_all_others = 101;  // lowest priority number that programs may use
 
 __attribute__((constructor(before_all_others))) void check_processor() {
   __builtin_cpu_init();

@@ -2,12 +2,13 @@
 
 namespace lichtenberg {
 
-/// What built this program: results carry it as provenance.
+/// Version and build of this program, which results store as provenance.
 struct Version {
-  const char* number;    ///< release, "0.1.0"
-  const char* commit;    ///< git commit, 12 digits, "-dirty" after it if files were changed; "unknown" outside git
+  const char* number;  ///< release, "0.1.0"
+  /// git commit, 12 digits, followed by "-dirty" if files were changed; "unknown" outside git
+  const char* commit;
   const char* compiler;  ///< "GNU 12.2.0"
-  const char* flags;     ///< of the compiler
+  const char* flags;     ///< flags of the compiler
 };
 
 Version lichtenberg_version();

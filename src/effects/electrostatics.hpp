@@ -17,7 +17,7 @@ struct NodeCharges {
   /// s: a resistor transports weight * conductance * potential difference; `charge` includes the charge of its
   /// `source`.
   double weight = 0;
-  double fed = 0;     ///< A, injected into all conductors together
+  double fed = 0;  ///< A, injected into all conductors together
 };
 
 /// Result of a field solve for the scene's depth, in SI.
@@ -44,8 +44,8 @@ NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& ch
 /// Computes the result of groups_of_nodes in `nodes`, whose memory is reused.
 void find_groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth, NodeGroups& nodes);
 
-/// Appends the lumped conductances of resistors between groups, and a group for each potential source at the end of such
-/// a resistor. `of_node`: groups of the nodes.
+/// Appends the lumped conductances of resistors between groups, and a group for each potential source at the end of
+/// such a resistor. `of_node`: groups of the nodes.
 void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, const std::vector<int>& of_node,
                    double depth, std::vector<laplace::Group>& to, std::vector<laplace::Coupling>& couplings);
 

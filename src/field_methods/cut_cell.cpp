@@ -23,7 +23,7 @@ std::string describe(const FieldOptions& options) {
 
 FieldMethodPrice price(const FieldOptions& options) {
   if (runs_on_device(options)) return {laplace::cut_cell_price_on_device};
-  // On a processor, also for cover and links on the grids, whatever they count.
+  // On a processor, the cost includes cell owners and links on all grids.
   constexpr double seconds_a_conductor = 5e-6;
   const bool assembled = options.linear_solver == FieldLinearSolver::assembled;
   return {assembled ? laplace::assembled_price : laplace::cut_cell_price, seconds_a_conductor};
@@ -63,7 +63,7 @@ const FieldMethodKind& cut_cell_method() {
       .moving_by_positions = true,
       .on_processes = FieldLinearSolver::assembled,
       // Measured with field.moving_tolerance of 1e-4, 1e-5, 1e-6 and 1e-7 and stop.time = 1e-9: 21, 4.5, 7.5 and 1.6 in
-      // shuttle.toml, 1.8, .08, .06 and .5 in broken-wire.toml.
+      // shuttle.toml, and 1.8, .08, .06 and .5 in broken-wire.toml.
       .energy_noise = 30};
   return kind;
 }

@@ -19,85 +19,89 @@ class SphereSolver;
 struct LaplaceProblem;
 }  // namespace laplace
 
-/// Tolerances of a method: defaults, and the limit of rounding.
+/// Relative tolerances of a method: defaults, and the limit of rounding.
 struct FieldTolerances {
-  double single = 1e-8;  ///< of a single solve
-  double moving = 1e-5;  ///< of a solve of a moving scene
-  double least = 1e-14;  ///< below it rounding ends the iteration
+  double single = 1e-8;  ///< tolerance of a single solve
+  double moving = 1e-5;  ///< tolerance of a solve in a moving scene
+  double least = 1e-14;  ///< limit below which rounding ends the iteration
 };
 
 /// Cost of a method, for estimates.
 struct FieldMethodPrice {
   laplace::Price of_a_solve;
-  double seconds_a_conductor = 3e-7;  ///< of a solve in a run, for groups, charges and motion
-  double share_in_motion = 0.8;       ///< of the iterations, where earlier solutions give the initial guess
+  double seconds_a_conductor = 3e-7;  ///< s, in each solve of a run, for groups, charges and motion
+  /// fraction of the iterations that remains where earlier solutions give the initial guess
+  double share_in_motion = 0.8;
 };
 
-/// A method that solves Laplace's equation for scenes: its properties, and how its solver is made. Code uses these
-/// properties, never the name. Defaults are those of a method without the ability.
+/// A method that solves Laplace's equation for scenes: its properties, and a maker of its solver. Code uses these
+/// properties, never the name. A property's default means that the method lacks the ability.
 struct FieldMethodKind {
   std::string name;  ///< value of field.method
   std::string help;  ///< text after the name in `help scene`
   /// Describes the method with these options for `explain`. Null: `help`.
   std::string (*describe)(const FieldOptions&) = nullptr;
 
-  /// Makes a solver of the plane, at the tolerance of a single solve. Null: not a method of the plane.
+  /// Makes a two-dimensional solver, at the tolerance of a single solve. Null: the method is not two-dimensional.
   std::unique_ptr<laplace::LaplaceSolver> (*make)(const FieldOptions&) = nullptr;
-  /// Makes a solver of space for a scene of n conductors. Null: not a method of space.
+  /// Makes a three-dimensional solver for a scene of n conductors. Null: the method is not three-dimensional.
   laplace::SphereSolver (*make_in_space)(const FieldOptions&, std::size_t n) = nullptr;
-  /// Lets the solver `fine` begin with the changes that `coarse`, of the same method on fewer cells, has found. Null:
-  /// the method does not predict forces on a coarser grid.
+  /// Makes the solver `fine` start from the changes that `coarse`, a solver of the same method with fewer cells, has
+  /// computed. Null: the method does not predict forces on a coarser grid.
   void (*follow)(laplace::LaplaceSolver& fine, laplace::LaplaceSolver& coarse) = nullptr;
-  /// Unknowns of a problem, for estimates. Null: as many as cells if `on_grid`, else as many as bodies.
+  /// Returns the number of unknowns of a problem, for estimates. Null: the number of cells if `on_grid`, else the
+  /// number of bodies.
   long (*unknowns)(const laplace::LaplaceProblem&, const FieldOptions&) = nullptr;
-  FieldMethodPrice (*price)(const FieldOptions&) = nullptr;  ///< Null: the default.
+  /// Returns the cost model of the method. Null: the default.
+  FieldMethodPrice (*price)(const FieldOptions&) = nullptr;
 
   /// Keys of [field] that a scene may give in addition to method, tolerance, moving_tolerance and device. The default
-  /// takes those of the program's methods, so that --set field.method compares methods on one scene. Others are
+  /// has the keys of the built-in methods, so that --set field.method compares methods on one scene. Other keys are
   /// refused.
   std::vector<std::string> keys = {"cells", "threads", "links", "linear_solver", "relaxation_eta"};
   FieldTolerances tolerance{};
-  /// Error estimator for field.accuracy. Empty: none, and field.accuracy is refused in the plane.
+  /// Error estimator for field.accuracy. Empty: none, and field.accuracy is refused in two dimensions.
   std::optional<laplace::Method> accuracy{};
 
-  bool on_device = false;            ///< runs on a CUDA device as well
-  bool couplings = false;            ///< solves with resistors between groups of conductors
-  bool on_grid = false;              ///< field.cells sets its resolution
-  bool only_disks = false;           ///< no electrodes of other shapes
-  bool only_separate = false;        ///< no overlaps: a run needs contact forces
-  bool moving_by_positions = false;  ///< the default of moving_tolerance follows mechanics.position_tolerance
-  /// Solves with this `linear_solver` share the work of several processes. Empty: none do.
+  bool on_device = false;            ///< true: also runs on a CUDA device
+  bool couplings = false;            ///< true: supports resistors between groups of conductors
+  bool on_grid = false;              ///< true: field.cells sets its resolution
+  bool only_disks = false;           ///< true: supports no electrodes of other shapes
+  bool only_separate = false;        ///< true: supports no overlaps, so a run needs contact forces
+  bool moving_by_positions = false;  ///< true: the default of moving_tolerance depends on mechanics.position_tolerance
+  /// Linear solver that divides its work among several processes. Empty: none does.
   std::optional<FieldLinearSolver> on_processes{};
-  double least_radius = 0;  ///< of a conductor, in cells; 0: any
-  double energy_noise = 8;  ///< change of the energy between solves of one state, in moving_tolerances of the energy
+  double least_radius = 0;  ///< smallest radius of a conductor, in cells; 0: no limit
+  /// Change of the energy between solves of one state, relative and in units of moving_tolerance.
+  double energy_noise = 8;
 
-  /// Whether it is a method of a space of two or three dimensions.
+  /// Returns true if the method solves problems of this dimension (2 or 3).
   bool solves(int dimension) const { return dimension == 3 ? make_in_space != nullptr : make != nullptr; }
   bool takes(std::string_view key) const;
 };
 
 using FieldMethodKinds = std::vector<const FieldMethodKind*>;
 
-/// The methods that scenes may name: those of the program, then those that were added.
+/// Returns the methods that scenes may name: built-in ones first, then added ones.
 const FieldMethodKinds& field_methods();
 
-/// Adds a method, which must outlive all scenes, before any scene is read. Throws InputError if its name is taken, or
-/// if it makes no solver.
+/// Adds a method, which must outlive all scenes, before any scene is read. Throws InputError if its name is taken or if
+/// it makes no solver.
 void add_field_method(const FieldMethodKind& method);
 
-/// Null if there is none of that name.
+/// Returns the method of that name; null if there is none.
 const FieldMethodKind* find_field_method(std::string_view name);
 
-/// The first method of that dimension.
+/// Returns the default method of that dimension, which is the first.
 const FieldMethodKind& usual_field_method(int dimension);
 
-/// Names of the methods of a dimension that have a property, for error messages: `"a", "b" and "c"`.
+/// Returns the names of the methods of a dimension that have a property, for error messages: `"a", "b" and "c"`.
 std::string field_methods_that(int dimension, const std::function<bool(const FieldMethodKind&)>& have);
 
-/// Cost of a solve with these options.
+/// Returns the cost of a solve with these options.
 FieldMethodPrice price_of(const FieldOptions& options);
 
-/// Whether solves with these options run on a CUDA device.
+/// Returns true if solves with these options run on a CUDA device.
 bool runs_on_device(const FieldOptions& options);
 
 }  // namespace lichtenberg

@@ -6,7 +6,7 @@
 namespace lichtenberg {
 namespace {
 
-/// With a requested accuracy the solver computes nothing beyond it.
+/// Returns the solver's options. With a requested accuracy the solver computes only the results that it needs.
 laplace::MultipoleOptions multipole_options(const FieldOptions& options) {
   return {.tolerance = options.tolerance, .results_only = options.chosen_for.has_value(), .cells = options.cells};
 }

@@ -18,17 +18,18 @@ const FieldMethodKind& relaxation_method() {
         return std::make_unique<laplace::RelaxationSolver>(laplace::RelaxationOptions{
             .sites = options.cells, .eta = options.relaxation_eta, .tolerance = options.tolerance});
       },
-      // Sweeps of an over-relaxed lattice grow with its side (D 6.9), and with them the time of an iteration.
+      // The number of sweeps of over-relaxation is proportional to the lattice side (D 6.9), and so is the time of an
+      // iteration.
       .price =
           [](const FieldOptions& options) {
             return FieldMethodPrice{laplace::Price{16, 0, 3.5e-10 * options.cells, 60}};
           },
-      // The integrals round the bodies are not better than that, and the scheme's own error is a hundred times the
-      // default.
+      // The integrals around the bodies have errors of this size. The discretization error is a hundred times the
+      // default tolerance.
       .tolerance = {.single = 1e-4, .moving = 1e-4, .least = 1e-10},
       .on_grid = true,
-      // The scheme holds a conductor's potential at the sites inside it (D 6.3). A disk contains a site wherever it
-      // lies if its radius is at least half a cell's diagonal.
+      // The scheme fixes a conductor's potential at the sites inside it (D 6.3). A disk contains a site at any position
+      // if its radius is at least half a cell diagonal.
       .least_radius = std::sqrt(0.5)};
   return kind;
 }

@@ -8,9 +8,9 @@
 namespace lichtenberg {
 namespace {
 
-/// Threads change no bit of its results.
+/// Makes a solver whose results are bitwise identical for any number of threads.
 laplace::SphereSolver make_in_space(const FieldOptions& options, std::size_t conductors) {
-  constexpr std::size_t few = 48;  // a product of theirs takes less than a millisecond
+  constexpr std::size_t few = 48;  // below this number a matrix product is too short for several threads
   const int available = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const int threads = options.threads > 0 ? options.threads : conductors < few ? 1 : available;
   return {{.accuracy = options.tolerance}, std::make_unique<parallel::Team>(threads)};

@@ -19,7 +19,7 @@ namespace {
   throw Failure(fmt::format("{} cannot be written ({})", path, std::generic_category().message(error)));
 }
 
-/// The folder's list of names reaches the disk.
+/// Flushes the folder's directory entries to the disk.
 void sync_folder(const std::string& path) {
   const int folder = ::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   const bool done = folder >= 0 && ::fsync(folder) == 0;
@@ -28,13 +28,13 @@ void sync_folder(const std::string& path) {
   if (!done) refuse(path, error);
 }
 
-/// Calls `move(done)` until all `bytes` are moved; it returns what pread and pwrite do.
+/// Calls `move(done)` until all `bytes` are moved; `move` returns the result of pread or pwrite.
 template <class Move>
 bool move_all(std::size_t bytes, Move move) {
   for (std::size_t done = 0; done < bytes;) {
     const ssize_t now = move(done);
     if (now < 0 && errno == EINTR) continue;
-    if (now == 0) errno = EIO;  // the end of a file that should be longer
+    if (now == 0) errno = EIO;  // unexpected end of the file
     if (now <= 0) return false;
     done += static_cast<std::size_t>(now);
   }
@@ -47,8 +47,8 @@ bool read_all(int descriptor, std::uint64_t offset, std::span<std::byte> bytes) 
   });
 }
 
-/// The descriptor of a new, empty file. What has the name already is left of a process of the same number, or somebody
-/// put a link there: it goes, and what it may lead to stays.
+/// Returns the descriptor of a new, empty file. An existing file of this name belongs to a former process with the same
+/// number, or is a link. It is removed, but the target of a link is not.
 int create(const std::string& path) {
   constexpr int flags = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
   const int descriptor = ::open(path.c_str(), flags, 0666);
@@ -148,7 +148,8 @@ void remove_partial_files(const std::string& path) {
   const std::string name = std::filesystem::path(path).filename().string();
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder_of(path), ignored))
-    if (is_partial_name(entry.path().filename().string(), name)) ::unlink(entry.path().c_str());  // never a folder
+    // unlink never removes a folder
+    if (is_partial_name(entry.path().filename().string(), name)) ::unlink(entry.path().c_str());
 }
 
 void check_writable(const std::string& path) {

@@ -8,20 +8,20 @@
 
 namespace lichtenberg {
 
-/// A file that takes its name when it is whole: until then it is `path`.partial-PID, which no other process of this
-/// machine writes to and which is always a new file, never one that a link leads to, and whatever happens (a kill, a
-/// full disk, a power cut) the old file stands. Members throw Failure if the disk does not take it; the partial file
-/// goes with this object.
+/// A file that gets its name when it is complete. Until then it is `path`.partial-PID, which no other process of this
+/// machine writes. It is always a new file, never the target of a link. Whatever happens (a kill, a full disk, a power
+/// failure), the old file is preserved. Members throw Failure if the disk refuses a write. The destructor removes the
+/// partial file.
 class NewFile {
  public:
   explicit NewFile(std::string path);
   NewFile(const NewFile&) = delete;
   ~NewFile();
 
-  /// Bytes that are skipped are zero.
+  /// Writes bytes at an offset. Skipped bytes are zero.
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
   void read(std::uint64_t offset, std::span<std::byte> bytes) const;
-  /// Takes the name over once all is on the disk. `check` may refuse that by an exception, at the last moment.
+  /// Renames the file once all data are on the disk. `check` is called just before and may refuse by an exception.
   void publish(const std::function<void()>& check = [] {});
 
  private:
@@ -29,19 +29,19 @@ class NewFile {
   int descriptor_;
 };
 
-/// Writes the bytes as a NewFile.
+/// Writes the bytes through a NewFile.
 void write_atomically(const std::string& path, std::span<const std::byte> bytes);
 
-/// Which file stands at a path: a NewFile puts another one there.
+/// Identity of the file at a path. A NewFile replaces it by another file.
 struct FileIdentity {
   std::uint64_t device = 0, inode = 0;
   std::int64_t seconds = 0, nanoseconds = 0;
   friend bool operator==(const FileIdentity&, const FileIdentity&) = default;
 };
-/// All zeros if there is none.
+/// Returns the identity of a file; all zeros if it does not exist.
 FileIdentity identity_of(const std::string& path);
 
-/// A file to read, whose bytes stay what they are when another one takes its name.
+/// A file opened for reading. Its bytes do not change when another file takes its name.
 class OpenFile {
  public:
   /// Throws std::system_error.
@@ -52,7 +52,7 @@ class OpenFile {
 
   std::uint64_t size() const { return size_; }
   const FileIdentity& identity() const { return identity_; }
-  /// Throws std::system_error; of a file that is too short, too.
+  /// Reads bytes at an offset. Throws std::system_error, also if the file is too short.
   void read(std::uint64_t offset, std::span<std::byte> bytes) const;
 
  private:
@@ -61,17 +61,17 @@ class OpenFile {
   FileIdentity identity_;
 };
 
-/// Throws InputError if no file can be created where `path` says: its folder is missing or may not be written, its name
-/// is too long, or what stands there is no file: a folder, a link, a device, a pipe.
+/// Throws InputError if no file can be created at `path`. Its folder is missing or not writable, its name is too long,
+/// or the path is a folder, a link, a device or a pipe.
 void check_writable(const std::string& path);
 
-/// Whether a file of this name is what a NewFile for a file of the name `of` has been.
+/// Returns true if `name` is a name of a partial NewFile for the file `of`.
 bool is_partial_name(const std::string& name, const std::string& of);
 
-/// Removes what processes that were killed have left of a NewFile for this path; there must be no other writer.
+/// Removes partial files that killed processes have left for this path. There must be no other writer.
 void remove_partial_files(const std::string& path);
 
-/// The folder that `path` is in.
+/// Returns the folder that contains `path`.
 std::string folder_of(const std::string& path);
 
 }  // namespace lichtenberg

@@ -32,7 +32,7 @@ std::vector<Column> lists_of(const Rows& rows, const std::vector<Series>& series
   return lists;
 }
 
-/// Free bytes on the disk of a path; the largest number if it does not say.
+/// Returns the free bytes on the disk of a path; the largest number if they are unknown.
 std::uint64_t free_bytes(const std::string& path) {
   struct statvfs disk {};
   if (statvfs(folder_of(path).c_str(), &disk) != 0) return UINT64_MAX;
@@ -45,7 +45,7 @@ std::uint64_t bytes_in(const hdf5::Handle& file, const std::vector<Series>& all)
   return bytes;
 }
 
-/// Rows `first` to `first + count` of values that hold many.
+/// Returns rows `first` to `first + count` of values.
 Values part_of(const Values& values, const Series& series, std::int64_t first, std::int64_t count) {
   return std::visit(
       [&]<class Number>(const std::vector<Number>& numbers) -> Values {
@@ -55,7 +55,7 @@ Values part_of(const Values& values, const Series& series, std::int64_t first, s
       values);
 }
 
-/// The rows of `count` frames, of lists in one file; `ends`: where each frame's rows of a list end.
+/// Returns the rows of `count` frames in one file; `ends`: index after each frame's last row of a list.
 Values values_in(const ResultFile& result, const Series& series, const std::vector<std::int64_t>& ends,
                  std::int64_t first, std::int64_t count) {
   return std::visit(
@@ -102,8 +102,8 @@ std::int64_t FrameStore::take_over_segments(const ResultFile& result) {
   return frames;
 }
 
-/// Reads the rows of the tail and, of a list, those of the last frame. `begin`: first frame of the file with the
-/// latter.
+/// Reads the rows of the tail and, for a list, those of the last frame. `begin`: first frame of the file that contains
+/// the last frame.
 void FrameStore::take_over_rows(const ResultFile& result, std::size_t k, std::int64_t begin) {
   const Series& series = series_[k];
   const bool is_list = series.of == Column::Of::list;
@@ -134,7 +134,7 @@ std::string FrameStore::warning_of_columns() const {
                      fmt::join(left_out_, ", "));
 }
 
-/// Removes columns that the frames of a resumed file do not have: an effect or a newer program has added them since.
+/// Removes columns that the frames of a resumed file lack, because an effect or a newer program has added them.
 void FrameStore::leave_out_new_columns(Frame& frame) {
   std::erase_if(frame.columns, [&](const Column& column) {
     const bool is_new = std::ranges::find(series_, column.name, &Series::name) == series_.end();
@@ -160,7 +160,7 @@ void FrameStore::add(Frame frame) {
   ++frames_;
 }
 
-/// Adds a frame to the tail or, if there are many or it is large, to the segments.
+/// Adds a frame to the tail, or to the segments if the tail is full or the frame is large.
 void FrameStore::keep(Rows rows) {
   keep_whole_file();
   const std::uint64_t bytes = bytes_of(rows);
@@ -180,7 +180,7 @@ void FrameStore::clear_tail() {
   tail_bytes_ = 0;
 }
 
-/// The next segment, without a file; makes the folder that it belongs to.
+/// Returns the next segment, without a file, and creates its folder.
 Segment FrameStore::new_segment(std::int64_t frames) const {
   make_segments_folder(path_);
   return {.number = next_segment(path_), .frames = frames, .seal = {}};

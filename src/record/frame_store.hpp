@@ -14,42 +14,44 @@
 
 namespace lichtenberg {
 
-/// The frames of the result at `path`: segments on the disk, and a tail in memory that each save writes again. A frame
-/// goes to a segment when the tail exceeds its limit, or at once if it exceeds the limit by itself.
+/// Frames of the result at `path`: segments on the disk, and a tail in memory that each save writes again. A frame is
+/// written to a segment when the tail exceeds its limit, or immediately if the frame exceeds the limit by itself.
 class FrameStore {
  public:
-  /// `particles`: rows of each column of particles; `tail_limit` in bytes.
+  /// `particles`: number of rows of each column of particles; `tail_limit`: bytes.
   FrameStore(std::string path, const Scene& scene, std::size_t particles, std::uint64_t tail_limit);
 
-  /// Continues with the first `frames` of a result. Later ones are on the disk until remove_others(). Throws
+  /// Continues with the first `frames` of a result. Later frames stay on the disk until remove_others(). Throws
   /// hdf5::Error.
   void take_over(const ResultFile& result, std::int64_t frames);
 
-  /// Number of all frames, those since the last save among them.
+  /// Number of all frames, including those since the last save.
   std::int64_t frames() const { return frames_; }
   /// Time of the last frame.
   double last_time() const { return last_time_; }
   std::string time_unit() const { return series_.empty() ? Frame{}.time_unit : series_[1].unit; }
   bool in_one_file() const { return segments_.empty(); }
-  /// Names the columns that a resumed run has and its file does not: they are not recorded. Empty if there are none.
+  /// Names the columns of a resumed run that its file lacks and that are therefore not recorded. Empty if there are
+  /// none.
   std::string warning_of_columns() const;
 
-  /// Throws InputError that names the column which cannot be recorded, or std::exception if a segment cannot be
-  /// written.
+  /// Adds a frame. Throws InputError that names the column which cannot be recorded, or std::exception if a segment
+  /// cannot be written.
   void add(Frame frame);
-  /// To call before the file at `path` is replaced: the frames of a large file become its first segment, under a second
-  /// name and without a copy where the disk has hard links.
+  /// Preserves the frames of a large file as the first segment, before the file at `path` is replaced. The segment is a
+  /// second name of the file without a copy, if the disk has hard links.
   void keep_whole_file();
 
   /// Writes the lists of the last frame, such as its contacts.
   void put_last_lists(const hdf5::Handle& file) const;
-  /// Writes the tail, and where the frames in segments are. Rows are compressed once the run `is_over`, because each
-  /// save would compress all of them again.
+  /// Writes the tail and the index of the segments. Rows are compressed only once the run `is_over`, because each save
+  /// would compress all of them again.
   void put_into(const hdf5::Handle& file, bool is_over) const;
-  /// Removes the segments of an overwritten run or of frames after the checkpoint, which the saved index does not name.
+  /// Removes segments that the saved index does not name: those of an overwritten run or of frames after the
+  /// checkpoint.
   void remove_others();
-  /// Replaces index and segments by one file with all frames and `rest`. Throws std::exception if that fails, and
-  /// leaves both.
+  /// Replaces index and segments by one file with all frames and `rest`. If this fails, it throws std::exception and
+  /// keeps both.
   void put_together(hdf5::Pages rest);
 
  private:
@@ -64,19 +66,19 @@ class FrameStore {
   std::string path_;
   std::uint64_t tail_limit_;
   std::size_t particles_;
-  std::vector<double> box_edges_;  ///< nine numbers, or none in a box without a periodic axis
+  std::vector<double> box_edges_;  ///< nine numbers, or empty in a box without a periodic axis
   std::string length_unit_;
   bool is_resumed_ = false;
-  std::set<std::string> left_out_;  ///< names of columns
+  std::set<std::string> left_out_;  ///< names of omitted columns
 
   std::int64_t frames_ = 0;
   double last_time_ = 0;
-  std::vector<Series> series_;                ///< none before the first frame
-  std::map<std::string, std::int64_t> ends_;  ///< of lists: rows of all frames
-  std::vector<Column> last_lists_;            ///< of the last frame
-  bool is_whole_file_ = false;                ///< the frames on the disk fill the file at path_
+  std::vector<Series> series_;                ///< empty before the first frame
+  std::map<std::string, std::int64_t> ends_;  ///< lists: number of rows of all frames
+  std::vector<Column> last_lists_;            ///< lists of the last frame
+  bool is_whole_file_ = false;                ///< the frames on the disk are in the file at path_
   std::vector<Segment> segments_;
-  bool others_remain_ = true;  ///< there may be segments on the disk besides segments_
+  bool others_remain_ = true;  ///< true: the disk may have segments that are not in segments_
   std::vector<Rows> tail_;     ///< frames after those of the segments
   std::uint64_t tail_bytes_ = 0;
 };

@@ -11,7 +11,7 @@
 namespace lichtenberg::hdf5 {
 namespace {
 
-/// HDF5 prints its error stack unless told not to; here it becomes an exception.
+/// Disables HDF5's printing of its error stack, which becomes an exception instead.
 void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 
 Handle text_type(size_t size) {
@@ -26,7 +26,7 @@ Handle dataspace(const Shape& shape) {
   return Handle(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr));
 }
 
-/// Throws Error if there are more numbers than memory can have.
+/// Returns the product of the lengths. Throws Error if memory cannot hold as many numbers.
 hsize_t product(const Shape& shape) {
   constexpr hsize_t most = PTRDIFF_MAX / sizeof(double);
   hsize_t numbers = 1;
@@ -48,7 +48,7 @@ void put_unit(hid_t dataset, const std::string& unit) {
   if (!unit.empty()) put_attribute(dataset, "unit", unit);
 }
 
-/// The dataset of this shape that stands there, or else a new one.
+/// Returns the existing dataset if it has this shape, otherwise a new one.
 Handle dataset_for(hid_t parent, const std::string& name, hid_t type, const Shape& wanted, const std::string& unit) {
   if (exists(parent, name)) {
     if (shape(parent, name) == wanted) return Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT));
@@ -60,7 +60,7 @@ Handle dataset_for(hid_t parent, const std::string& name, hid_t type, const Shap
   return dataset;
 }
 
-/// A file on the disk as it is.
+/// A file on the disk, read only.
 class FileBytes : public Bytes {
  public:
   explicit FileBytes(std::shared_ptr<const OpenFile> file) : file_(std::move(file)) {}
@@ -77,7 +77,8 @@ class FileBytes : public Bytes {
   std::shared_ptr<const OpenFile> file_;
 };
 
-/// The stack is walked from the call that failed first; its message names the cause.
+/// Stores the first message of the error stack. The traversal begins at the innermost call, whose message names the
+/// cause.
 herr_t keep_first_message(unsigned, const H5E_error2_t* entry, void* message) {
   auto& text = *static_cast<std::string*>(message);
   if (text.empty() && entry->desc != nullptr) text = entry->desc;
@@ -96,8 +97,8 @@ Shape dataset_shape(hid_t dataset) {
   return result;
 }
 
-/// What HDF5 reads goes to memory for one element: throws Error for an attribute or dataset that has more, or of
-/// another class.
+/// Checks that an attribute or dataset has one element of the wanted class. HDF5 would otherwise read beyond the memory
+/// of one element. Throws Error.
 void check_single(hid_t space, hid_t type, H5T_class_t wanted, const std::string& name) {
   if (H5Tget_class(type) != wanted || H5Sget_simple_extent_npoints(space) != 1)
     throw Error(fmt::format("{} is not one {}", name, wanted == H5T_STRING ? "text" : "whole number"));
@@ -107,14 +108,14 @@ void check_attribute(hid_t attribute, H5T_class_t wanted, const std::string& nam
   check_single(Handle(H5Aget_space(attribute)), Handle(H5Aget_type(attribute)), wanted, name);
 }
 
-/// Throws Error for a shape that the bytes of a dataset cannot fill, before memory is taken for it.
+/// Throws Error for a shape that a dataset's stored bytes cannot fill, before memory is allocated for it.
 void check_bytes(hid_t dataset, const Shape& shape, const std::string& name) {
   constexpr hsize_t expansion = 1032;  // deflate's largest (zlib, "Maximum Expansion Factor")
   constexpr hsize_t few =
-      1u << 23;  // of which any machine has memory: what a chunked dataset stores takes time to find
+      1u << 23;  // any machine has memory for this; the size of a chunked dataset takes time to determine
   if (product(shape) < few) return;
   const Handle creation(H5Dget_create_plist(dataset)), type(H5Dget_type(dataset));
-  if (H5Pget_layout(creation) == H5D_VIRTUAL) return;  // its bytes are elsewhere
+  if (H5Pget_layout(creation) == H5D_VIRTUAL) return;  // virtual datasets store their bytes in other files
   if (product(shape) / expansion > H5Dget_storage_size(dataset) / std::max<hsize_t>(H5Tget_size(type), 1))
     throw Error(name + " has more numbers than bytes that hold them");
 }
@@ -181,7 +182,7 @@ Handle open_group(hid_t parent, const std::string& path) {
 }
 
 bool exists(hid_t parent, const std::string& path) {
-  // HDF5 wants every group above to exist before it answers for the last one.
+  // HDF5 requires every parent group to exist before it tests the last link.
   for (size_t slash = path.find('/', 1); slash != std::string::npos; slash = path.find('/', slash + 1))
     if (check(H5Lexists(parent, path.substr(0, slash).c_str(), H5P_DEFAULT)) == 0) return false;
   return check(H5Lexists(parent, path.c_str(), H5P_DEFAULT)) > 0;
@@ -291,7 +292,7 @@ template <class Number>
 void put_compressed(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
                     const Compression& stored, const std::string& unit) {
   const auto& [chunk, type] = stored;
-  constexpr unsigned fastest = 1;  // of deflate's levels: higher ones save a few percent of a potential
+  constexpr unsigned fastest = 1;  // deflate level; higher levels save only a few per cent of a potential
   if (exists(parent, name)) check(H5Ldelete(parent, name.c_str(), H5P_DEFAULT));
   const Handle creation(H5Pcreate(H5P_DATASET_CREATE)), space = dataspace(shape);
   check(H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data()));

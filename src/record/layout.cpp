@@ -13,9 +13,10 @@ namespace lichtenberg {
 namespace {
 
 constexpr const char* conductors = "/particles/conductors";
-constexpr hsize_t dimension = 3;  // of vectors in files, of plane scenes too, with z = 0: MDAnalysis reads nothing else
+// vectors in files have three components, with z = 0 in plane scenes, because MDAnalysis requires it
+constexpr hsize_t dimension = 3;
 
-/// Numbers of one conductor's kind: VMD gives all conductors of a species one radius.
+/// Returns the radii of the conductors' species: VMD gives all conductors of a species one radius.
 std::vector<double> distinct_radii(const Scene& scene) {
   std::set<double> radii;
   for (const Conductor& conductor : scene.conductors) radii.insert(conductor.radius);
@@ -67,7 +68,7 @@ void put_electrodes(hid_t scene_group, const Scene& scene) {
   }
 }
 
-/// Walls of a packing, in the order in which contacts count them.
+/// Writes the walls of a packing, in the order of their indices in contacts.
 void put_walls(hid_t scene_group, const Scene& scene) {
   const hdf5::Handle group = hdf5::open_group(scene_group, "walls");
   std::vector<std::string> names;
@@ -86,7 +87,7 @@ void put_domain(hid_t scene_group, const Scene& scene) {
   const Domain& domain = scene.domain;
   const std::string unit = scene.units().length;
   const hdf5::Handle group = hdf5::open_group(scene_group, "domain");
-  if (domain.dimension() == 3) hdf5::put(group, "height", domain.size.z, unit);  // which earlier readers look for
+  if (domain.dimension() == 3) hdf5::put(group, "height", domain.size.z, unit);  // read by older versions
   const std::array size{domain.size.x, domain.size.y, domain.size.z};
   const auto axes = static_cast<std::size_t>(domain.dimension());
   hdf5::put<double>(group, "size", std::span(size).first(axes), {axes}, unit);
@@ -103,7 +104,7 @@ void put_domain(hid_t scene_group, const Scene& scene) {
   hdf5::put<double>(group, "side_potential", potential, {potential.size()}, "V");
 }
 
-/// What one of the units of a scene of grains is in SI.
+/// Writes the SI values of the units of a scene of grains.
 void put_reference(const hdf5::Handle& file, const Reference& reference) {
   const hdf5::Handle group = hdf5::open_group(file, "reference");
   const auto [length, mass, velocity, charge] = reference;
@@ -114,7 +115,7 @@ void put_reference(const hdf5::Handle& file, const Reference& reference) {
   hdf5::put(group, "t0", length / velocity, "s");
 }
 
-/// The box as H5MD describes it; its `edges` stand with the frames (series.hpp).
+/// Writes the box as H5MD describes it; its `edges` are stored with the frames (series.hpp).
 void put_box(hid_t conductors_group, const Scene& scene) {
   const Box<3> box = scene.domain.box();
   const hdf5::Handle group = hdf5::open_group(conductors_group, "box");
@@ -152,7 +153,7 @@ void put_header(const hdf5::Handle& file, const Scene& scene, const Provenance& 
   hdf5::put_attribute(creator, "version", lichtenberg_version().number);
   const hdf5::Handle units = hdf5::open_group(h5md, "modules/units");
   hdf5::put_attribute<std::int32_t>(units, "version", std::array{1, 0}, {2});
-  // H5MD asks for a name of the system, and says what symbols mean for "SI" alone.
+  // H5MD requires a name of the system and defines symbols of units only for "SI".
   hdf5::put_attribute(units, "system", scene.reference ? "reduced" : "SI");
 }
 

@@ -10,25 +10,25 @@
 
 namespace lichtenberg {
 
-// The parts of a result file, each written by one function. All throw hdf5::Error.
+// Parts of a result file, each written by one function. All functions throw hdf5::Error.
 
-/// Changes when a reader of the files has to change.
+/// Format number, which changes when readers of the files have to change.
 constexpr int result_format = 2;
 
-/// Root attributes, and /h5md (H5MD 1.1): who wrote the file, in which units.
+/// Writes root attributes and /h5md (H5MD 1.1): author and program of the file, and its units.
 void put_header(const hdf5::Handle& file, const Scene& scene, const Provenance& provenance);
 
-/// /scene: the text, and the geometry that a picture needs.
+/// Writes /scene: the text, and the geometry that a picture needs.
 void put_scene(const hdf5::Handle& file, const Scene& scene);
 
-/// The box's edges as the nine numbers of three vectors, in the scene's unit of length; none unless an axis is
-/// periodic. A plane box is as deep as the medium.
+/// Returns the box's edges as the nine numbers of three vectors, in the scene's unit of length; empty unless an axis is
+/// periodic. The third edge of a plane box is the depth of the medium.
 std::vector<double> box_edges(const Scene& scene);
 
-/// What does not change of /particles/conductors: box, species, radius, mass (kg, one a conductor).
+/// Writes the constant parts of /particles/conductors: box, species, radius, mass (kg, one for each conductor).
 void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass);
 
-/// /checkpoint. The names of the arrays must not contain slashes.
+/// Writes and reads /checkpoint. The names of the arrays must not contain slashes.
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint);
 Checkpoint get_checkpoint(const hdf5::Handle& file);
 

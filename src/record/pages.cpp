@@ -23,17 +23,17 @@ void for_pages(std::uint64_t offset, std::uint64_t bytes, Visit visit) {
   }
 }
 
-/// HDF5's view of an open file: it begins with HDF5's own part.
+/// State of an open file in the HDF5 driver; it must begin with HDF5's part.
 struct Driver {
   H5FD_t common;
   std::shared_ptr<Bytes> bytes;
-  haddr_t end = 0;  ///< of what HDF5 has allocated
+  haddr_t end = 0;  ///< end of the range that HDF5 has allocated
 };
 
 Driver& of(H5FD_t* file) { return *reinterpret_cast<Driver*>(file); }
 const Driver& of(const H5FD_t* file) { return *reinterpret_cast<const Driver*>(file); }
 
-/// What an HDF5 call may return after an exception.
+/// Converts an exception to the error status of an HDF5 call.
 template <class Work>
 herr_t guarded(Work work) {
   try {
@@ -105,7 +105,7 @@ hid_t driver() {
   return id;
 }
 
-/// What `use` returns of a property list for these bytes, which is valid until then.
+/// Returns the result of `use` with a property list for these bytes, which is valid during the call.
 template <class Use>
 hid_t with_access(const std::shared_ptr<Bytes>& bytes, Use use) {
   const std::shared_ptr<Bytes>* place = &bytes;
@@ -118,8 +118,8 @@ hid_t with_access(const std::shared_ptr<Bytes>& bytes, Use use) {
 
 }  // namespace
 
-/// Straight from the kernel, zeros, and given back to it: files come and go beside arrays of any size, between which
-/// an allocator would keep what it cannot join.
+/// Memory of a page, mapped directly from the kernel, zeroed and unmapped. Files alternate with arrays of any size, so
+/// that an allocator would keep fragmented memory.
 struct Pages::Page {
   std::byte* bytes;
 

@@ -7,40 +7,42 @@
 #include <memory>
 #include <span>
 
-#define OMPI_SKIP_MPICXX 1  // a parallel hdf5.h includes mpi.h: leave out its C++ classes, a library of their own
+// A parallel hdf5.h includes mpi.h, whose C++ classes would need a separate library.
+#define OMPI_SKIP_MPICXX 1
 #include <hdf5.h>
 
 namespace lichtenberg::hdf5 {
 
-/// The bytes that HDF5 takes for a file.
+/// Interface of the bytes that HDF5 accesses as a file.
 class Bytes {
  public:
   virtual ~Bytes() = default;
   virtual std::uint64_t size() const = 0;
   virtual void resize(std::uint64_t size) = 0;
-  /// Beyond the end, zeros.
+  /// Reads bytes; bytes beyond the end are zeros.
   virtual void read(std::uint64_t offset, std::span<std::byte> bytes) const = 0;
   virtual void write(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
 };
 
-/// The bytes of a file in memory. What nobody wrote reads as zeros and takes no memory: HDF5 may lay out datasets of
-/// any size in it, whose bytes go to the disk by another way.
+/// Bytes of a file in memory. Unwritten ranges read as zeros and take no memory. HDF5 can therefore allocate datasets
+/// of any size in it whose bytes are written to the disk separately.
 class Pages : public Bytes {
  public:
   std::uint64_t size() const override { return size_; }
   void resize(std::uint64_t size) override { size_ = size; }
   void read(std::uint64_t offset, std::span<std::byte> bytes) const override;
   void write(std::uint64_t offset, std::span<const std::byte> bytes) override;
-  /// All that was written, in pieces in ascending order.
+  /// Calls visit for each written piece, in ascending order.
   void for_each(const std::function<void(std::uint64_t offset, std::span<const std::byte> bytes)>& visit) const;
 
  private:
   std::uint64_t size_ = 0;
   struct Page;
-  std::map<std::uint64_t, std::shared_ptr<Page>> pages_;  ///< by number; copies share what none of them has changed
+  /// pages by number; copies share pages that neither has changed
+  std::map<std::uint64_t, std::shared_ptr<Page>> pages_;
 };
 
-/// H5Fcreate and H5Fopen on these bytes. An exception of theirs is an error of HDF5's.
+/// Calls H5Fcreate or H5Fopen on these bytes. An exception of `bytes` is reported as an HDF5 error.
 hid_t create_file(const std::shared_ptr<Bytes>& bytes);
 hid_t open_file(const std::shared_ptr<Bytes>& bytes, unsigned flags);
 

@@ -24,7 +24,7 @@ std::string user_name() {
   return entry != nullptr ? entry->pw_name : "unknown";
 }
 
-/// The words of the command line with spaces between them.
+/// Returns the words of the command line, separated by spaces.
 std::string command_line() {
   std::ifstream file("/proc/self/cmdline", std::ios::binary);
   std::string words{std::istreambuf_iterator<char>(file), {}};
@@ -60,7 +60,7 @@ void put_program(const hdf5::Handle& group, const Provenance& provenance) {
   hdf5::put_attribute(group, "cores", provenance.cores);
 }
 
-/// What the scene left open may have been chosen by the program, or on the command line.
+/// Writes the field options, which the program or the command line may have chosen instead of the scene.
 void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
   hdf5::put_attribute(group, "method", field.method->name);
   hdf5::put_attribute(group, "cells", field.cells);

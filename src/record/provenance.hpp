@@ -7,27 +7,27 @@
 
 namespace lichtenberg {
 
-/// Where and how this program runs; what it is, lichtenberg_version() says.
+/// Location and conditions of a run; lichtenberg_version() describes the program.
 struct Provenance {
   std::string user;
   std::string command_line;
-  std::string petsc_options;  ///< of the environment; those of the command line stand there
+  std::string petsc_options;  ///< options of the environment; those of the command line are in `command_line`
   std::string started;        ///< date and time in UTC, ISO 8601
   std::string machine;        ///< host, operating system and its release
-  std::string processor;      ///< "unknown" where the system does not say
+  std::string processor;      ///< "unknown" if the system does not report it
   int cores = 0;
 };
 
-/// Of the running process; `started` is the moment of this call.
+/// Returns the provenance of the running process; `started` is the time of this call.
 Provenance provenance();
 
-/// Group of a result for the start of the run (session 0) or one of the times it was resumed.
+/// Returns the group of a result for the start of the run (session 0) or for one of its resumptions.
 std::string session_group(int session);
-/// Number of sessions in a result.
+/// Returns the number of sessions in a result.
 int sessions(const hdf5::Handle& file);
-/// Writes where this session runs and how it solves the field.
+/// Writes the provenance and the field options of a session.
 void put_session(const hdf5::Handle& file, int session, const Provenance& provenance, const Scene& scene);
-/// Tells that another build of the program wrote the last session of the result at `path`; empty if this one did.
+/// Returns a warning if another build of the program wrote the last session of the result at `path`; empty otherwise.
 std::string warning_of_another_build(const hdf5::Handle& file, const std::string& path);
 
 }  // namespace lichtenberg

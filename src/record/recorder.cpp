@@ -26,7 +26,7 @@ std::vector<Quantity> get_summary(const hdf5::Handle& file) {
   return summary;
 }
 
-/// How many frames there were at the checkpoint; those after it are made anew when the run goes on.
+/// Attribute with the number of frames at the checkpoint. A resumed run computes later frames again.
 constexpr const char* frames_up_to_it = "frames";
 
 std::int64_t frames_of_checkpoint(const ResultFile& result) {
@@ -44,7 +44,7 @@ void check_scene(const hdf5::Handle& file, const std::string& path, const Scene&
                     scene.path, change, path));
 }
 
-/// What was fed and what had been there from the start are told apart by where the run began.
+/// Checks that the run starts from the same state, which separates injected charge from initial charge.
 void check_start(const hdf5::Handle& file, const std::string& path, const Scene& scene) {
   const std::string start = hdf5::text(hdf5::open_group(file, "scene"), "started_from");
   if (start != scene.started_from)
@@ -53,7 +53,7 @@ void check_start(const hdf5::Handle& file, const std::string& path, const Scene&
                                  start.empty() ? "without --from" : "with the same --from and --frame"));
 }
 
-/// Attribute that marks the group of Milestone::history, which grows from save to save.
+/// Attribute that marks the group of Milestone::history, to which each save appends.
 constexpr const char* is_history = "history";
 
 void lengthen(Column& column, const std::vector<Column>& added) {
@@ -192,7 +192,7 @@ std::string Recorder::save(const Milestone& milestone) {
   try {
     frames_.keep_whole_file();
     lengthen(history_, milestone.history);
-    // The grid of the field does not change from save to save.
+    // The grid of the field is the same in all saves.
     if (milestone.field) put_constants([&](const hdf5::Handle& file) { put_vtkhdf_grid(file, *milestone.field); });
     const auto pages = std::make_shared<hdf5::Pages>(all_but_frames(milestone));
     frames_.put_into(hdf5::open_in_memory(pages), !milestone.summary.empty());
@@ -254,7 +254,7 @@ hdf5::Pages Recorder::all_but_frames(const Milestone& milestone) const {
   return std::move(*pages);
 }
 
-/// Adds to an error what of the result is left on the disk.
+/// Adds a description of the result that remains on the disk to an error.
 Failure Recorder::not_written(const std::exception& error) const {
   const std::string what = dynamic_cast<const Failure*>(&error)
                                ? error.what()

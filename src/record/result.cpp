@@ -13,7 +13,8 @@ namespace {
 
 constexpr const char* conductors = "/particles/conductors/";
 
-/// What an earlier analysis found; datasets that are written again are kept, or the file would grow each time.
+/// Removes datasets of an earlier analysis that are not written again. The others are overwritten in place, so that the
+/// file does not grow.
 void remove_others(hid_t group, const std::vector<Column>& columns) {
   for (const std::string& name : hdf5::names(group))
     if (std::ranges::find(columns, name, &Column::name) == columns.end())
@@ -22,7 +23,7 @@ void remove_others(hid_t group, const std::vector<Column>& columns) {
 
 }  // namespace
 
-/// Whatever HDF5 has against the file is the file's fault.
+/// Reports any HDF5 error as damage of the file.
 template <class Reading>
 auto Result::guarded(Reading reading) const {
   try {
@@ -115,7 +116,7 @@ ConductorFrame Result::conductor_frame(int index) const {
   });
 }
 
-/// Of the columns in this group.
+/// Returns the names of the columns in this group.
 std::vector<std::string> Result::names_in(const std::string& group) const {
   std::vector<std::string> names;
   if (!hdf5::exists(file_->file(), group)) return names;

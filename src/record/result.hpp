@@ -16,43 +16,44 @@
 
 namespace lichtenberg {
 
-/// A result to read frame by frame, as it was when it was opened (ResultFile). What members read they throw InputError
-/// for if it is missing or damaged.
+/// A result that is read frame by frame, in the state in which it was opened (ResultFile). Members throw InputError if
+/// data are missing or damaged.
 class Result {
  public:
-  /// Throws InputError if the file is missing, damaged, without frames, or none of this program's format.
+  /// Throws InputError if the file is missing, damaged, without frames, or not of this program's format.
   explicit Result(const std::string& path);
 
   const std::string& path() const { return file_->path(); }
   const ResultFile& file() const { return *file_; }
-  /// What the run was made of, whose effects are of these kinds. Its text is parsed anew: throws InputError if this
-  /// version does not read it. One that started at places of another result has those of its first frame.
+  /// Returns the scene of the run, whose effects are of these kinds. Its text is parsed again, and InputError is thrown
+  /// if this version does not support it. If the run started from another result, bodies have the positions of its
+  /// first frame.
   Scene scene(const EffectKinds& kinds = effects::all_kinds(), const StopRequest& stop = {}) const;
   int frames() const { return static_cast<int>(times_.size()); }
   const std::vector<double>& times() const { return times_; }  ///< s
   std::vector<double> radius() const;                          ///< m
   std::vector<double> mass() const;                            ///< kg
-  /// All its columns but lists, with numbers as doubles and without units.
+  /// Returns all columns of a frame except lists, with numbers as doubles and without units.
   Frame frame(int index) const;
-  /// Places and radii (m) in a frame.
+  /// Returns the positions and radii (m) in a frame.
   std::vector<Conductor> bodies(int index) const;
-  /// A frame of a run of conductors.
+  /// Returns a frame of a run of conductors.
   ConductorFrame conductor_frame(int index) const;
   /// See ResultFile::warnings.
   std::vector<std::string> warnings() const;
-  /// A quantity of /observables, one number or several; empty if the run has not recorded it.
+  /// Returns a quantity of /observables, one number or several; empty if the run has not recorded it.
   std::vector<double> observable(const std::string& name, int index) const;
-  /// Whether the scene has contacts, and with them a network.
+  /// Returns true if the scene has contacts, and thus a network.
   bool has_network() const;
-  /// See analysis::successors(). Only where there is a network.
+  /// See analysis::successors(). Requires a network.
   std::vector<int> successor(int index) const;
-  /// The contacts that the run had made; empty if an earlier version wrote the file, which kept those of the last frame
-  /// only.
+  /// Returns the closed contacts of a frame. Empty if an older version wrote the file, which stored only those of the
+  /// last frame.
   std::optional<std::vector<analysis::Edge>> contacts(int index) const;
 
-  /// Writes /analysis, over that of an earlier time; everything else in the file stays as it is. The columns are lists
-  /// with a row for each frame. Throws Failure, and leaves the file alone, if it cannot be written, its run writes it,
-  /// or it is no longer the one that was opened.
+  /// Writes /analysis and replaces an existing one; everything else in the file is unchanged. The columns are lists
+  /// with a row for each frame. Throws Failure and leaves the file unchanged if it cannot be written, if its run writes
+  /// it, or if it has been replaced since it was opened.
   void put_analysis(const std::vector<Column>& columns) const;
 
  private:
@@ -64,7 +65,7 @@ class Result {
   std::string path_;
   std::optional<ResultFile> file_;
   std::vector<double> times_;
-  std::vector<std::int64_t> contact_ends_;  ///< of each frame; empty if there are none
+  std::vector<std::int64_t> contact_ends_;  ///< contact rows up to the end of each frame; empty if there are none
   std::size_t conductors_ = 0;
 };
 

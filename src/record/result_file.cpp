@@ -15,7 +15,7 @@
 namespace lichtenberg {
 namespace {
 
-/// Segments stay open, and there may be more of them than a process is allowed at first.
+/// Raises the limit of open files, because segments stay open and may exceed the initial limit.
 void allow_many_files() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
@@ -28,7 +28,7 @@ std::shared_ptr<const OpenFile> open_file(const std::string& path) {
   if (std::filesystem::is_directory(path, unknown))
     throw InputError(fmt::format("{} is a folder: name a result file", path));
   if (std::filesystem::exists(path, unknown) && !std::filesystem::is_regular_file(path, unknown))
-    throw InputError(fmt::format("{} is no file: name a result file", path));  // a pipe that nobody writes would hang
+    throw InputError(fmt::format("{} is no file: name a result file", path));  // a pipe without a writer would block
   try {
     return std::make_shared<const OpenFile>(path);
   } catch (const std::system_error& error) {
@@ -37,7 +37,7 @@ std::shared_ptr<const OpenFile> open_file(const std::string& path) {
   }
 }
 
-/// Another file has taken the name, and its segments are others.
+/// Exception: another file has taken the name, and its segments differ.
 struct Replaced {};
 
 bool is_dataset_of_frames(const std::vector<Series>& series, const std::string& path) {
@@ -45,7 +45,8 @@ bool is_dataset_of_frames(const std::vector<Series>& series, const std::string& 
       series, [&](const Series& each) { return each.dataset == path || each.dataset.starts_with(path + "/"); });
 }
 
-/// Copies what stands at a path, attributes too; where frames stand below it, the rest of what does.
+/// Copies the object at a path with its attributes. If frames are stored below it, only the rest of its members is
+/// copied.
 void copy_path(const hdf5::Handle& from, const hdf5::Handle& to, const std::string& path,
                const std::vector<Series>& series) {
   if (!is_dataset_of_frames(series, path)) {
@@ -62,7 +63,7 @@ void copy_path(const hdf5::Handle& from, const hdf5::Handle& to, const std::stri
 }  // namespace
 
 ResultFile::ResultFile(const std::string& path, const std::string& used) : path_(path), index_(open_file(path)) {
-  constexpr int attempts = 100;  // a run would have to save as often while one index is read
+  constexpr int attempts = 100;  // the run would have to save this often while one index is read
   for (int attempt = 1;; ++attempt) try {
       open_index(used);
       open_segments();
@@ -187,13 +188,13 @@ void copy_all_but_frames(const hdf5::Handle& from, const hdf5::Handle& to, const
 
 namespace {
 
-/// Whether another file than the opened one would be replaced.
+/// Throws Failure if the file at the path is no longer the opened one.
 void refuse_another(const ResultFile& opened) {
   if (identity_of(opened.path()) != opened.identity())
     throw Failure(fmt::format("{} has changed since it was read: try again once its run is over", opened.path()));
 }
 
-/// A file whose frames take much room: they are copied by a few megabytes at a time.
+/// Writes a file with large frames, which are copied in blocks of a few megabytes.
 void store_beside_frames(const ResultFile& opened, const std::function<void(const hdf5::Handle&)>& put) {
   const auto pages = std::make_shared<hdf5::Pages>();
   {
@@ -211,7 +212,7 @@ void store_in_memory(const ResultFile& opened, const std::function<void(const hd
   put(hdf5::open_in_memory(pages));
   const auto check = [&] { refuse_another(opened); };
   if (opened.is_sealed()) return write_sealed(opened.path(), *pages, check);
-  NewFile file(opened.path());  // what another program has changed is not vouched for
+  NewFile file(opened.path());  // a file that another program has changed gets no seal
   pages->for_each([&](std::uint64_t offset, std::span<const std::byte> bytes) { file.write(offset, bytes); });
   file.publish(check);
 }

@@ -11,41 +11,42 @@
 
 namespace lichtenberg {
 
-/// A result file as it was when it was opened, its frames in segments among them: a run that goes on writing to it
-/// changes nothing here, and is not disturbed. Nothing is read before its checksum is found right.
+/// A result file in the state in which it was opened, including its frames in segments. A run that continues to write
+/// it neither affects this object nor is affected. All data are read only after their checksum has been verified.
 class ResultFile {
  public:
-  /// Throws InputError unless there is a result file of this program's format at `path`; the message says that only
-  /// such a file can be `used` ("resumed", say). Throws hdf5::Error if it is damaged.
+  /// Throws InputError unless `path` is a result file of this program's format; the message says that only such a file
+  /// can be `used` ("resumed", say). Throws hdf5::Error if it is damaged.
   ResultFile(const std::string& path, const std::string& used);
 
   const std::string& path() const { return path_; }
   const FileIdentity& identity() const { return index_->identity(); }
   const std::shared_ptr<const OpenFile>& opened() const { return index_; }
   int format() const { return format_; }
-  /// Whether it is as this program wrote it; else another one has changed it, and nothing speaks for its bytes.
+  /// Returns true if the file has a valid seal; otherwise another program has changed it and its bytes are not
+  /// verified.
   bool is_sealed() const { return sealed_; }
-  /// All but the frames in segments.
+  /// Returns the file, which has all data except for the frames in segments.
   const hdf5::Handle& file() const { return *file_; }
   const std::vector<Segment>& segments() const { return segments_; }
-  /// The file of a segment, by its place among them.
+  /// Returns the file of segment k.
   const std::shared_ptr<const OpenFile>& segment(std::size_t k) const { return files_[k]; }
 
-  /// Reasons why the result may be unsafe to use, from the end of its run (Summary::warnings).
+  /// Returns reasons why the result may be unreliable, from the end of its run (Summary::warnings).
   std::vector<std::string> warnings() const;
-  /// None in a file without frames.
+  /// Number of frames; 0 in a file without frames.
   std::int64_t frames() const { return frames_; }
-  /// Whether frames have a dataset of this path ("observables/energy/value").
+  /// Returns true if frames have a dataset of this path ("observables/energy/value").
   bool has(const std::string& dataset) const;
-  /// The rows of `count` frames from `first` on. Throws hdf5::Error if there are not as many.
+  /// Returns the rows of `count` frames from frame `first`. Throws hdf5::Error if there are fewer.
   template <class Number>
   std::vector<Number> rows(const std::string& dataset, std::int64_t first, std::int64_t count) const;
-  /// Those of all frames.
+  /// Returns the rows of all frames.
   template <class Number>
   std::vector<Number> rows(const std::string& dataset) const {
     return rows<Number>(dataset, 0, frames_);
   }
-  /// The rows that `count` frames in one file have of a list ("contacts"); `ends`: where each frame's end.
+  /// Returns the rows of a list ("contacts") of `count` frames in one file; `ends`: index after each frame's last row.
   template <class Number>
   std::vector<Number> list(const std::string& name, const std::vector<std::int64_t>& ends, std::int64_t frame,
                            std::int64_t count = 1) const;
@@ -53,7 +54,7 @@ class ResultFile {
  private:
   struct Part {
     std::int64_t first = 0, frames = 0;
-    int segment = -1;  ///< its place among them; -1: the frames are in the file itself
+    int segment = -1;  ///< index in segments_; -1: the frames are in the file itself
   };
   void open_index(const std::string& used);
   void open_segments();
@@ -74,16 +75,16 @@ class ResultFile {
   std::int64_t frames_ = 0;
 };
 
-/// Adds to the file on the disk what `put` writes, unless it stands there already. Throws Failure, and leaves the file
-/// alone, if that cannot be done, if a run is writing it or if it is no longer the one that was opened.
-/// The frames of a file of more than `in_memory` bytes are copied by a few megabytes at a time.
+/// Adds data that `put` writes to the file on the disk and replaces existing data of the same names. Throws Failure and
+/// leaves the file unchanged if this fails, if a run is writing the file or if it has been replaced since it was
+/// opened. The frames of a file of more than `in_memory` bytes are copied in blocks of a few megabytes.
 void store(const ResultFile& opened, const std::function<void(const hdf5::Handle& file)>& put,
            std::uint64_t in_memory = 64u << 20);
 
-/// Copies what stands in these groups of a file, frames excepted, into another.
+/// Copies the contents of these groups of a file, except for frames, to another file.
 void copy_all_but_frames(const hdf5::Handle& from, const hdf5::Handle& to, const std::vector<std::string>& groups);
 
-/// Radii [N] of the particles of a result. Throws hdf5::Error if one of them is not greater than 0.
+/// Returns the radii [N] of the particles of a result. Throws hdf5::Error if one of them is not greater than 0.
 std::vector<double> radii_in(const hdf5::Handle& file);
 
 }  // namespace lichtenberg

@@ -14,7 +14,7 @@ std::set<std::string> keys_of(const toml::table& a, const toml::table& b) {
   return keys;
 }
 
-/// toml++ compares tables only, so the value is put into one.
+/// Compares two values in tables, because toml++ compares only tables.
 bool equal(const toml::node& a, const toml::node& b) {
   toml::table with_a, with_b;
   with_a.insert("value", a);

@@ -4,10 +4,10 @@
 
 namespace lichtenberg {
 
-/// The first key, dotted, at which two scene texts say different things outside of [stop], [output], [network] and of
-/// [minimize]'s max_iterations, force_tolerance and threads; empty if there is none. Comments, order and white space do
-/// not count. A run may be resumed only if nothing changed: those say when to end, what to write, what to measure in
-/// the result and who computes, all else decides what happens.
+/// Returns the first key, dotted, at which two scene texts differ; empty if there is none. It ignores [stop], [output]
+/// and [network], and max_iterations, force_tolerance and threads of [minimize]. Comments, order and white space do not
+/// count. A run may be resumed only if no other key has changed, because all others affect its course. The ignored keys
+/// determine the end, the output, the measurements and the number of threads.
 std::string first_change(const std::string& before, const std::string& now);
 
 }  // namespace lichtenberg

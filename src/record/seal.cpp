@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array<char, 8> magic{'L', 'I', 'C', 'H', 'T', 'S', 'U', 'M'};
 
-/// As it stands in the file, numbers with the lowest byte first.
+/// Layout of the seal in the file, with little-endian numbers.
 struct Footer {
   std::array<char, 8> magic{};
   std::uint64_t bytes = 0;
@@ -23,7 +23,7 @@ struct Footer {
 };
 static_assert(sizeof(Footer) == 24 && std::endian::native == std::endian::little);
 
-/// Of the first `bytes` of a file, read in blocks.
+/// Returns the CRC-32 of the first `bytes` of a file, read in blocks.
 template <class File>
 std::uint32_t crc_of(const File& file, std::uint64_t bytes) {
   std::vector<std::byte> block(1u << 20);
@@ -36,13 +36,13 @@ std::uint32_t crc_of(const File& file, std::uint64_t bytes) {
   return static_cast<std::uint32_t>(crc);
 }
 
-/// End of the file according to HDF5's superblock; empty for versions that HDF5 1.10 does not write.
+/// Returns the end of the file according to HDF5's superblock; empty for versions that HDF5 1.10 does not write.
 std::optional<std::uint64_t> end_of_hdf5(const OpenFile& file) {
   std::array<std::uint8_t, 52> head{};
   if (file.size() < head.size()) return {};
   file.read(0, std::as_writable_bytes(std::span(head)));
   constexpr std::size_t version_at = 8;  // HDF5 File Format Specification, II.A: the superblock
-  constexpr std::array<std::size_t, 4> width_at{13, 13, 9, 9}, end_at{40, 44, 28, 28};  // by its version
+  constexpr std::array<std::size_t, 4> width_at{13, 13, 9, 9}, end_at{40, 44, 28, 28};  // indexed by version
   const std::uint8_t version = head[version_at];
   if (version >= width_at.size() || head[width_at[version]] != sizeof(std::uint64_t)) return {};
   std::uint64_t end = 0;
@@ -50,7 +50,8 @@ std::optional<std::uint64_t> end_of_hdf5(const OpenFile& file) {
   return end;
 }
 
-/// Another program, which knows nothing of the seal, leaves HDF5's bytes and nothing behind them.
+/// Throws hdf5::Error if bytes are missing or follow the HDF5 bytes. A program without knowledge of the seal writes
+/// only the HDF5 bytes.
 void check_unsealed(const OpenFile& file) {
   const std::optional<std::uint64_t> end = end_of_hdf5(file);
   if (!end || *end == file.size()) return;

@@ -31,13 +31,13 @@ std::optional<std::int64_t> number_of(const std::string& name) {
   return name == name_of(number) ? std::optional(number) : std::nullopt;
 }
 
-/// Whether segments may be written and removed there: not through a link, which leads to a folder of something else.
+/// Returns true if segments may be written and removed in the folder. A link to another folder is refused.
 bool is_own_folder(const std::string& folder) {
   std::error_code missing;
   return fs::symlink_status(folder, missing).type() == fs::file_type::directory;
 }
 
-/// Whether a file in the folder is a segment, or what a process that was killed has left of one.
+/// Returns true if the name is that of a segment or of a partial segment of a killed process.
 bool is_segment_name(const std::string& name) {
   if (number_of(name)) return true;
   const std::string segment = name.substr(0, name.rfind(".partial-"));
@@ -60,7 +60,7 @@ void copy_bytes(const OpenFile& from, std::uint64_t offset, std::uint64_t bytes,
   }
 }
 
-/// The same of rows that are compressed, and so in no one piece.
+/// Copies compressed rows, which are not contiguous, through HDF5.
 void copy_chunks(const hdf5::Handle& from, const Series& series, hsize_t rows, NewFile& to, std::uint64_t target) {
   const hsize_t together = std::max<hsize_t>(block_bytes / series.row_bytes(), 1);
   for (hsize_t first = 0; first < rows; first += together) {
@@ -69,7 +69,7 @@ void copy_chunks(const hdf5::Handle& from, const Series& series, hsize_t rows, N
   }
 }
 
-/// The rows of all series of a file go to `target`, one offset a series, which moves on.
+/// Copies the rows of all series of a file to `target`, one offset for each series, and advances the offsets.
 void copy_rows(const StoredFrames& stored, const std::vector<Series>& series, NewFile& to,
                std::vector<std::uint64_t>& target) {
   const std::shared_ptr<const OpenFile> from = stored.open();
@@ -173,10 +173,10 @@ void remove_other_segments(const std::string& path, const std::vector<Segment>& 
   if (!is_own_folder(segments_folder(path))) return;
   std::set<std::string> kept;
   for (const Segment& segment : segments) kept.insert(name_of(segment.number));
-  std::error_code ignored;  // what cannot be removed is in nobody's way
+  std::error_code ignored;  // files that cannot be removed do no harm
   for (const fs::path& file : files_in(segments_folder(path)))
     if (const std::string name = file.filename().string(); !kept.contains(name) && is_segment_name(name))
-      ::unlink(file.c_str());  // never a folder
+      ::unlink(file.c_str());  // unlink never removes a folder
   if (segments.empty()) fs::remove(segments_folder(path), ignored);
 }
 

@@ -12,48 +12,48 @@
 
 namespace lichtenberg {
 
-// Frames that fill more than some memory stand in files of their own, which are never changed: `path`.frames/
-// segment-000000.h5 and so on, for a result at `path`, which then is an index of them.
+// Frames that exceed a memory limit are stored in separate files, which are never changed:
+// `path`.frames/segment-000000.h5 and so on, for a result at `path`. The result is then an index of them.
 
 struct Segment {
   std::int64_t number = 0, frames = 0;
   Seal seal;
-  std::vector<hsize_t> rows{};  ///< of each series; the index does not say
+  std::vector<hsize_t> rows{};  ///< rows of each series; not stored in the index
 };
 
 std::string segments_folder(const std::string& path);
 std::string segment_file(const std::string& path, std::int64_t number);
-/// From the result's folder, as the index names it.
+/// Returns the segment's path relative to the result's folder, as stored in the index.
 std::string segment_name(const std::string& path, std::int64_t number);
 
-/// Those that an index is of; none in a file that holds all its frames itself.
+/// Writes and reads the segments of an index; none in a file that contains all its frames.
 void put_segments(const hdf5::Handle& index, const std::vector<Segment>& segments);
 std::vector<Segment> get_segments(const hdf5::Handle& index);
 
-/// Throws std::system_error if it is missing, hdf5::Error if it is another than the index says, or damaged.
+/// Opens a segment. Throws std::system_error if it is missing, hdf5::Error if it is damaged or differs from the index.
 OpenFile open_segment(const std::string& path, const Segment& segment);
 
-/// Throws InputError if the folder of segments is there and is a link or no folder.
+/// Throws InputError if the path of the folder of segments is a link or no folder.
 void check_segments_folder(const std::string& path);
-/// Throws Failure if the folder is not there and cannot be made.
+/// Throws Failure if the folder does not exist and cannot be created.
 void make_segments_folder(const std::string& path);
 
-/// The number of a segment that can be written next, beside all files that are there.
+/// Returns the number of the next segment, which no existing file has.
 std::int64_t next_segment(const std::string& path);
-/// Removes all segments in the folder but these, and the folder if it is empty then; nothing if it is a link.
+/// Removes all other segments in the folder, and the folder if it is empty then. Does nothing if the folder is a link.
 void remove_other_segments(const std::string& path, const std::vector<Segment>& segments);
 
-/// How many rows of each series stand in a file.
+/// Returns the number of rows of each series in a file.
 std::vector<hsize_t> rows_in(const hdf5::Handle& file, const std::vector<Series>& series);
 
-/// Frames that stand in a file, which is open only while they are copied: there may be more than a process may open.
+/// Frames in a file that is open only while they are copied, because the number of open files is limited.
 struct StoredFrames {
-  std::vector<hsize_t> rows;  ///< of each series
+  std::vector<hsize_t> rows;  ///< rows of each series
   std::function<std::shared_ptr<const OpenFile>()> open;
 };
 
-/// Writes a file of all that stands in `rest`, and of frames: those that stand `before`, then `frames`. The rows go
-/// to the disk by a few megabytes at a time. Throws Failure.
+/// Writes a file with the contents of `rest` and with frames: those stored in the files `before`, then `frames`. Rows
+/// are written in blocks of a few megabytes. Throws Failure.
 Seal write_with_frames(
     const std::string& path, hdf5::Pages rest, const std::vector<Series>& series, std::span<const StoredFrames> before,
     std::span<const Rows> frames, const std::function<void()>& check = [] {});

@@ -18,7 +18,7 @@ namespace {
 constexpr const char* particles_group = "particles/conductors";
 constexpr const char* system_group = "observables";
 constexpr const char* list_group = "network";
-constexpr const char* box_edges_name = "box/edges";  // with a slash, which no column's name has
+constexpr const char* box_edges_name = "box/edges";  // contains a slash, which no column's name has
 constexpr const char* of_all_frames = "_of_all_frames";
 constexpr const char* end_of_list = "_end";
 constexpr const char* labels_name = "terminals";
@@ -26,7 +26,7 @@ constexpr const char* step_name = "step";
 constexpr const char* time_name = "time";
 constexpr const char* pure_number = "1";
 constexpr std::uint64_t chunk_bytes = 1u << 18, compressed_row_bytes = 1u << 20;
-constexpr unsigned compression = 4;  // deflate, 0 ... 9
+constexpr unsigned compression = 4;  // deflate level, 0 ... 9
 
 bool is_clock(const Series& series) { return series.name == step_name || series.name == time_name; }
 
@@ -55,7 +55,7 @@ void check_shape(const Column& column, std::size_t particles) {
     refuse(column.name, fmt::format("it has {} labels for rows of {} numbers", column.labels.size(), width));
 }
 
-/// What stands beside columns of particles and lists and is none of them.
+/// Throws InputError if a column of particles or a list has the name of another object of its group.
 void check_free(const Column& column) {
   constexpr std::array constants{"mass", "radius", "species", "box"};
   constexpr std::array networks{"particle", "contact"};
@@ -94,13 +94,14 @@ Series ends_of(const std::string& list) {
           .kind = std::vector<std::int64_t>{}};
 }
 
-/// Step and time, which stand beside one of the elements.
+/// Returns the series of step and time, which are stored in one of the elements.
 std::vector<Series> clock(const std::string& element, const std::string& time_unit) {
   return {{.name = step_name, .dataset = element + "/step", .kind = std::vector<std::int64_t>{}},
           {.name = time_name, .dataset = element + "/time", .unit = time_unit, .kind = std::vector<double>{}}};
 }
 
-/// A time that counts iterations has none: MDAnalysis refuses a file whose time has a unit that it does not know.
+/// Returns true if the unit is written. A time that counts iterations gets no unit, because MDAnalysis refuses unknown
+/// units of time.
 bool has_unit(const Series& series) {
   return !series.unit.empty() && !(series.name == time_name && series.unit == pure_number);
 }
@@ -145,7 +146,8 @@ void add_lists(const hdf5::Handle& file, std::vector<Series>& all) {
   }
 }
 
-/// Makes all datasets by `make(parent group, its name, series, index)`; step and time once, and links to them.
+/// Makes all datasets by `make(parent group, its name, series, index)`. Step and time are stored once and linked from
+/// the other elements.
 void put_all(const hdf5::Handle& file, const std::string& prefix, const std::vector<Series>& all,
              const std::function<hdf5::Handle(hid_t, const std::string&, const Series&, std::size_t)>& make) {
   for (std::size_t k = 0; k < all.size(); ++k) {
@@ -173,7 +175,7 @@ hdf5::Shape rows_of_shape(hsize_t rows, const hdf5::Shape& row) {
   return shape;
 }
 
-/// Chunks of whole rows, if they may be compressed and there is something to compress.
+/// Returns the creation properties of a dataset: chunks of whole rows, if compression is useful.
 hdf5::Handle storage(const Series& series, hsize_t rows) {
   hdf5::Handle creation(H5Pcreate(H5P_DATASET_CREATE));
   const std::uint64_t bytes = series.row_bytes();
@@ -186,7 +188,7 @@ hdf5::Handle storage(const Series& series, hsize_t rows) {
   return creation;
 }
 
-/// What is read where a file that belongs to it is missing.
+/// Sets the value that is read if a referenced file is missing.
 void set_missing(const hdf5::Handle& creation, const Series& series) {
   std::visit(
       [&]<class Number>(const std::vector<Number>&) {
@@ -197,7 +199,7 @@ void set_missing(const hdf5::Handle& creation, const Series& series) {
       series.kind);
 }
 
-/// The first count of the shape's rows that begin at `first`.
+/// Selects `count` rows of the shape from row `first`.
 void select(const hdf5::Handle& space, const hdf5::Shape& shape, hsize_t first, hsize_t count) {
   hdf5::Shape start(shape.size(), 0), block = shape;
   start[0] = first;
@@ -209,7 +211,7 @@ std::size_t find(const std::vector<Series>& series, const std::string& dataset) 
   return static_cast<std::size_t>(std::ranges::find(series, dataset, &Series::dataset) - series.begin());
 }
 
-/// Whether a column adds to the series of its name.
+/// Throws InputError if a column does not match the series of its name.
 void check_same(const Column& column, const Series& now, const Series& before) {
   const auto change = [&](const std::string& what) {
     refuse(column.name, fmt::format("{} is not that of the frames before", what));
@@ -221,7 +223,8 @@ void check_same(const Column& column, const Series& now, const Series& before) {
   if (now.labels != before.labels) change("the list of its labels");
 }
 
-/// Where each column goes; refuses those that the frames before did not have, and those that are missing.
+/// Returns the index of each column's series. Throws InputError for columns that earlier frames lack, and for missing
+/// ones.
 std::vector<std::size_t> places_of(const std::vector<Series>& now, const std::vector<Series>& series,
                                    const Frame& frame) {
   std::vector<std::size_t> places;
@@ -294,7 +297,7 @@ std::vector<Series> series_in(const hdf5::Handle& file) {
   add_elements(file, Column::Of::particles, particles_group, all);
   add_elements(file, Column::Of::system, system_group, all);
   add_lists(file, all);
-  // In files of earlier versions the edges are one row of three numbers, which no frame repeats.
+  // Files of older versions have one row of three edges for all frames.
   const Series edges = series_of_box_edges("");
   if (const std::string element = element_of(edges); hdf5::exists(file, element) && hdf5::is_group(file, element))
     all.push_back(series_at(file, edges.of, edges.name, edges.dataset));

@@ -25,7 +25,7 @@ std::vector<Number> two_layers(const std::vector<Number>& layer) {
   return layers;
 }
 
-/// The group of an image whose first point is at `origin` spacings.
+/// Creates the group of an image whose first point is at `origin`, in units of the spacing.
 hdf5::Handle put_image(const hdf5::Handle& file, const std::array<int, 3>& points, double spacing,
                        const std::array<double, 3>& origin) {
   hdf5::Handle group = hdf5::open_group(file, "VTKHDF");
@@ -61,7 +61,7 @@ void write_whole(const std::string& path, const std::function<void(const hdf5::H
   }
 }
 
-/// Numbers that say how a grid is connected, of so many a row of cells; compressed well by some rows at a time.
+/// Writes numbers of a grid's connectivity, `a_row` for each row of cells; chunks of several rows compress well.
 void put_topology(const hdf5::Handle& group, const std::string& name, const std::vector<std::int64_t>& numbers,
                   std::size_t a_row, hid_t type) {
   constexpr std::size_t rows = 64;
@@ -69,7 +69,7 @@ void put_topology(const hdf5::Handle& group, const std::string& name, const std:
   hdf5::put_compressed<std::int64_t>(group, name, numbers, shape, {chunk, type}, "1");
 }
 
-/// Corners of square cells, row by row from the origin on. Each coordinate is compressed by itself.
+/// Writes the corners of square cells, in rows from the origin. Each coordinate is compressed separately.
 void put_corners(const hdf5::Handle& group, int nx, int ny, double h) {
   std::vector<double> corners;
   corners.reserve(std::size_t{3} * (nx + 1) * (ny + 1));
@@ -80,9 +80,9 @@ void put_corners(const hdf5::Handle& group, int nx, int ny, double h) {
                                {{std::min(count, rows * (nx + 1)), 1}, H5T_IEEE_F64LE}, "m");
 }
 
-/// The cells one by one, as VTKHDF lists those of a grid of any shape.
+/// Writes the cells explicitly, as VTKHDF requires for an unstructured grid.
 void put_grid(const hdf5::Handle& group, int nx, int ny, double h) {
-  constexpr int pixel = 8, corners = 4;  // VTK's name of a rectangle along the axes
+  constexpr int pixel = 8, corners = 4;  // VTK's type of a rectangle along the axes
   const auto across = static_cast<std::size_t>(nx), count = across * ny;
   std::vector<std::int64_t> connectivity, offsets{0};
   for (std::int64_t j = 0; j < ny; ++j)

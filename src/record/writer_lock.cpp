@@ -21,14 +21,14 @@ namespace {
 
 std::string lock_of(const std::string& path) { return path + ".lock"; }
 
-constexpr std::string_view signature = "process ";  // every lock begins so, or is empty
+constexpr std::string_view signature = "process ";  // every lock file is empty or begins with it
 
 std::string this_process() {
   utsname name{};
   return fmt::format("{}{} on {}", signature, getpid(), uname(&name) == 0 ? name.nodename : "an unknown machine");
 }
 
-/// What the process that has the lock has written into it.
+/// Returns the text that the process with the lock has written into it.
 std::string holder(const std::string& lock) {
   std::array<char, 256> text{};
   const int descriptor = ::open(lock.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
@@ -37,7 +37,8 @@ std::string holder(const std::string& lock) {
   return length > 0 ? std::string(text.data(), static_cast<std::size_t>(length)) : "another process";
 }
 
-/// Whether the file that was locked still has the name: its holder may have removed it meanwhile.
+/// Returns true if the locked file still has the name, because its owner may have removed it before the lock was
+/// obtained.
 bool still_named(int descriptor, const std::string& lock) {
   struct stat locked {
   }, named{};
@@ -50,7 +51,7 @@ bool still_named(int descriptor, const std::string& lock) {
       fmt::format("{} is in the way and is left as it is: it is no lock of this program, which needs that name", lock));
 }
 
-/// Whether a file may be written and removed as a lock: a plain file of one name that nobody else has written into.
+/// Returns true if a file may be written and removed as a lock: a regular file with one name and no foreign content.
 bool is_lock(int descriptor) {
   struct stat status {};
   if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode) || status.st_nlink > 1) return false;
@@ -60,7 +61,8 @@ bool is_lock(int descriptor) {
          std::string_view(begin.data(), static_cast<std::size_t>(std::max<ssize_t>(length, 0))) == signature;
 }
 
-/// Opens a lock, or makes it. No link is followed, and nothing but a lock is opened to be written. Throws InputError.
+/// Opens or creates a lock file. It follows no links and opens only locks for writing. Throws InputError, or Failure if
+/// it cannot be created.
 int open_lock(const std::string& lock) {
   const int descriptor = ::open(lock.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
   if (descriptor < 0 && (errno == ELOOP || errno == EISDIR || errno == ENXIO)) refuse_name(lock);
@@ -71,14 +73,14 @@ int open_lock(const std::string& lock) {
   refuse_name(lock);
 }
 
-/// The descriptor of the locked file; -1 if another process has it.
+/// Returns the descriptor of the locked file; -1 if another process has the lock.
 int take(const std::string& lock) {
   for (;;) {
     const int descriptor = open_lock(lock);
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
       ::close(descriptor);
       return -1;
-    }  // some network file systems know no locks: nothing can be done there
+    }  // some network file systems do not support locks, which is ignored
     if (still_named(descriptor, lock)) return descriptor;
     ::close(descriptor);
   }
@@ -86,7 +88,8 @@ int take(const std::string& lock) {
 
 void sign(int descriptor) {
   const std::string text = this_process();
-  if (ftruncate(descriptor, 0) != 0 || pwrite(descriptor, text.data(), text.size(), 0) < 0) return;  // only a courtesy
+  // optional information
+  if (ftruncate(descriptor, 0) != 0 || pwrite(descriptor, text.data(), text.size(), 0) < 0) return;
 }
 
 }  // namespace
@@ -120,7 +123,7 @@ WriterLock& WriterLock::operator=(WriterLock&& other) noexcept {
 
 WriterLock::~WriterLock() {
   if (descriptor_ < 0) return;
-  ::unlink(path_.c_str());  // while it is locked: who waits for it sees that it has another file
+  ::unlink(path_.c_str());  // removed while locked, so that a waiting process detects that it has another file
   ::close(descriptor_);
 }
 

@@ -5,14 +5,14 @@
 
 namespace lichtenberg {
 
-/// The right to write a result file, which one process of this machine has at a time. It is a lock on `path`.lock,
-/// which goes with this object; the kernel takes it from a process that is killed, and the file that then stays locks
-/// nobody out.
+/// Exclusive permission to write a result file, for one process of this machine at a time. It is a lock on `path`.lock,
+/// which this object releases. The kernel releases it for a killed process, whose remaining lock file blocks no other
+/// process.
 class WriterLock {
  public:
-  /// Throws InputError that names the process which has it.
+  /// Throws InputError that names the process with the lock.
   explicit WriterLock(const std::string& path);
-  /// None if another has it.
+  /// Returns the lock; empty if another process has it.
   static std::optional<WriterLock> if_free(const std::string& path);
   WriterLock(WriterLock&& other) noexcept;
   WriterLock& operator=(WriterLock&& other) noexcept;
@@ -21,7 +21,7 @@ class WriterLock {
  private:
   WriterLock() = default;
 
-  std::string path_;  ///< of the lock
+  std::string path_;  ///< path of the lock file
   int descriptor_ = -1;
 };
 

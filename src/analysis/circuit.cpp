@@ -10,10 +10,10 @@
 namespace lichtenberg::analysis {
 namespace {
 
-/// All terminals whose supplies have one potential, as one.
+/// All terminals whose potential sources have one potential, combined.
 struct Pole {
   double current = 0;    ///< A, delivered
-  double potential = 0;  ///< V, mean of the terminals' surfaces
+  double potential = 0;  ///< V, mean of the terminals' surface potentials
 };
 
 Pole pole(const std::vector<TerminalReading>& terminals, const std::vector<double>& current, double potential) {
@@ -23,7 +23,7 @@ Pole pole(const std::vector<TerminalReading>& terminals, const std::vector<doubl
     if (terminals[k].potential != potential) continue;
     ++number;
     pole.current += current[k];
-    // Ohm's law for the means: exact, however the current varied.
+    // Ohm's law for the means is exact for any variation of the current.
     pole.potential += potential - terminals[k].series_resistance * current[k];
   }
   pole.potential /= number;

@@ -4,7 +4,7 @@
 
 namespace lichtenberg::analysis {
 
-/// Of a graph of conductors or points: two of them, the smaller index first, or one and `to_ground` (network.hpp).
+/// Edge of a graph of conductors or points: two indices, the smaller first, or one index and `to_ground` (network.hpp).
 using Edge = std::pair<int, int>;
 
 }  // namespace lichtenberg::analysis

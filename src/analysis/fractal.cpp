@@ -7,7 +7,7 @@
 namespace lichtenberg::analysis {
 namespace {
 
-/// Scales from `from` to `to`, both included, about 2^(1/4) apart; empty if they are not even a factor of two apart.
+/// Returns scales from `from` to `to` inclusive, about 2^(1/4) apart; empty if `to` is less than twice `from`.
 std::vector<double> scales(double from, double to) {
   if (!(from > 0) || !(to >= 2 * from)) return {};
   const int steps = static_cast<int>(std::lround(4 * std::log2(to / from)));
@@ -16,7 +16,7 @@ std::vector<double> scales(double from, double to) {
   return result;
 }
 
-/// Square boxes over the lines, the first one's corner at `corner`.
+/// Grid of square boxes over the lines; `corner` is a corner of the first box.
 class Boxes {
  public:
   Boxes(Vec2 corner, double side, Vec2 high) : corner_(corner), side_(side) {
@@ -25,7 +25,7 @@ class Boxes {
     entered_.resize(static_cast<std::size_t>(columns_) * rows);
   }
 
-  /// Enters the boxes of a segment: between two crossings with the boxes' sides it is within one of them.
+  /// Marks the boxes of a segment. Between two crossings with grid lines it is within one box.
   void enter(const Segment& segment) {
     const Vec2 a = (segment.first - corner_) / side_, b = (segment.second - corner_) / side_;
     crossings_.assign({0, 1});
@@ -41,7 +41,7 @@ class Boxes {
   int entered() const { return static_cast<int>(std::ranges::count(entered_, true)); }
 
  private:
-  /// Where along a segment a coordinate that runs from `a` to `b` is a whole number.
+  /// Appends the positions along a segment at which a coordinate from `a` to `b` is an integer.
   void add_crossings(double a, double b) {
     for (double line = std::ceil(std::min(a, b)); line < std::max(a, b); ++line)
       if (line > std::min(a, b)) crossings_.push_back((line - a) / (b - a));
@@ -55,7 +55,7 @@ class Boxes {
 };
 
 int fewest_boxes(std::span<const Segment> line, Vec2 low, Vec2 high, double side) {
-  constexpr int shifts = 4;  // in each direction
+  constexpr int shifts = 4;  // positions in each direction
   int fewest = std::numeric_limits<int>::max();
   for (int i = 0; i < shifts; ++i)
     for (int j = 0; j < shifts; ++j) {
@@ -105,7 +105,7 @@ std::optional<PowerLaw> box_counting_dimension(std::span<const Segment> line, do
 std::optional<PowerLaw> mass_radius_dimension(std::span<const Vec2> point, double from, double to) {
   const std::vector<double> radius = scales(from, to);
   if (radius.empty()) return {};
-  std::vector<double> pairs(radius.size());  // first: those within radius[k] but not within radius[k - 1]
+  std::vector<double> pairs(radius.size());  // pairs[k]: pairs within radius[k] but not within radius[k - 1]
   for (std::size_t i = 0; i < point.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
       const auto k = std::ranges::lower_bound(radius, norm(point[i] - point[j])) - radius.begin();

@@ -20,7 +20,7 @@ std::int64_t Cells::next(std::int64_t cell, int axis) const {
 
 Cells cells_of(const Bodies& bodies, double edge) {
   Cells cells{.dimension = bodies.dimension};
-  constexpr double most = 1 << 20;  // along an axis, so that a cell's number fits in 64 bits
+  constexpr double most = 1 << 20;  // limit along an axis, so that a cell's number fits in 64 bits
   for (int k = 0; k < bodies.dimension; ++k) edge = std::max(edge, bodies.box.lengths[k] / most);
   for (int k = 0; k < bodies.dimension; ++k) {
     cells.count[k] = std::max(1, static_cast<int>(std::lround(bodies.box.lengths[k] / edge)));
@@ -40,7 +40,7 @@ OccupiedCells occupied_cells(const Bodies& bodies, const Cells& cells) {
   for (int i = 0; i < bodies.size(); ++i) cell[i] = cells.of(places.subspan(i * bodies.dimension, bodies.dimension));
   OccupiedCells found;
   found.of_body.resize(bodies.size());
-  if (cells.size() <= 4LL * bodies.size()) {  // a table of all cells takes less time than to sort
+  if (cells.size() <= 4LL * bodies.size()) {  // a table of all cells is faster than sorting
     std::vector<int> number(cells.size(), -1);
     for (const std::int64_t c : cell) number[c] = 0;
     for (std::int64_t c = 0; c < cells.size(); ++c)

@@ -19,7 +19,7 @@ std::vector<int> grains_by_number(std::span<const std::int32_t> numbers) {
   return grains;
 }
 
-/// Of relative motion and of the two charges.
+/// Returns the energy of the relative motion and of the two charges.
 double energy_of(const Bodies& b, Pair p, double strength, double distance) {
   double v2 = 0;
   for (int k = 0; k < b.dimension; ++k) {
@@ -30,12 +30,12 @@ double energy_of(const Bodies& b, Pair p, double strength, double distance) {
   return 0.5 * mass * v2 + strength * b.charge[p.i] * b.charge[p.j] / distance;
 }
 
-/// Area of the section or volume of a grain.
+/// Area or volume of a grain.
 double volume(double radius, int dimension) {
   return dimension == 3 ? 4 * pi / 3 * radius * radius * radius : pi * radius * radius;
 }
 
-/// Marks the occupied cells that are filled to more than a part of what the closest packing fills.
+/// Marks the occupied cells whose filling exceeds a fraction of that of the closest packing.
 std::vector<bool> dense_cells(const Bodies& b, const OccupiedCells& occupied, double cell_volume, double part) {
   std::vector<double> filled(occupied.size());
   for (int i = 0; i < b.size(); ++i) filled[occupied.of_body[i]] += volume(b.radius[i], b.dimension);
@@ -74,7 +74,7 @@ Vec3 place_of(const Bodies& bodies, int i) {
 
 Bodies cluster_bodies(const Bodies& bodies, std::span<const std::int32_t> numbers) {
   const int d = bodies.dimension;
-  std::vector<Vec3> place(bodies.size());  // sum of what is between a cluster's grains and its first
+  std::vector<Vec3> place(bodies.size());  // sum of the vectors from each cluster's first grain to its grains
   std::vector<double> filled(bodies.size());
   for (int i = 0; i < bodies.size(); ++i) {
     place[numbers[i]] += bodies.box.difference(place_of(bodies, i), place_of(bodies, numbers[i]));

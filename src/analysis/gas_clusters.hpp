@@ -10,55 +10,58 @@
 
 namespace lichtenberg::analysis {
 
-/// Grains that pairs join, directly or by others, are one cluster, and a grain without any is one by itself (G 5.3).
-/// [N]: of each grain the number of the first grain of its cluster.
+/// Returns for each grain the index of the first grain of its cluster, [N]. Clusters are the connected components of
+/// `pairs`; a grain without pairs is a cluster of its own (G 5.3).
 std::vector<std::int32_t> cluster_numbers(int grains, std::span<const Pair> pairs);
 
-/// In space, whatever the dimension.
+/// Returns the position of a grain as a vector in space, for any dimension.
 Vec3 place_of(const Bodies& bodies, int i);
 
 struct Cluster {
   int grains = 0;
   double mass = 0, charge = 0;
-  Vec3 velocity{};  ///< mean by mass
+  Vec3 velocity{};  ///< mass-weighted mean
 };
 
-/// The clusters that have these numbers, [N], in ascending order of their first grains.
+/// Returns the clusters with these numbers, [N], in ascending order of their first grains.
 std::vector<Cluster> clusters(const Bodies& bodies, std::span<const std::int32_t> numbers);
 
-/// Each cluster as one body of its own, at the mean place of its grains, which are taken where they are nearest to its
-/// first one: a cluster longer than half the box is somewhere within it. Of the volume of its grains.
+/// Returns each cluster as one body with the volume of its grains. Its position is the mean of its grains' positions,
+/// each as the image nearest to the cluster's first grain. For a cluster longer than half the box the position is only
+/// approximate.
 Bodies cluster_bodies(const Bodies& bodies, std::span<const std::int32_t> numbers);
 
-/// How large clusters are, in grains.
+/// Cluster sizes in grains.
 struct ClusterSizes {
-  int number = 0;  ///< of clusters, lone grains among them
+  int number = 0;  ///< number of clusters, including isolated grains
   int largest = 0;
-  /// Number mean of aggregates, the clusters of two and more; NaN without any.
+  /// Number mean of aggregates, which are clusters of two or more grains; NaN without any.
   double aggregate = std::numeric_limits<double>::quiet_NaN();
-  double mean = 0;  ///< by mass, sum m^2 / sum m
+  double mean = 0;  ///< mass-weighted mean, sum m^2 / sum m
 };
 ClusterSizes cluster_sizes(std::span<const std::int32_t> numbers);
 
-/// The pairs whose surfaces are closer than a tenth of a diameter and whose energy is negative: m_eff v^2 / 2 +
-/// strength q_i q_j / r < 0, of their relative motion and their own charges alone. A bound pair that bounces is not
-/// always in contact. `strength`: K. None without charges.
+/// Returns the pairs with a surface gap below a tenth of a diameter and a negative energy of relative motion and own
+/// charges: m_eff v^2 / 2 + strength q_i q_j / r < 0. A bound pair that bounces is not always in contact. `strength`:
+/// K. Empty without charges.
 std::vector<Pair> bound_pairs(const Bodies& bodies, double strength);
 
-/// Where grains are dense (G 4.4.1): cells filled by more than a part of the closest packing, and those of them that
-/// share faces, across the box too, as clusters.
+/// Clusters of dense cells (G 4.4.1). A cell is dense if its filling exceeds a fraction of that of the closest packing.
+/// Dense cells that share a face, also across periodic sides, form a cluster.
 struct DensityClusters {
   Cells cells;
-  int least = 0;          ///< grains of the mean size that a cell must have
-  std::vector<int> size;  ///< in cells, of each cluster
-  /// S = sum s^2 N_s / sum s N_s (G 4.8), in cells; NaN without any.
+  int least = 0;          ///< smallest number of grains of the mean size in a dense cell
+  std::vector<int> size;  ///< size of each cluster, in cells
+  /// Returns S = sum s^2 N_s / sum s N_s (G 4.8), in cells; NaN without any cluster.
   double mean_size() const;
 };
 
-constexpr double density_edge = 2;      ///< d0, of those cells, about; G does not say
-constexpr double dense_part = 1.0 / 3;  ///< of the closest packing
+/// d0, approximate edge of the cells; G does not specify it
+constexpr double density_edge = 2;
+constexpr double dense_part = 1.0 / 3;  ///< fraction of the closest packing
 
-/// That part of pi/sqrt(18) in space, of pi/sqrt(12) in the plane. A cell has the grains whose centres are in it.
+/// Returns the filling of a dense cell: `part` times pi/sqrt(18) in three dimensions or pi/sqrt(12) in two. A cell
+/// contains the grains whose centres are in it.
 double dense_filling(int dimension, double part = dense_part);
 DensityClusters density_clusters(const Bodies& bodies, double edge = density_edge, double part = dense_part);
 

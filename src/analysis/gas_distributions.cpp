@@ -20,7 +20,7 @@ double mean_square(std::span<const double> values) {
                               static_cast<double>(values.size());
 }
 
-/// Exactly 0 where all are equal, which the mean's rounding would not leave.
+/// Subtracts the mean. The result is exactly 0 if all values are equal, which rounding of the mean would not give.
 std::vector<double> centred(std::span<const double> values) {
   std::vector<double> result(values.begin(), values.end());
   const bool equal = std::ranges::all_of(values, [&](double value) { return value == values.front(); });
@@ -29,7 +29,7 @@ std::vector<double> centred(std::span<const double> values) {
   return result;
 }
 
-/// <x^2> / <x>^2 of squares x.
+/// Returns <x^2> / <x>^2 of squares x.
 double flatness(std::span<const double> squares) {
   const double middle = mean(squares);
   return middle > 0 ? mean_square(squares) / (middle * middle) : undefined;

@@ -10,11 +10,11 @@
 namespace lichtenberg::analysis {
 namespace {
 
-/// The power of t + shift that is nearest to the sizes.
+/// Returns the power law in t + shift with the smallest deviation from the sizes.
 ShiftedPower power_with(double shift, std::span<const double> time, std::span<const double> size) {
   const auto n = static_cast<double>(time.size());
   double x = 0, y = 0, xx = 0, xy = 0, yy = 0;
-  const double x0 = std::log(time.back() + shift), y0 = std::log(size.back());  // differences keep the digits
+  const double x0 = std::log(time.back() + shift), y0 = std::log(size.back());  // differences avoid cancellation
   for (std::size_t k = 0; k < time.size(); ++k) {
     const double a = std::log(time[k] + shift) - x0, b = std::log(size[k]) - y0;
     x += a / n, y += b / n, xx += a * a / n, xy += a * b / n, yy += b * b / n;
@@ -23,7 +23,7 @@ ShiftedPower power_with(double shift, std::span<const double> time, std::span<co
   return {std::exp(y0 + y - slope * (x0 + x)), shift, slope, std::sqrt(std::max(square, 0.0))};
 }
 
-/// ln S at this time by the power of t between the two that enclose it.
+/// Returns ln S at a time, interpolated by the power of t between the two enclosing times.
 double log_size_at(double t, std::span<const double> time, std::span<const double> size) {
   const auto after = std::ranges::lower_bound(time, t) - time.begin();
   if (after == 0) return std::log(size[0]);
@@ -51,8 +51,8 @@ std::vector<double> local_slopes(std::span<const double> time, std::span<const d
 
 std::optional<ShiftedPower> fit_growth(std::span<const double> time, std::span<const double> size) {
   check_series(time, size);
-  // By the first time after the singular one: a scan, since more than one minimum is possible, and Brent's method
-  // within what it finds.
+  // The variable is the time from the singularity to the first point. A scan precedes Brent's method, because several
+  // minima are possible.
   const auto scatter = [&](double log_first) {
     return power_with(std::exp(log_first) - time.front(), time, size).scatter;
   };

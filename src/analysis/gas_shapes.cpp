@@ -10,7 +10,7 @@
 namespace lichtenberg::analysis {
 namespace {
 
-/// Partners of each grain, one list after the other.
+/// Partners of each grain, in contiguous lists.
 struct Partners {
   std::vector<int> begin, all;
 
@@ -25,14 +25,15 @@ struct Partners {
   }
 };
 
-/// Grains of one cluster, found from one of them, and where they are, going from one to the next.
+/// Grains of one cluster in the order of traversal, and their unwrapped positions.
 struct Unwrapped {
   std::vector<int> grains;
   std::vector<Vec3> place;
   bool percolates = false;
 };
 
-/// `where`: [N], of the grains that were found; `found`: [N].
+/// Unwraps the cluster of grain `first`. `where`: [N], unwrapped positions of the visited grains; `found`: [N], visited
+/// grains.
 Unwrapped unwrap(const Bodies& b, const Partners& partners, int first, std::vector<Vec3>& where,
                  std::vector<bool>& found) {
   Unwrapped cluster{.grains = {first}};
@@ -44,7 +45,7 @@ Unwrapped unwrap(const Bodies& b, const Partners& partners, int first, std::vect
       if (!found[j]) {
         found[j] = true, where[j] = there;
         cluster.grains.push_back(j);
-      } else if (norm(where[j] - there) > 1e-6 * norm(b.box.lengths)) {  // then by a whole box
+      } else if (norm(where[j] - there) > 1e-6 * norm(b.box.lengths)) {  // different by a whole box length
         cluster.percolates = true;
       }
     }
@@ -53,7 +54,7 @@ Unwrapped unwrap(const Bodies& b, const Partners& partners, int first, std::vect
   return cluster;
 }
 
-/// |sum of the dipoles|.
+/// Returns |sum of the dipoles|.
 double net_dipole(std::span<const int> grains, std::span<const double> dipole) {
   Vec3 sum{};
   for (const int i : grains) sum += Vec3{dipole[3 * i], dipole[3 * i + 1], dipole[3 * i + 2]};
@@ -74,14 +75,16 @@ ClusterShape shape_of(const Bodies& b, const Unwrapped& cluster, std::span<const
   for (std::size_t k = 0; k < cluster.place.size(); ++k) {
     const Vec3 from_centre = cluster.place[k] - centre;
     squares += norm2(from_centre);
-    if (!b.charge.empty()) charge_dipole += b.charge[cluster.grains[k]] * from_centre;  // the mean charge has none
+    // the mean charge contributes nothing
+    if (!b.charge.empty()) charge_dipole += b.charge[cluster.grains[k]] * from_centre;
   }
   shape.gyration = std::sqrt(squares / n);
   shape.charge_dipole = norm(charge_dipole);
   return shape;
 }
 
-/// sum over k >= first of k^-tau, by Euler and Maclaurin from twenty terms on: to 1e-14 for tau <= 10.
+/// Returns the sum over k >= first of k^-tau, by the Euler-Maclaurin formula after twenty terms: to 1e-14 for tau <=
+/// 10.
 double hurwitz_zeta(double tau, int first) {
   double sum = 0;
   const int terms = 20;
@@ -148,7 +151,7 @@ std::optional<SizeExponent> size_exponent(std::span<const int> sizes, int least)
   constexpr double smallest = 1 + 1e-6, steepest = 10;
   const double tau = boost::math::tools::brent_find_minima(loss, smallest, steepest, 40).first;
   const double step = 1e-3 * (tau - 1);
-  if (tau < 1.01 || tau > steepest - 0.01) return {};  // there is none between
+  if (tau < 1.01 || tau > steepest - 0.01) return {};  // no minimum inside the interval
   const double curvature = (loss(tau + step) - 2 * loss(tau) + loss(tau - step)) / (step * step);
   return SizeExponent{tau, 1 / std::sqrt(count * curvature), count};
 }

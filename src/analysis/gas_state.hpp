@@ -6,16 +6,16 @@
 
 namespace lichtenberg::analysis {
 
-/// What a gas of grains is like at an instant.
+/// State of a gas of grains at an instant.
 struct GasState {
   GranularTemperature temperature;
   double sonine = 0;  ///< a_2
   ChargeMoments charge;
-  ClusterSizes contact;  ///< of clusters of grains in contact
+  ClusterSizes contact;  ///< clusters of grains in contact
   DensityClusters density;
 };
 
-/// `contacts`: the pairs in contact. All by loops over grains, cells and contacts.
+/// Computes the state by loops over grains, cells and contacts. `contacts`: pairs in contact.
 GasState gas_state(const Bodies& bodies, std::span<const Pair> contacts);
 
 }  // namespace lichtenberg::analysis

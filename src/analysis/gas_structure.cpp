@@ -16,12 +16,12 @@ namespace {
 using Phase = std::complex<double>;
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
-/// Without the care for infinities that the standard's product takes.
+/// Multiplies without the standard product's treatment of infinities.
 Phase product(Phase a, Phase b) {
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
 
-/// exp(i 2 pi n x/L) of every grain for n = -most ... most, [n + most][N].
+/// Returns exp(i 2 pi n x/L) of every grain for n = -most ... most, [n + most][N].
 std::vector<std::vector<Phase>> phases_along(const Bodies& b, int axis, int most) {
   std::vector<std::vector<Phase>> phases(2 * most + 1, std::vector<Phase>(b.size(), 1));
   for (int i = 0; i < b.size(); ++i) {
@@ -48,7 +48,7 @@ Sums sums_of(std::span<const Phase> phase, std::span<const Phase> last, std::spa
   return sums;
 }
 
-/// Half of all wave vectors: the others have the same sums but for their sign.
+/// Selects half of all wave vectors; the opposite ones have complex conjugate sums.
 bool is_first_half(const int* n) { return n[0] > 0 || (n[0] == 0 && (n[1] > 0 || (n[1] == 0 && n[2] > 0))); }
 
 }  // namespace

@@ -5,9 +5,9 @@
 namespace lichtenberg::analysis {
 namespace {
 
-/// Velocity and number of grains of each cell that has some.
+/// Velocity and number of grains of each occupied cell.
 struct Flow {
-  std::vector<double> velocity;  ///< [cells * d], the mean by mass
+  std::vector<double> velocity;  ///< [cells * d], mass-weighted mean
   std::vector<int> grains;       ///< [cells]
 };
 
@@ -24,8 +24,8 @@ Flow flow_in(const Bodies& b, const std::vector<int>& cell, int cells) {
   return flow;
 }
 
-/// sum m (v - V)^2, V the mean of the cell, and sum m v^2. In two passes: late in a run flow is thousands of times
-/// faster than what is left of it.
+/// sum m (v - V)^2, V the mean of the cell, and sum m v^2. Two passes avoid cancellation, because late in a run the
+/// flow can be thousands of times faster than the relative motion.
 struct Squares {
   double local = 0, total = 0;
 };
@@ -51,7 +51,7 @@ GranularTemperature granular_temperature(const Bodies& bodies, double edge) {
   const Cells cells = cells_of(bodies, edge);
   const OccupiedCells occupied = occupied_cells(bodies, cells);
   const Flow flow = flow_in(bodies, occupied.of_body, occupied.size());
-  int free = 0;  // grains beyond the first of their cell
+  int free = 0;  // number of grains minus number of occupied cells
   for (const int grains : flow.grains) free += std::max(grains - 1, 0);
   const Squares sum = squares(bodies, occupied.of_body, flow);
   if (free > 0) found.local = sum.local / (bodies.dimension * static_cast<double>(free));

@@ -59,15 +59,15 @@ template <int d>
 std::vector<int> nearest_successors(const ContactGraph& graph, std::span<const Vec<d>> position) {
   const int n = static_cast<int>(position.size());
   std::vector<int> successor(n, unconnected), round(n, 0);
-  std::vector<int> latest;  // those that found their successor in the round before
+  std::vector<int> latest;  // conductors that got their successor in the previous round
   for (int i = 0; i < n; ++i)
     if (graph.grounded[i]) {
       successor[i] = to_ground;
       latest.push_back(i);
     }
   const auto distance2 = [&](int i, int j) { return norm2(position[i] - position[j]); };
-  // Whoever touches one of the latest and has no successor yet touches none of the earlier ones: only the latest can
-  // become successors in this round.
+  // A conductor without a successor touches none of the conductors of earlier rounds. Therefore only those of the
+  // previous round can become successors.
   for (int now = 1; !latest.empty(); ++now) {
     std::vector<int> found;
     for (const int j : latest)
@@ -80,7 +80,7 @@ std::vector<int> nearest_successors(const ContactGraph& graph, std::span<const V
           successor[i] = j;
         }
       }
-    std::sort(found.begin(), found.end());  // so that the first of equally near ones is the one of smallest index
+    std::sort(found.begin(), found.end());  // the first of equally near ones is then that of smallest index
     latest = std::move(found);
   }
   return successor;
@@ -110,7 +110,7 @@ double DegreeDistribution::branching() const {
 
 DegreeDistribution degree_distribution(const ContactGraph& graph, std::span<const int> successor) {
   DegreeDistribution result;
-  int twice_the_contacts = 0;  // between conductors
+  int twice_the_contacts = 0;  // contacts between conductors, counted twice
   for (size_t i = 0; i < successor.size(); ++i) {
     if (successor[i] == unconnected) continue;
     const size_t degree = graph.neighbours[i].size() + (graph.grounded[i] ? 1 : 0);

@@ -11,7 +11,7 @@
 namespace lichtenberg::analysis {
 namespace {
 
-/// Takes out particles with too few contacts until none is left.
+/// Removes particles with too few contacts repeatedly and returns the removed ones.
 std::vector<bool> find_rattlers(const std::vector<PackingContact>& contacts, int particles, int needed) {
   std::vector<std::vector<int>> partners(particles);
   for (const PackingContact& c : contacts) {
@@ -53,9 +53,9 @@ double content(const Bodies& bodies) {
   return sum;
 }
 
-/// With V the domain's area (volume): pressure = sum over the sides of force * distance of the opposite one / (d V),
-/// and the particles' equilibrium makes that sum one over contacts of force * distance of the centres, or from the
-/// wall.
+/// Computes the pressure from the walls and from the virial. With V the domain's area (volume), pressure = sum over the
+/// sides of force * distance of the opposite side / (d V). In equilibrium of the particles this equals a sum over
+/// contacts of force * distance of the centres, or from the wall.
 void find_pressure(Packing& packing, const Bodies& bodies, const Scene& scene, double virial) {
   const int d = bodies.dimension;
   const Vec3 side = scene.domain.size;
@@ -133,7 +133,7 @@ Summary summarize(const Packing& packing, const Scene& scene) {
                         {"coordination", packing.coordination, "1"},
                         {"backbone_coordination", packing.backbone_coordination, "1"},
                         {"smallest_q", packing.smallest_q, "1"}};
-  constexpr double most_overlap = 0.2;  // of a reach
+  constexpr double most_overlap = 0.2;  // fraction of the contact distance
   if (1 - packing.smallest_q > most_overlap)
     summary.warnings.push_back(fmt::format(
         "particles overlap by {:.2g} % of their distance in touch: so strong a compression is no packing of "

@@ -10,40 +10,46 @@
 
 namespace lichtenberg::analysis {
 
-/// A particle and what it presses on.
+/// Contact of a particle with another particle or a wall.
 struct PackingContact {
-  int particle = 0, partner = 0;  ///< partner: a particle of larger index or, from their number on, a wall
-  double q = 0;                   ///< distance over reach
-  double overlap = 0;             ///< m, reach - distance
-  double force = 0;               ///< N, repulsive
+  /// partner: a particle of larger index, or a wall, whose indices start at the number of particles
+  int particle = 0, partner = 0;
+  double q = 0;        ///< distance over the sum of radii (particles) or the radius (wall)
+  double overlap = 0;  ///< m, contact distance minus distance
+  double force = 0;    ///< N, repulsive
 };
 
-/// A rattler touches the others only from below, and creeps towards q = 1 for ever: its contacts are none.
+/// Contacts of rattlers approach q = 1 from below without reaching it; within this margin they do not count.
 constexpr double contact_margin = 1e-9;
 
-/// A static packing and what holds it.
+/// A static packing, its contacts and its rattlers.
 struct Packing {
-  std::vector<PackingContact> contacts;  ///< those with q < 1 - contact_margin, in ascending order
+  std::vector<PackingContact> contacts;  ///< contacts with q < 1 - contact_margin, in ascending order
   std::vector<bool> rattler;             ///< [N]
   std::vector<double> wall_force;        ///< N, outward, on each wall
   double smallest_q = 1;
 
   int rattlers = 0;
-  double coordination = 0;           ///< contacts of a particle on average, with walls too
-  double backbone_coordination = 0;  ///< the same of those that are no rattlers, contacts with rattlers left out
+  double coordination = 0;  ///< mean number of contacts of a particle, including walls
+  /// mean without rattlers and their contacts
+  double backbone_coordination = 0;
 
-  // Of a packing between the sides of its domain and no other wall.
-  std::optional<double> fraction;         ///< area (volume) of the particles, overlaps counted twice, over the domain's
-  std::optional<double> pressure;         ///< N/m (Pa): mean over the directions of the force on a side over its extent
-  std::optional<double> virial_pressure;  ///< the same from the forces inside: equal at rest
+  // Only for a packing between the sides of its domain without other walls:
+  /// area (volume) of the particles over that of the domain, overlaps counted twice
+  std::optional<double> fraction;
+  /// N/m (Pa): force on a side over its extent, averaged over the directions
+  std::optional<double> pressure;
+  /// N/m (Pa): from the forces inside; equal to `pressure` at rest
+  std::optional<double> virial_pressure;
 };
 
-/// A particle held by fewer than dimension + 1 contacts can move freely; without it, others may become rattlers.
+/// Returns the packing at the bodies' positions. A particle with fewer than dimension + 1 contacts can move freely and
+/// is a rattler. Its removal can make other particles rattlers.
 Packing packing(const Bodies& bodies, const Scene& scene, const effects::ContactPotential& potential);
 
-/// What of it a result file keeps, as the group "packing".
+/// Returns the columns of a packing in a result file, as the group "packing".
 ColumnGroup columns_of(const Packing& packing);
-/// What there is to say of it; no title.
+/// Returns the summary of a packing, without a title.
 Summary summarize(const Packing& packing, const Scene& scene);
 
 }  // namespace lichtenberg::analysis

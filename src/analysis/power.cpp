@@ -16,7 +16,7 @@ bool all_at_zero(const Scene& scene) {
                               [](const PrescribedGroup& group) { return group.potential.value_or(0) != 0; });
 }
 
-/// The scene at a frame's instant, without its field, of which the frame has the results.
+/// Returns the scene at a frame's instant without a field solver, because the frame has the field's results.
 Model model_at(const Scene& scene, const ConductorFrame& frame) {
   Scene now = scene;
   for (std::size_t i = 0; i < frame.position.size(); ++i) now.conductors[i].position = frame.position[i];

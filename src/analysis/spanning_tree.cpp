@@ -14,7 +14,7 @@ namespace {
 
 using Site = boost::polygon::point_data<std::int32_t>;
 
-/// The points on a lattice of 2^30 sites: sums and differences of its coordinates are exact in 32 bits.
+/// Rounds the points to a lattice of 2^30 sites, so that sums and differences of coordinates are exact in 32 bits.
 std::vector<Site> on_lattice(std::span<const Vec2> point) {
   constexpr double sites = 1 << 30;
   Vec2 low = point.front(), high = low;
@@ -35,7 +35,7 @@ std::vector<Site> on_lattice(std::span<const Vec2> point) {
 
 Edge edge_of(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
-/// The first point of each site, by site; the others get an edge to it.
+/// Returns the first point of each site, ordered by site, and appends an edge to it from each other point of the site.
 std::vector<int> first_of_each_site(const std::vector<Site>& site, std::vector<Edge>& edges) {
   std::vector<int> order(site.size());
   std::iota(order.begin(), order.end(), 0);
@@ -60,12 +60,12 @@ std::vector<Edge> delaunay_edges(std::span<const Vec2> point) {
   std::vector<Site> distinct;
   distinct.reserve(index.size());
   for (const int i : index) distinct.push_back(site[i]);
-  // Delaunay's triangulation is the dual of Voronoi's diagram: an edge of that stands between two points.
+  // The Delaunay triangulation is the dual of the Voronoi diagram: each Voronoi edge separates two points.
   boost::polygon::voronoi_diagram<double> diagram;
   boost::polygon::construct_voronoi(distinct.begin(), distinct.end(), &diagram);
   for (const auto& side : diagram.edges()) {
     const int a = index[side.cell()->source_index()], b = index[side.twin()->cell()->source_index()];
-    if (a < b) edges.emplace_back(a, b);  // the twin has them the other way round
+    if (a < b) edges.emplace_back(a, b);  // the twin has them in reverse order
   }
   std::ranges::sort(edges);
   return edges;

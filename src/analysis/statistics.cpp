@@ -26,7 +26,7 @@ Estimate slope(std::span<const double> x, std::span<const double> y) {
   if (n < 2) return result;
   double squares = 0;
   for (int k = 0; k < n; ++k) squares += (y[k] - result.value * x[k]) * (y[k] - result.value * x[k]) / x[k];
-  result.deviation = std::sqrt(squares / (n - 1));  // at x = 1
+  result.deviation = std::sqrt(squares / (n - 1));  // standard deviation at x = 1
   result.half_width = student_factor(n - 1) * result.deviation / std::sqrt(all_x);
   return result;
 }

@@ -7,7 +7,7 @@
 namespace lichtenberg::analysis {
 namespace {
 
-/// The conductors of A in an order in which each comes before its successor.
+/// Returns the conductors of A in an order in which each precedes its successor.
 std::vector<int> upstream_first(std::span<const int> successor) {
   const int n = static_cast<int>(successor.size());
   std::vector<int> awaited(n), order;
@@ -26,7 +26,7 @@ std::vector<int> upstream_first(std::span<const int> successor) {
 
 std::vector<int> strahler_numbers(std::span<const int> successor) {
   std::vector<int> number(successor.size());
-  std::vector<bool> twice(successor.size());  // the largest number so far came from more than one
+  std::vector<bool> twice(successor.size());  // true: several predecessors have the largest number so far
   for (const int i : upstream_first(successor)) {
     number[i] = number[i] == 0 ? 1 : number[i] + twice[i];
     const int next = successor[i];
@@ -45,7 +45,7 @@ StrahlerDistribution strahler_distribution(std::span<const int> successor, std::
   for (std::size_t i = 0; i < strahler.size(); ++i) {
     if (strahler[i] == 0) continue;
     ++result.conductors[strahler[i]];
-    // Of all that flow into one of order j at most one has order j: each stream has one end.
+    // At most one predecessor of a conductor of order j has order j, so each stream has one end.
     const bool ends = successor[i] < 0 || strahler[successor[i]] != strahler[i];
     result.streams[strahler[i]] += ends;
   }

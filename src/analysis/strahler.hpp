@@ -5,25 +5,25 @@
 
 namespace lichtenberg::analysis {
 
-/// Strahler number of each conductor of the anti-arborescence A (D 7.5), 0 for those that are not in it. `successor` as
-/// successors() returns it: indices, `to_ground` or `unconnected`; no cycles.
+/// Returns the Strahler number of each conductor of the anti-arborescence A (D 7.5), 0 for conductors outside it.
+/// `successor`: result of successors(), indices, `to_ground` or `unconnected`, without cycles.
 ///
-/// An endpoint has 1; any other conductor has the largest number among those whose successor it is, plus one if more
-/// than one of them has it. D calls endpoints those of degree 1; with loops a conductor may be nobody's successor and
-/// still touch several others, and D's rule would leave it and all behind it without a number: here it has 1.
+/// An endpoint has the number 1. Any other conductor has the largest number among its predecessors, plus one if several
+/// of them have it. D defines endpoints by degree 1. With loops, a conductor without predecessors may have several
+/// contacts, and by D's rule neither it nor its successors would have a number. Here it has the number 1.
 std::vector<int> strahler_numbers(std::span<const int> successor);
 
-/// What Strahler numbers say of a tree as a whole. Index j is order j; index 0 is empty.
+/// Distribution of Strahler numbers over a tree. Index j is order j; index 0 is empty.
 struct StrahlerDistribution {
   std::vector<int> conductors;  ///< sigma_j (D 7.17)
-  /// Streams: longest chains of conductors of one order, each the successor of the one before. Horton's law is about
-  /// their number, not about sigma_j.
+  /// Number of streams: longest chains of conductors of one order, each the successor of the previous one. Horton's law
+  /// applies to their number, not to sigma_j.
   std::vector<int> streams;
 
   int highest() const { return static_cast<int>(conductors.size()) - 1; }
-  /// Conductors a stream of order j has on average.
+  /// Mean number of conductors in a stream of order j.
   double stream_length(int order) const { return static_cast<double>(conductors[order]) / streams[order]; }
-  /// Streams of order j for one of order j + 1; Horton's first law says that it is the same for all j.
+  /// Ratio of the numbers of streams of orders j and j + 1. By Horton's first law it is the same for all j.
   double bifurcation_ratio(int order) const { return static_cast<double>(streams[order]) / streams[order + 1]; }
 };
 

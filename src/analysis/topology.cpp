@@ -8,7 +8,7 @@
 namespace lichtenberg::analysis {
 namespace {
 
-/// The value below which a fraction of a sorted sample lies.
+/// Returns the quantile of a sorted sample for this fraction.
 double quantile(const std::vector<double>& sorted, double fraction) {
   const double at = fraction * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(at);
@@ -22,14 +22,14 @@ int nearest_to_ground(std::span<const Vec2> position, std::span<const double> ra
   return static_cast<int>(std::ranges::min_element(gaps) - gaps.begin());
 }
 
-/// The tree with all edges leading to `root`, whose successor is the ground.
+/// Returns the tree as successors that lead to `root`, whose successor is the ground.
 std::vector<int> directed_to(int root, std::span<const Edge> edges, std::span<const Vec2> position) {
   std::vector<Edge> contacts(edges.begin(), edges.end());
   contacts.emplace_back(root, to_ground);
   return successors(contact_graph(static_cast<int>(position.size()), contacts), position);
 }
 
-/// The edges of A between conductors, drawn.
+/// Returns the edges of A between conductors as line segments.
 std::vector<Segment> drawn(std::span<const int> successor, std::span<const Vec2> position) {
   std::vector<Segment> lines;
   for (std::size_t i = 0; i < successor.size(); ++i)

@@ -11,46 +11,48 @@
 
 namespace lichtenberg::analysis {
 
-/// How a sample is spread; all zero if it is empty.
+/// Distribution of a sample; all values are zero if it is empty.
 struct Distribution {
   int count = 0;
   double least = 0, quarter = 0, median = 0, three_quarters = 0, largest = 0;
-  double mean = 0, deviation = 0;  ///< standard deviation of the sample, with count - 1; 0 for one
+  double mean = 0, deviation = 0;  ///< standard deviation of the sample, with count - 1; 0 for one value
 };
 
-/// Quantiles are interpolated linearly between the sorted values.
+/// Returns the distribution; quantiles are interpolated linearly between the sorted values.
 Distribution distribution(std::vector<double> sample);
 
-/// The Euclidean minimum spanning tree of the same conductors' centres (D 7.4.1): N nodes, N - 1 edges, no ground.
+/// Euclidean minimum spanning tree of the conductors' centres (D 7.4.1): N nodes, N - 1 edges, no ground.
 struct SpanningTree {
   std::vector<Edge> edges;
-  std::vector<int> number;        ///< number[j]: conductors with j edges
-  StrahlerDistribution strahler;  ///< with the conductor that is nearest to the ground as its root
-  double length = 0;              ///< m
-  int shared = 0;                 ///< edges that also join a conductor and its successor in A
+  std::vector<int> number;  ///< number[j]: conductors with j edges
+  /// with the conductor nearest to the ground as root
+  StrahlerDistribution strahler;
+  double length = 0;  ///< m
+  int shared = 0;     ///< number of edges that also connect a conductor with its successor in A
 };
 
-/// x and y of each place.
+/// Returns x and y of each position.
 std::vector<Vec2> seen_from_front(std::span<const Vec3> position);
 
 SpanningTree spanning_tree(std::span<const Vec2> position, std::span<const double> radius,
                            std::span<const int> successor, const Ground& ground);
 
-/// All that D chapter 7 asks of a configuration, and more. Lengths in m.
+/// All quantities of D chapter 7 for a configuration, and more. Lengths in m.
 struct Topology {
   ContactNetwork network;
   DegreeRelations relations;
   std::vector<int> strahler;       ///< by conductor, see strahler_numbers()
-  StrahlerDistribution orders;     ///< of A
-  Distribution edge_length;        ///< centre to centre, of the edges of A between conductors
-  double tree_length = 0;          ///< of the same edges together
+  StrahlerDistribution orders;     ///< orders of A
+  Distribution edge_length;        ///< centre-to-centre length of the edges of A between conductors
+  double tree_length = 0;          ///< total length of these edges
   std::optional<PowerLaw> boxes;   ///< box-counting dimension of A, drawn from centre to centre
   std::optional<PowerLaw> masses;  ///< mass-radius dimension of the conductors in A
-  SpanningTree minimum;            ///< of all N conductors
+  SpanningTree minimum;            ///< spanning tree of all N conductors
 };
 
-/// Dimensions are fitted from twice the mean edge of A, below which a tree is a line, to half (boxes) or a quarter
-/// (masses) of its larger extent, and are empty where these are less than a factor of two apart.
+/// Computes the topology. Dimensions are fitted from twice the mean edge of A, below which a tree is a line. The upper
+/// limit is half (boxes) or a quarter (masses) of its larger extent. They are empty if these limits differ by less than
+/// a factor of two.
 Topology topology(ContactNetwork network, std::span<const Vec2> position, std::span<const double> radius,
                   const Ground& ground);
 

@@ -49,15 +49,15 @@ void add(double* y, double factor, const double* x) {
     for (int k = 0; k < d; ++k) y[k] += factor * x[k];
 }
 
-/// A batch of candidates, for which a vector loop computes the law: the distance over the reach, q (1 beyond contact,
-/// where energy and slope vanish), and the law's results.
+/// A batch of candidates, for which a vectorized loop computes the law. q is the distance over the sum of radii (1
+/// without overlap, where energy and slope are zero).
 template <int d>
 struct Batch {
   static constexpr int most = 256;
   std::array<std::array<double, d>, most> apart;  // m, from j to i
   std::array<double, most> squared;               // m^2, distance
-  std::array<double, most> q, energy;             // the energy in units of the stiffness
-  std::array<double, most> factor;                // 1/m^2, the gradient is stiffness * factor * apart
+  std::array<double, most> q, energy;             // energy in units of the stiffness
+  std::array<double, most> factor;                // 1/m^2; the gradient is stiffness * factor * apart
 
   void measure(const int* i, const int* j, int count, const double* x) {
     for (int c = 0; c < count; ++c) {
@@ -67,7 +67,7 @@ struct Batch {
     }
   }
 
-  /// As contact_law, with one division: 1/q and 1/(q + 1) follow from 1/(q (q + 1)).
+  /// Evaluates contact_law with one division: 1/q and 1/(q + 1) follow from 1/(q (q + 1)).
   void apply_law(const double* per_reach, int count) {
     int deep = 0;
     for (int c = 0; c < count; ++c) {
@@ -109,7 +109,8 @@ double CloseContacts::evaluate(std::span<const double> x, std::span<double> grad
   return bodies_.dimension == 3 ? evaluate<3>(x, gradient) : evaluate<2>(x, gradient);
 }
 
-/// Each range finds out whether its candidates still cover all contacts; if one does not, all are collected again.
+/// Each range checks if its candidates still include all contacts. If one check fails, all candidates are collected
+/// again.
 template <int d>
 double CloseContacts::evaluate(std::span<const double> x, std::span<double> gradient) {
   if (collected_at_.empty()) update<d>(x);
@@ -145,11 +146,12 @@ void CloseContacts::evaluate_range(Range& range, int first, int end, std::span<c
     range.energy = INFINITY;
 }
 
-/// Whether none of these particles has moved by more than half of the margin since the candidates were collected.
+/// Returns true if no particle of the range has moved by more than half of the margin since the candidates were
+/// collected.
 template <int d>
 bool CloseContacts::covers(int first, int end, std::span<const double> x) const {
   const double most = 0.25 * margin_ * margin_;
-  int left = 0;  // no branch, so that a loop takes many at a time
+  int left = 0;  // no branch, so that the loop is vectorized
   for (int i = first; i < end; ++i) left |= squared_distance<d>(&x[d * i], &collected_at_[d * i]) > most;
   return !left;
 }
@@ -168,8 +170,7 @@ bool CloseContacts::add_walls(Range& range, std::span<const double> x, std::span
   return true;
 }
 
-/// Sums in the order of the candidates, to which those that do not overlap add nothing: a sum does not depend on how
-/// many of these there are.
+/// Sums in the order of the candidates. Candidates without overlap add zero, so a sum does not depend on their number.
 template <int d>
 void CloseContacts::add_pairs(Range& range, int end, std::span<const double> x, std::span<double> gradient) const {
   Batch<d> batch;
@@ -205,8 +206,8 @@ std::span<const Pair> CloseContacts::pairs(std::span<const double> x) {
   return pairs_;
 }
 
-/// Makes the candidates those within a margin at x. The margin is wider the sooner they became invalid, and so narrow
-/// that the last search found all pairs within it.
+/// Collects the candidates within a margin at x. The margin is wider if the candidates became invalid soon. It is
+/// limited such that the last neighbour search contains all pairs within it.
 template <int d>
 void CloseContacts::update(std::span<const double> x) {
   constexpr int few = 4, many = 16;
@@ -224,7 +225,7 @@ void CloseContacts::update(std::span<const double> x) {
   uses_ = 0;
 }
 
-/// How far (m) the particles are from where they were at the last search, at most.
+/// Returns the largest displacement (m) of a particle since the last neighbour search.
 template <int d>
 double CloseContacts::largest_move(std::span<const double> x) const {
   double most = 0;
@@ -237,7 +238,7 @@ void CloseContacts::collect(Range& range, int first, int end, std::span<const do
   const std::span pairs = pairs_of(pairs_, {first, end});
   range.i.resize(pairs.size()), range.j.resize(pairs.size()), range.per_reach.resize(pairs.size());
   std::size_t count = 0;
-  for (const auto [i, j] : pairs) {  // no branch: which pairs are close is hard to guess
+  for (const auto [i, j] : pairs) {  // no branch, because close pairs are hard to predict
     const double reach = bodies_.radius[i] + bodies_.radius[j], within = reach + margin_;
     range.i[count] = i, range.j[count] = j, range.per_reach[count] = 1 / reach;
     count += squared_distance<d>(&x[d * i], &x[d * j]) < within * within;

@@ -11,28 +11,29 @@
 
 namespace lichtenberg::statics {
 
-/// Energy and gradient of the contact potential for particles that move little between evaluations. Pairs within a wide
-/// skin are searched for seldom. Only those of them within a narrow margin, which follows how far the particles move,
-/// are evaluated each time. The results do not depend on when either list was made, nor on the number of threads.
+/// Energy and gradient of the contact potential for particles that move little between evaluations. A neighbour list
+/// with a wide skin is rebuilt rarely. Each evaluation uses only its pairs within a narrow margin, which adapts to the
+/// displacements of the particles. The results do not depend on when either list was made, nor on the number of
+/// threads.
 class CloseContacts {
  public:
-  /// Radii and dimension are those of `bodies`. All arguments must outlive this.
+  /// Radii and dimension are those of `bodies`. All arguments must outlive this object.
   CloseContacts(const effects::ContactPotential& potential, const Bodies& bodies, parallel::Team& team);
 
-  /// Energy (J) at the positions x (m, [N * dimension]); overwrites `gradient` (N, [N * dimension]). Infinite, with a
-  /// meaningless gradient, if two centres coincide or a centre is on or beyond a wall.
+  /// Returns the energy (J) at the positions x (m, [N * dimension]) and overwrites `gradient` (N, [N * dimension]). The
+  /// energy is infinite and the gradient undefined if two centres coincide or a centre is on or beyond a wall.
   double evaluate(std::span<const double> x, std::span<double> gradient);
-  /// All pairs that overlap at x, and others, in ascending order.
+  /// Returns all pairs that overlap at x, and others, in ascending order.
   std::span<const Pair> pairs(std::span<const double> x);
 
  private:
   /// Candidates of a range of particles; arrays by candidate.
   struct Range {
     std::vector<int> i, j;
-    std::vector<double> per_reach;  ///< 1/m
+    std::vector<double> per_reach;  ///< 1/m, inverse of the sum of radii
     std::vector<Pair> walls;        ///< particle and wall
     std::vector<Push> beyond;       ///< gradient of particles of later ranges
-    double energy = 0;              ///< over the stiffness
+    double energy = 0;              ///< energy over the stiffness
     bool valid = false;
   };
   template <class Task>
@@ -58,11 +59,11 @@ class CloseContacts {
   const Bodies& bodies_;
   parallel::Team& team_;
   double skin_, wanted_margin_, margin_ = 0;  ///< m
-  std::vector<Pair> pairs_;                   ///< within skin_ at searched_at_
-  std::vector<double> searched_at_;           ///< m
-  std::vector<double> collected_at_;          ///< m: where `ranges_` had all within margin_
+  std::vector<Pair> pairs_;                   ///< pairs within skin_ at searched_at_
+  std::vector<double> searched_at_;           ///< m, positions at the last list rebuild
+  std::vector<double> collected_at_;          ///< m, positions at which `ranges_` contained all pairs within margin_
   std::vector<Range> ranges_;
-  std::int64_t uses_ = 0;  ///< of `ranges_` since they were collected
+  std::int64_t uses_ = 0;  ///< evaluations with `ranges_` since they were collected
 };
 
 }  // namespace lichtenberg::statics

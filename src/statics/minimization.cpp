@@ -27,7 +27,8 @@ double mean_diameter(const Scene& scene) {
   return sum / static_cast<double>(scene.conductors.size());
 }
 
-/// The bits of three numbers in turn (Morton 1966): those of places near each other are mostly near each other.
+/// Returns the interleaved bits of three numbers (Morton 1966). Codes of neighbouring positions are mostly close to
+/// each other.
 std::uint64_t interleaved(const std::array<std::uint32_t, 3>& number) {
   std::uint64_t code = 0;
   for (int bit = 0; bit < 21; ++bit)
@@ -35,7 +36,7 @@ std::uint64_t interleaved(const std::array<std::uint32_t, 3>& number) {
   return code;
 }
 
-/// The particles in an order in which neighbours in space are neighbours in memory.
+/// Returns an order of the particles in which neighbours in space are mostly neighbours in memory.
 std::vector<int> spatial_order(const Scene& scene, double diameter) {
   const double limit = 0x1p21 - 1;
   const auto cell = [&](double x) { return static_cast<std::uint32_t>(std::clamp(x / diameter, 0.0, limit)); };
@@ -49,7 +50,7 @@ std::vector<int> spatial_order(const Scene& scene, double diameter) {
   return order;
 }
 
-/// The scene with its particles in another order.
+/// Returns the scene with its particles in another order.
 Scene reordered(Scene scene, const std::vector<int>& order) {
   std::vector<Conductor> conductors;
   for (const int i : order) conductors.push_back(scene.conductors[i]);
@@ -57,15 +58,16 @@ Scene reordered(Scene scene, const std::vector<int>& order) {
   return scene;
 }
 
-/// A loop over fewer particles is not worth sharing.
+/// Returns the number of threads. By default few particles use one thread, because parallel loops over them are not
+/// efficient.
 int threads_for(const Scene& scene) {
   constexpr std::size_t few = 10000;
   if (scene.minimize.threads > 0) return scene.minimize.threads;
   return scene.conductors.size() < few ? 1 : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-/// The first of the numbers round(ratio^k), k = 0, 1, ..., that is larger than `now`. Marks depend on the number of the
-/// iteration alone: a resumed run makes the same ones.
+/// Returns the smallest number round(ratio^k), k = 0, 1, ..., that is larger than `now`. The result depends only on the
+/// iteration number, so a resumed run has the same marks.
 std::int64_t next_mark(std::int64_t now, double ratio) {
   if (now < 1) return now + 1;
   for (double k = std::floor(std::log(static_cast<double>(now)) / std::log(ratio));; ++k)
@@ -82,7 +84,7 @@ double longest(std::span<const double> vectors, int dimension) {
   return std::sqrt(most);
 }
 
-/// The same, shared among the threads of `objective`.
+/// Returns the largest length, computed by the threads of `objective`.
 double longest(std::span<const double> vectors, int dimension, const minimize::Objective& objective) {
   const std::size_t block = 4096 * static_cast<std::size_t>(dimension);
   std::vector<double> most((vectors.size() + block - 1) / block);
@@ -113,8 +115,8 @@ struct Minimization::Implementation {
     look();
   }
 
-  /// Lengths, times and steps that mean the same in every scene: with unit masses the fastest of a disk's motions has a
-  /// period of about 2 diameter / sqrt(stiffness).
+  /// Makes the minimizer with lengths, times and steps in natural units of the scene. With unit masses, the fastest
+  /// motions of a disk have a period of about 2 diameter / sqrt(stiffness).
   std::unique_ptr<minimize::Minimizer> make_minimizer(std::vector<double> x) {
     const double area = diameter * diameter / stiffness;
     const double move = 0.1 * diameter;
@@ -127,7 +129,7 @@ struct Minimization::Implementation {
     return std::make_unique<minimize::NewtonCg>(energy, std::move(x), move, stiffness / diameter);
   }
 
-  /// Places in the scene's order of particles, and back.
+  /// Positions in the scene's order of particles, and back.
   std::vector<double> in_scene_order(const std::vector<double>& x) const {
     std::vector<double> result(x.size());
     const std::size_t d = scene.dimension();
@@ -158,8 +160,9 @@ struct Minimization::Implementation {
 
   std::int64_t evaluations() const { return earlier_evaluations + minimizer->evaluations(); }
 
-  /// Once hardly a contact is made or lost any more, the energy is nearly quadratic, and Newton's method ends in some
-  /// ten evaluations. If it does not, something still gives way: L-BFGS again, to a smaller force.
+  /// Changes the method of lbfgs-newton. Once few contacts close or open, the energy is nearly quadratic, and Newton's
+  /// method converges in about ten evaluations. If it does not, contacts still change, and L-BFGS continues to a
+  /// smaller force.
   void choose_method() {
     if (scene.minimize.method != MinimizeMethod::lbfgs_newton) return;
     constexpr std::int64_t most_evaluations = 30;
@@ -173,16 +176,17 @@ struct Minimization::Implementation {
   }
 
   Scene scene;
-  double diameter;         ///< m, mean
-  std::vector<int> order;  ///< what is particle k here is particle order[k] of the scene
+  double diameter;         ///< m, mean diameter
+  std::vector<int> order;  ///< particle k is particle order[k] of the scene
   statics::PotentialEnergy energy;
   double stiffness;       ///< J
-  MinimizeMethod method;  ///< the one in use
-  double settled = 1e-5;  ///< the force (stiffness / diameter) from which on the contacts are taken to have settled
+  MinimizeMethod method;  ///< current method
+  /// Force (stiffness / diameter) below which contacts are assumed not to change.
+  double settled = 1e-5;
   std::unique_ptr<minimize::Minimizer> minimizer;
   std::int64_t iteration = 0;
-  std::int64_t earlier_evaluations = 0;  ///< before this minimizer
-  std::int64_t changed_at = 0;           ///< evaluations when the method was last changed
+  std::int64_t earlier_evaluations = 0;  ///< evaluations of earlier minimizers
+  std::int64_t changed_at = 0;           ///< number of evaluations at the last change of method
   double largest_force = 0;              ///< N
 };
 
@@ -215,7 +219,8 @@ bool Minimization::iterate() {
 
 double Minimization::next_frame() const {
   const std::int64_t every = implementation_->scene.minimize.record_every, now = iteration();
-  constexpr double ratio = 1.4142135623730951;  // the way to rest is quick first and slow later
+  // intervals increase, because the relaxation is fast first and slow later
+  constexpr double ratio = 1.4142135623730951;
   const std::int64_t next = every > 0 ? (now / every + 1) * every : next_mark(now, ratio);
   return std::min(static_cast<double>(next), most_iterations());
 }
@@ -233,7 +238,7 @@ void Minimization::note() {
 
 void Minimization::advance_to(double iteration, const std::function<bool()>& pause) {
   const Stopwatch stopwatch(seconds_);
-  constexpr double ratio = 1.02;  // of iterations with a note
+  constexpr double ratio = 1.02;  // ratio of iterations with a record
   while (!finished() && time() < iteration) {
     const std::int64_t next_note = next_mark(this->iteration(), ratio);
     stuck_ = !iterate();
@@ -271,7 +276,7 @@ ColumnGroup Minimization::take_history() {
     force.push_back(note.largest_force);
   }
   notes_.clear();
-  return {"relaxation",  // its name in result files
+  return {"relaxation",  // name in result files
           {{"iteration", "1", Column::Of::list, 0, std::move(iteration)},
            {"energy", "J", Column::Of::list, 0, std::move(energy)},
            {"largest_force", "N", Column::Of::list, 0, std::move(force)}}};

@@ -13,47 +13,47 @@
 
 namespace lichtenberg {
 
-/// A scene with a contact potential on its way to rest, by the method that its [minimize] asks for.
+/// Minimization of a scene's contact potential by the method of its [minimize].
 class Minimization : public Motion {
  public:
   /// Throws InputError if the energy is infinite at the start, Failure if a force is.
   explicit Minimization(const Scene& scene);
   ~Minimization() override;
 
-  /// Goes on by one iteration. False, and nothing happens, if the method finds no lower energy. Throws Failure if a
-  /// force is no finite number.
+  /// Computes one iteration. Returns false without a change if the method finds no lower energy. Throws Failure if a
+  /// force is not finite.
   bool iterate();
   std::int64_t iteration() const;
-  std::int64_t evaluations() const;  ///< of energy and forces
+  std::int64_t evaluations() const;  ///< number of evaluations of energy and forces
   double energy() const;             ///< J
-  double largest_force() const;      ///< N, net, on a particle
-  double force_unit() const;         ///< N: stiffness over the mean diameter
-  /// No net force exceeds minimize.force_tolerance.
+  double largest_force() const;      ///< N, largest net force on a particle
+  double force_unit() const;         ///< N, stiffness over the mean diameter
+  /// Returns true if no net force exceeds minimize.force_tolerance.
   bool at_rest() const;
   Bodies bodies() const;
 
-  /// The iteration.
+  /// Returns the number of the iteration.
   double time() const override { return static_cast<double>(iteration()); }
   std::string time_unit() const override { return "1"; }
-  /// A multiple of minimize.record_every, or ever farther apart.
+  /// Returns the next multiple of minimize.record_every, or the next of increasing intervals.
   double next_frame() const override;
-  /// Nobody knows when it comes to rest.
+  /// The number of iterations to rest is unknown.
   double end_time() const override { return INFINITY; }
   void advance_to(double iteration, const std::function<bool()>& pause) override;
-  /// At rest, or minimize.max_iterations are made, or the energy goes no lower.
+  /// Returns true at rest, after minimize.max_iterations, or if the energy cannot decrease.
   bool finished() override;
   bool exact_anywhere() const override { return true; }
 
   Frame frame() override;
   std::string progress() override;
-  /// By the logarithm of the largest force, which falls by steady factors on the way to rest.
+  /// Progress as the logarithm of the largest force, which decreases by steady factors.
   Way way() override;
   Checkpoint checkpoint() override;
   void restore(const Checkpoint& checkpoint) override;
 
-  /// Energy and largest force after iterations that are ever farther apart, and after the last.
+  /// Returns energy and largest force at iterations with increasing intervals, and at the last iteration.
   ColumnGroup take_history() override;
-  /// What holds the particles (analysis::Packing).
+  /// Returns the packing (analysis::Packing).
   std::vector<ColumnGroup> findings() override;
   Summary summary() override;
   std::map<std::string, double> seconds() const override;
@@ -71,10 +71,10 @@ class Minimization : public Motion {
     double energy = 0;         ///< J
     double largest_force = 0;  ///< N
   };
-  std::vector<Note> notes_;                   ///< since the last take_history
-  std::int64_t noted_at_ = -1;                ///< iteration of the last note
-  bool stuck_ = false;                        ///< the energy goes no lower
-  std::optional<analysis::Packing> packing_;  ///< of the iteration packed_at_
+  std::vector<Note> notes_;                   ///< records since the last take_history
+  std::int64_t noted_at_ = -1;                ///< iteration of the last record
+  bool stuck_ = false;                        ///< true: the energy cannot decrease
+  std::optional<analysis::Packing> packing_;  ///< packing at the iteration packed_at_
   std::int64_t packed_at_ = -1;
   double seconds_ = 0;
 };

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int particles_a_task = 2048;
 
-/// Of a symmetric matrix of `dimension` rows.
+/// Number of elements in a triangle of a symmetric matrix of `dimension` rows.
 template <int dimension>
 constexpr int triangle = dimension*(dimension + 1) / 2;
 
@@ -29,7 +29,7 @@ void multiply_add(const double* block, const double* v, double* y) {
   }
 }
 
-/// along * n n' + across * (1 - n n')
+/// Returns along * n n' + across * (1 - n n').
 template <int dimension>
 std::array<double, triangle<dimension>> central(const std::array<double, 3>& n, double along, double across) {
   std::array<double, triangle<dimension>> block;
@@ -91,8 +91,8 @@ void PotentialEnergy::linearize(std::span<const double> x) {
     build_rows<2>(state);
 }
 
-/// Every task has a range of particles. What it adds to the diagonal blocks of others is added afterwards, task by
-/// task: the sums are the same for any number of threads.
+/// Computes the rows. Each task has a range of particles. Its contributions to the diagonal blocks of other particles
+/// are added afterwards, in the order of the tasks. The sums are therefore the same for any number of threads.
 template <int dimension>
 void PotentialEnergy::build_rows(const State& state) {
   constexpr int t = triangle<dimension>;
@@ -140,7 +140,8 @@ void PotentialEnergy::build_rows(const State& state) {
   });
 }
 
-/// What holds a particle in one direction only, or in none, is made up for.
+/// Inverts a diagonal block. Regularizes blocks that are singular because contacts fix a particle in one direction or
+/// in none.
 template <int dimension>
 void PotentialEnergy::invert(double* positive) const {
   const double diameter = 2 * model_.bodies.radius[0];
@@ -151,7 +152,8 @@ void PotentialEnergy::invert(double* positive) const {
   std::ranges::copy(inverse<dimension>(positive), positive);
 }
 
-/// As in `build_rows`. Of a symmetric matrix the upper half is enough, and half as much to read.
+/// Multiplies rows, with the same division into tasks as `build_rows`. The upper half of the symmetric matrix is
+/// sufficient and halves the memory traffic.
 template <int d>
 void PotentialEnergy::multiply_rows(std::span<const double> v, std::span<double> product) const {
   constexpr int t = triangle<d>;

@@ -12,10 +12,10 @@
 
 namespace lichtenberg::statics {
 
-/// The contact energy (J) of a model's bodies as a function of their positions (m, [N * dimension]).
+/// Contact energy (J) of a model's bodies as a function of their positions (m, [N * dimension]).
 class PotentialEnergy : public minimize::SmoothObjective {
  public:
-  /// Of a scene with a contact potential.
+  /// `scene`: a scene with a contact potential.
   PotentialEnergy(const Scene& scene, int threads);
 
   int size() const override { return static_cast<int>(model_.bodies.position.size()); }
@@ -31,7 +31,7 @@ class PotentialEnergy : public minimize::SmoothObjective {
  private:
   PotentialEnergy(const Scene& scene, std::unique_ptr<effects::ContactPotential> potential, int threads);
   int ranges() const;
-  /// Calls task(k, first, end) for every range of particles, from `first` on up to before `end`.
+  /// Calls task(k, first, end) for every range of particles, from `first` to before `end`.
   template <class Task>
   void for_each_range(const Task& task) const;
   State move_to(std::span<const double> x);
@@ -42,19 +42,19 @@ class PotentialEnergy : public minimize::SmoothObjective {
   template <int dimension>
   void multiply_rows(std::span<const double> v, std::span<double> product) const;
 
-  const effects::ContactPotential& potential_;  ///< the model's
+  const effects::ContactPotential& potential_;  ///< owned by the model
   Model model_;
   mutable parallel::Team team_;
   CloseContacts contacts_;
-  mutable std::vector<std::vector<Push>> beyond_;  ///< by range, of the last product
-  /// Of the Hessian's rows of a range of particles, the blocks right of the diagonal, with the sign reversed; each
-  /// block stored from its upper triangle, row by row.
+  mutable std::vector<std::vector<Push>> beyond_;  ///< by range, for the last product
+  /// Blocks right of the diagonal in the Hessian's rows of a range of particles, with reversed sign. Each block is
+  /// stored as its upper triangle, in rows.
   struct Rows {
     std::vector<int> start, column;
     std::vector<double> block;
   };
   std::vector<Rows> rows_;
-  /// The diagonal blocks, and the inverses of those of M, in which nothing is negative.
+  /// Diagonal blocks, and the inverses of those of M, the preconditioner, which contains only non-negative terms.
   std::vector<double> diagonal_, inverse_;
 };
 

@@ -8,7 +8,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// ln(4R / gap) + 2 gamma_e
+/// Returns ln(4R / gap) + 2 gamma_e.
 double proximity(double radius, double gap) { return std::log(4 * radius / gap) + 2 * std::numbers::egamma; }
 
 }  // namespace
@@ -51,7 +51,7 @@ double critical_field(const BrokenWire& wire, double tension, double slope) {
 double slope_at_end(const BrokenWire& wire) { return (wire.conductors + 1) / 6.0; }
 
 double largest_shape_coefficient(const BrokenWire& wire, double p) {
-  // The left side is largest where B^2 L^5 / (40 whole_gap) = 1 / (2p - 1).
+  // The left side is largest at B^2 L^5 / (40 whole_gap) = 1 / (2p - 1).
   const double stretch = 1 / (2 * p - 1), b = std::sqrt(40 * wire.whole_gap() * stretch / std::pow(wire.length, 5));
   return b * std::pow(1 + stretch, -p);
 }

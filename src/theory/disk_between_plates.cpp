@@ -23,8 +23,8 @@ struct Circle {
   Eigen::VectorXd angle, x, y;
 };
 
-/// The density varies like the bipolar one: its coefficients fall by exp(-u) each, cosh(u) = 1 + gap/R, and the last
-/// one counted is exp(-20) = 2e-9 of the first.
+/// Returns the number of points. The charge density varies like the bipolar one: its coefficients decrease by exp(-u)
+/// each, cosh(u) = 1 + gap/R. The last included coefficient is exp(-20) = 2e-9 of the first.
 int points(const DiskBetweenPlates& disk, double x) {
   const double gap = disk.place(std::abs(x));
   if (!(gap > 0))
@@ -35,8 +35,8 @@ int points(const DiskBetweenPlates& disk, double x) {
   return 2 * std::max(32, static_cast<int>(std::ceil(20 / std::acosh(1 + gap / disk.radius))));
 }
 
-/// Weights of the values at distance j on the circle in the integral of ln(4 sin^2(s/2)) f(s) (Kress, Linear Integral
-/// Equations, sec. 12.3). `angle`: the points'.
+/// Returns the weights of the values at distance j on the circle in the integral of ln(4 sin^2(s/2)) f(s) (Kress,
+/// Linear Integral Equations, sec. 12.3). `angle`: angles of the points.
 Eigen::VectorXd log_weights(const Eigen::VectorXd& angle) {
   const auto n = angle.size(), half = n / 2;
   const Eigen::VectorXd cosine = angle.array().cos();
@@ -49,7 +49,7 @@ Eigen::VectorXd log_weights(const Eigen::VectorXd& angle) {
   return weight;
 }
 
-/// From surface charge (C/m^2) to potential on the surface (V), both plates grounded. Symmetric.
+/// Returns the symmetric matrix from surface charge (C/m^2) to potential on the surface (V), with both plates grounded.
 Eigen::MatrixXd potential_matrix(const DiskBetweenPlates& disk, const Circle& circle) {
   const auto n = circle.x.size();
   const double half_turn = pi / (2 * disk.distance), ds = 2 * pi * disk.radius / static_cast<double>(n);
@@ -60,11 +60,11 @@ Eigen::MatrixXd potential_matrix(const DiskBetweenPlates& disk, const Circle& ci
   Eigen::MatrixXd matrix(n, n);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j <= i; ++j) {
-      // |sin(a + ib)|^2 = sin^2(a) + sinh^2(b), by the addition theorems.
+      // sin(a + ib)|^2 = sin^2(a) + sinh^2(b), by the addition theorems.
       const double one = sin_x[i] * cos_x[j], other = cos_x[i] * sin_x[j];
       const double b = sinh_y[i] * cosh_y[j] - cosh_y[i] * sinh_y[j];
       const double image = (one + other) * (one + other) + b * b, direct = (one - other) * (one - other) + b * b;
-      // The direct kernel without the ln 4 sin^2((t - s) / 2) that is in it.
+      // The direct kernel without its part ln 4 sin^2((t - s) / 2).
       const double smooth = i == j ? std::pow(half_turn * disk.radius, 2) : direct / (chord[i - j] * chord[i - j]);
       matrix(i, j) = matrix(j, i) =
           (ds * std::log(image / smooth) - disk.radius * weight[i - j]) / (4 * pi * disk.permittivity);
@@ -72,7 +72,7 @@ Eigen::MatrixXd potential_matrix(const DiskBetweenPlates& disk, const Circle& ci
   return matrix;
 }
 
-/// Surface charges that a potential of 1 V (plates grounded) and the plates' voltage (disk grounded) bring forth.
+/// Surface charges due to a potential of 1 V (plates grounded) and due to the plates' voltage (disk grounded).
 struct Response {
   Response(const DiskBetweenPlates& disk, double x)
       : circle(disk, x, points(disk, x)), ds(2 * pi * disk.radius / circle.x.size()) {

@@ -35,8 +35,8 @@ double mean_duration(const Impacts& impacts, double temperature) {
   return impacts.duration ? impacts.duration(temperature) : 0;
 }
 
-/// ln T, <q^2> and collisions, over time: a temperature falls by powers. `loss`, `charge_square`, `duration`: means at
-/// a temperature.
+/// Returns the equations of ln T, <q^2> and collisions; ln T, because temperature decays by powers. `loss`,
+/// `charge_square`, `duration`: means at a temperature.
 template <class Loss, class ChargeSquare, class Duration>
 Ode cooling_ode(double density, Loss loss, ChargeSquare charge_square, Duration duration) {
   const auto rates = [=](double, std::span<const double> y, std::span<double> rate) {
@@ -58,9 +58,9 @@ std::vector<CoolingState> states_at(const Ode& ode, double initial, std::span<co
 }
 
 constexpr int piece_nodes = 20;
-constexpr double piece_width = 2;  // of ln T
+constexpr double piece_width = 2;  // interval of ln T
 
-/// Places of nodes within a piece, from -1 to 1.
+/// Positions of nodes within a piece, from -1 to 1.
 const std::array<double, piece_nodes> node_of = [] {
   std::array<double, piece_nodes> all{};
   for (int n = 0; n < piece_nodes; ++n) all[n] = -std::cos(pi * n / (piece_nodes - 1));
@@ -86,15 +86,15 @@ double haff_temperature(double initial, double tau, double time) {
   return initial / ((1 + time / tau) * (1 + time / tau));
 }
 
-/// Restitution has a series in v^(1/10), which this quadrature does not mind.
+/// The quadrature tolerates the series of restitution in v^(1/10).
 double impact_mean(double temperature, const std::function<double(double speed, double x)>& f) {
   static boost::math::quadrature::exp_sinh<double> quadrature;
-  const double fast = 700;  // exp(-x) is nothing beyond
+  const double fast = 700;  // exp(-x) is negligible beyond
   const double thermal = 2 * std::sqrt(temperature);
   try {
     return quadrature.integrate([&](double x) { return x < fast ? std::exp(-x) * f(thermal * std::sqrt(x), x) : 0.0; },
                                 0.0, std::numeric_limits<double>::infinity(), 1e-13);
-  } catch (const std::runtime_error&) {  // boost's, of what is no number
+  } catch (const std::runtime_error&) {  // boost's exception for a result that is not a number
     throw Failure(
         fmt::format("theory: what impacts do on average at the temperature {:g} is no number; grains that are "
                     "less stiff, less charged or less warm have one",
@@ -102,8 +102,8 @@ double impact_mean(double temperature, const std::function<double(double speed, 
   }
 }
 
-/// All three at Chebyshev points of one stretch of ln T. They vary like powers of T up to 2, with features of
-/// restitution that are some units of ln T wide: twenty points in two units are far more than digits need.
+/// Values of the three means at Chebyshev points of one interval of ln T. They vary like powers of T up to 2, and
+/// restitution has features with a width of several units of ln T. Twenty points in two units are therefore sufficient.
 struct ImpactTable::Piece {
   std::array<double, piece_nodes> lost{}, charge_square{}, duration{};
 };
@@ -169,7 +169,7 @@ double driven_temperature(double density, const Impacts& impacts, const RandomDr
     const double correlation = speed * speed * stokes / lambda * (1 + std::expm1(-y) / y);
     return correlation / (1 + frequency * mean_loss(impacts, temperature) / (6 * stokes));
   };
-  double low = 0, high = speed * speed;  // no temperature is above that of the gas
+  double low = 0, high = speed * speed;  // the temperature cannot exceed that of the gas
   for (int k = 0; k < 60; ++k) {
     const double middle = 0.5 * (low + high);
     (balanced(middle) > middle ? low : high) = middle;

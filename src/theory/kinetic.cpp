@@ -16,12 +16,12 @@ namespace {
 
 using std::numbers::pi;
 
-/// Below this the closed forms lose their digits, and the series has them.
+/// Value below which the series replaces the closed forms, which lose digits by cancellation.
 constexpr double small_beta = 0.5;
 
-/// P = (1/2) sum over n of h_n Gamma((n + 1)/2)^2 beta^n, for w h with Gamma(n/2 + 1)^2: K_0's moments are
-/// int w^n K_0(2w) dw = Gamma((n + 1)/2)^2 / 4, and h_N = sum (-1)^n (2n - 1) b^n/n!, h_T = -sum (-1)^n (2n - 1)(n - 2)
-/// b^n/n!.
+/// Returns P = (1/2) sum over n of h_n Gamma((n + 1)/2)^2 beta^n, for w h with Gamma(n/2 + 1)^2. The moments of K_0 are
+/// int w^n K_0(2w) dw = Gamma((n + 1)/2)^2 / 4. The series are h_N = sum (-1)^n (2n - 1) b^n/n! and h_T = -sum (-1)^n
+/// (2n - 1)(n - 2) b^n/n!.
 MergingIntegrals merging_series(double beta) {
   MergingIntegrals sum;
   double term = beta * beta / 2;  // (-beta)^n / n! at n = 2
@@ -42,7 +42,8 @@ struct Arc {
   double j = 0, first = 0, second = 0;
 };
 
-/// J = 2/(2 + beta) A(z), z = (2 - beta)/(2 + beta), A = atan(sqrt z)/sqrt z = sum (-z)^n / (2n + 1).
+/// Returns J = 2/(2 + beta) A(z), z = (2 - beta)/(2 + beta), A = atan(sqrt z)/sqrt z = sum (-z)^n / (2n + 1), and
+/// derivatives.
 Arc arc_near_two(double beta) {
   const double z = (2 - beta) / (2 + beta), a = 2 / (2 + beta);
   double value = 0, first = 0, second = 0;
@@ -52,7 +53,7 @@ Arc arc_near_two(double beta) {
     first = first * z + value;
     value = value * z + c;
   }
-  // z and a by beta: z' = -a^2, z'' = a^3, a' = -a^2/2, a'' = a^3/2.
+  // Derivatives of z and a by beta: z' = -a^2, z'' = a^3, a' = -a^2/2, a'' = a^3/2.
   const double z1 = -a * a, z2 = a * a * a, a1 = -a * a / 2, a2 = a * a * a / 2;
   return {a * value, a1 * value + a * first * z1,
           a2 * value + 2 * a1 * first * z1 + a * (second * z1 * z1 + first * z2)};
@@ -66,8 +67,8 @@ Arc arc(double beta) {
   return {j, first, (j + 3 * beta * first) / square};
 }
 
-/// Mean of f(c), c = beta |sin cos| of a uniform angle: Gaussian charges q_i, q_j = r (cos, sin) have b = c r^2, r^2 ~
-/// exp(-r^2).
+/// Returns the mean of f(c), c = beta |sin cos| of a uniformly distributed angle. Gaussian charges q_i, q_j = r (cos,
+/// sin) have b = c r^2, r^2 ~ exp(-r^2).
 template <class F>
 double angular_mean(double beta, const F& f) {
   static boost::math::quadrature::tanh_sinh<double> quadrature;
@@ -76,7 +77,7 @@ double angular_mean(double beta, const F& f) {
   return 2 / pi * quadrature.integrate(by_angle, 0.0, pi / 2, 1e-12);
 }
 
-/// A function of ln T at equal distances; between, the polynomial through the six nearest points.
+/// A table of a function of ln T at equal distances, interpolated by the polynomial through the six nearest points.
 class LogTable {
  public:
   template <class F>
@@ -85,7 +86,8 @@ class LogTable {
     for (int k = 0; k < points; ++k) value_.push_back(f(std::exp(low_ + k * step_)));
   }
 
-  /// Beyond either end as there. The barycentric formula, in steps from the first of the six.
+  /// Evaluates the barycentric formula, in steps from the first of the six points. The function is constant beyond both
+  /// ends.
   double operator()(double temperature) const {
     const double place = temperature > 0 ? std::clamp((std::log(temperature) - low_) / step_, 0.0, points - 1.0) : 0;
     const int first = std::clamp(static_cast<int>(place) - 2, 0, points - 6);
@@ -106,8 +108,8 @@ class LogTable {
   std::vector<double> value_;
 };
 
-/// Contacts of a gas of this beta where those of a neutral one have the mean f(T/m), an integral of psi x^(p - 2)
-/// exp(-x): charges keep apart what brings f((T/m) c/(1 + c)) (c/(1 + c))^p.
+/// Returns the mean over contacts of a gas of this beta. f(T/m), an integral of psi x^(p - 2) exp(-x), is the mean for
+/// a neutral gas. Repulsion by charges prevents contacts, which subtracts f((T/m) c/(1 + c)) (c/(1 + c))^p.
 double contact_mean(double beta, int p, double temperature, const std::function<double(double)>& f) {
   return f(temperature) - angular_mean(beta, [&](double c) {
            const double part = c / (1 + c);
@@ -131,7 +133,7 @@ MergingIntegrals merging_integrals(double beta) {
           2 * (0.25 + beta * pi / 16 + first - 2 * beta * second)};
 }
 
-/// pi Gamma(p) mean of 1 - (c/(1 + c))^p.
+/// Returns pi Gamma(p) times the mean of 1 - (c/(1 + c))^p.
 double contact_integral(double p, double beta) {
   if (!(p > 0 && beta >= 0)) throw InputError(fmt::format("G(p) is for p > 0, beta >= 0, not for {}, {}", p, beta));
   const auto kept = [p](double c) { return c > 0 ? -std::expm1(-p * std::log1p(1 / c)) : 1.0; };
@@ -154,7 +156,7 @@ ImpactMeans tabulated_means(const Impacts& impacts, double hottest) {
     return impact_mean(t, [&](double v, double) { return impacts.charge_square(v); });
   };
   if (!(charge(hottest) > 0)) return means;
-  // Over tens of powers of ten: its logarithm is nearly straight.
+  // The values span tens of decades, and their logarithm is nearly linear.
   const LogTable log_charge([&](double t) { return std::log(charge(t)); }, coldest, hottest);
   means.charge = [log_charge](double t) { return std::exp(log_charge(t)); };
   return means;

@@ -13,10 +13,10 @@ namespace {
 
 using std::numbers::pi;
 
-/// exp(-this) is nothing.
+/// Argument at which exp(-x) is negligible.
 constexpr double far_off = 50;
 
-/// Rates of a pair of one b without their common factors.
+/// Rates of a pair with a given b, without their common factors.
 struct PairRates {
   double mergers = 0, contact_loss = 0, merging_loss = 0, contact_charge = 0;
 
@@ -27,7 +27,8 @@ struct PairRates {
   PairRates operator*(double f) const { return {f * mergers, f * contact_loss, f * merging_loss, f * contact_charge}; }
 };
 
-/// The collisions of attracting grains by y = m v_n^2 / (4T) at contact: x, their energy far off, is above y - b.
+/// Collisions of attracting grains as functions of y = m v_n^2 / (4T) at contact. Their energy at infinity, x, exceeds
+/// y - b.
 struct Attraction {
   const Impacts& impacts;
   double heat;  ///< T/m
@@ -40,7 +41,7 @@ struct Attraction {
   }
   double furthest() const { return b + far_off; }
 
-  /// y (1 - lost) = b: who is faster parts whatever its x.
+  /// Solution of y (1 - lost) = b; faster pairs separate for any x.
   double last_to_merge() const {
     const auto excess = [this](double y) { return y * (1 - lost(y)) - b; };
     if (!(b > 0) || excess(furthest()) < 0) return b > 0 ? furthest() : 0;
@@ -50,7 +51,7 @@ struct Attraction {
     return (low + high) / 2;
   }
 
-  /// The integral over x: those above the loss part.
+  /// Returns the integral over x at this y. Pairs with x above the loss separate.
   PairRates at(double y) const {
     const double loss = lost(y) * y, least = std::max(y - b, 0.0), parting = std::max(loss, least);
     const double transfer = impacts.charge_square ? 2 * impacts.charge_square(speed(y)) : 0;
@@ -61,7 +62,8 @@ struct Attraction {
     return rates;
   }
 
-  /// Over all y, in r = y^(1/4), in which they are smooth: the laws are series in v^(1/10).
+  /// Returns the integral over all y, in the variable r = y^(1/4), in which the rates are smooth: restitution is a
+  /// series in v^(1/10).
   PairRates sum() const {
     std::vector<double> ends = {0, std::pow(b, 0.25), std::pow(last_to_merge(), 0.25), std::pow(furthest(), 0.25)};
     std::ranges::sort(ends);
@@ -89,8 +91,8 @@ struct Attraction {
   }
 };
 
-/// Points and weights of the mean of a function of b = 2 B w over charges, (4/pi) int K_0(2w) h dw: trapezoids in t, w
-/// = exp(t - exp(-t)), which suits the logarithm at 0 and exp(-2w).
+/// Points and weights for the mean of a function h of b = 2 B w over charges, (4/pi) int K_0(2w) h dw. The trapezoidal
+/// rule in t, w = exp(t - exp(-t)), suits the logarithm at 0 and exp(-2w).
 struct ChargePoint {
   double w = 0, weight = 0;
 };
@@ -104,7 +106,7 @@ std::vector<ChargePoint> charge_points() {
   return points;
 }
 
-/// Grains that repel each other, of b = 0.
+/// Returns the rates of grains that repel each other, with b = 0.
 PairRates repelled(double heat, const Impacts& impacts) { return Attraction{impacts, heat, 0}.sum(); }
 
 }  // namespace
@@ -114,7 +116,7 @@ KineticRates contact_speed_rates(const Aggregates& gas, double coupling, const I
   const double bjerrum = gas.bjerrum(coupling), heat = gas.temperature / gas.mass;
   const PairRates without_charge = repelled(heat, impacts);
   PairRates mean;
-  double charge = 0;  // 2 |q_i q_j| / <q^2> = 4 w goes with each merger
+  double charge = 0;  // each coalescence removes 2 |q_i q_j| / <q^2> = 4 w
   for (const auto& [w, weight] : points) {
     const double b = 2 * bjerrum * w;
     const PairRates attracted = Attraction{impacts, heat, b}.sum() * (weight / 2);

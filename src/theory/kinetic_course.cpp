@@ -15,7 +15,7 @@ Aggregates aggregates(const KineticGas& gas, double density, double temperature,
   return {density, temperature, charge_square, mass, std::pow(mass, 1 / gas.fractal_dimension)};
 }
 
-/// What all rates are multiplied by.
+/// Returns the common factor of all rates.
 double frequency_factor(const KineticGas& gas, const Aggregates& now) {
   if (!gas.impacts.duration) return gas.contact_value;
   const double heat = now.temperature / now.mass;
@@ -31,7 +31,7 @@ KineticRates rates_of(const KineticGas& gas, const ImpactMeans& means, const Agg
   return rates;
 }
 
-/// ln n, ln T and <q^2> over time: the first two fall by powers.
+/// Returns the equations of ln n, ln T and <q^2>; logarithms, because n and T decay by powers.
 Ode kinetic_ode(const KineticGas& gas, const ImpactMeans& means) {
   const auto rates = [&gas, &means](double, std::span<const double> y, std::span<double> rate) {
     const Aggregates now = aggregates(gas, std::exp(y[0]), std::exp(y[1]), std::max(y[2], 0.0));
@@ -41,12 +41,12 @@ Ode kinetic_ode(const KineticGas& gas, const ImpactMeans& means) {
     rate[1] = factor * (r.mergers - 2.0 / 3 * (r.contact_loss + r.merging_loss) / now.temperature);
     rate[2] = factor * (r.contact_charge - r.merging_charge + now.charge_square * r.mergers);
   };
-  // The rates of `contact_speed_rates` are not smoother than this.
+  // The rates of `contact_speed_rates` are only smooth to this accuracy.
   const double relative = gas.speeds_at_contact ? 1e-6 : 1e-10;
   return {.rates = rates, .absolute = {relative, relative, 1e-30}, .relative = relative};
 }
 
-/// Charges may grow so fast that quadratures and steps in time end without a number.
+/// Integrates the equations. Charges may grow so fast that quadratures and time steps give no number.
 std::vector<std::vector<double>> followed(const Ode& ode, const std::vector<double>& start,
                                           std::span<const double> times) {
   try {

@@ -11,22 +11,23 @@
 namespace lichtenberg::theory {
 namespace {
 
-/// h(x) / sqrt(x) = sum of x^n / (n! (2n + 1)): no term is negative.
+/// Returns h(x) / sqrt(x) = sum of x^n / (n! (2n + 1)), in which no term is negative.
 double series(double x) {
   double sum = 1, power = 1;
   for (int n = 1; power > 1e-17 * sum; ++n) sum += (power *= x / n) / (2 * n + 1);
   return sum;
 }
 
-/// 2 sqrt(x) Dawson(sqrt(x)) = 1 + 1/(2x) + 3/(2x)^2 + 15/(2x)^3 + ... (Abramowitz & Stegun 7.1.23, continued); at x >=
-/// 50 its terms fall below 1e-17 long before they grow.
+/// Returns 2 sqrt(x) Dawson(sqrt(x)) = 1 + 1/(2x) + 3/(2x)^2 + 15/(2x)^3 + ... (Abramowitz & Stegun 7.1.23, continued).
+/// At x >= 50 its terms fall below 1e-17 before they increase.
 double asymptotic(double x) {
   double sum = 1, term = 1;
   for (int n = 1; term > 1e-17; n += 2) sum += term *= n / (2 * x);
   return sum;
 }
 
-/// x whose log_h is given. sqrt(x) <= h, and for x >= 1 also h >= e^x / (2 sqrt(x)) >= e^(x/2 - .2).
+/// Returns x for a given log_h. The bounds are sqrt(x) <= h, and for x >= 1 also h >= e^x / (2 sqrt(x)) >= e^(x/2 -
+/// .2).
 double x_of(double log_h_wanted) {
   const auto excess = [&](double log_x) { return log_h(std::exp(log_x)) - log_h_wanted; };
   const double margin = 1e-9;

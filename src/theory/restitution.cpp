@@ -15,7 +15,8 @@ namespace {
 
 constexpr int nodes = 40;
 
-/// s, s', and the work of the dashpot over k, by sigma = sqrt(t), in which sqrt(s) is smooth.
+/// Returns the equations of s, s', and the work of the dashpot over k, in the variable sigma = sqrt(t), in which
+/// sqrt(s) is smooth.
 Ode universal_ode(double k) {
   const auto rates = [k](double sigma, std::span<const double> y, std::span<double> rate) {
     const double root = std::sqrt(std::max(y[0], 0.0));
@@ -39,8 +40,8 @@ UniversalCollision universal_collision(double k) {
   const double turn = integrate(ode, 0, never, y).time, deepest = y[0];
   ode.falls = {[k](double, std::span<const double> now) { return now[0] + k * now[1]; }};
   const double end = integrate(ode, turn, never, y).time, restitution = -y[1];
-  // 1 - eps^2 is twice all that is lost: by the dashpot, and what the spring has left, 2/5 s^(5/2) at s = k eps. The
-  // difference of 1 and eps would lose the digits of this quotient at small k.
+  // 1 - eps^2 is twice the total loss: that of the dashpot, and the energy left in the spring, 2/5 s^(5/2) at s = k
+  // eps. The difference of 1 and eps would lose digits of this quotient at small k.
   const double lost = y[2] + 0.4 * std::pow(k, 1.5) * std::pow(restitution, 2.5);
   return {2 * lost / (1 + restitution), end * end, deepest};
 }
@@ -54,7 +55,7 @@ RestitutionCurve::RestitutionCurve() {
   }
 }
 
-/// The barycentric formula with the weights of Chebyshev nodes of the second kind (Berrut and Trefethen 2004,
+/// Evaluates the barycentric formula with the weights of Chebyshev nodes of the second kind (Berrut and Trefethen 2004,
 /// eq. 5.4).
 UniversalCollision RestitutionCurve::operator()(double k) const {
   if (!(k >= 0 && k <= largest))

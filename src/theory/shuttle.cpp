@@ -9,8 +9,8 @@ namespace {
 
 using std::numbers::pi;
 
-/// Halves intervals until their Gauss-Kronrod estimates agree to 1e-5 of the whole, ten times at most: forces have
-/// singularities a contact gap beyond the ends.
+/// Returns the integral. Intervals are bisected at most ten times, until their Gauss-Kronrod estimates agree to 1e-5 of
+/// the whole, because forces have singularities at a contact gap beyond the ends.
 double integral(const std::function<double(double)>& f, double from, double to) {
   return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(f, from, to, 10, 1e-5);
 }

@@ -9,14 +9,14 @@
 namespace lichtenberg::theory {
 namespace {
 
-/// What an aggregate of two sizes becomes: `share` of one of class `into` and the rest of one of the next class.
+/// Product of aggregates of two sizes: `share` of one in class `into` and the rest in the next class.
 struct Merger {
-  double rate = 0;  ///< K, of two of one size K/2
+  double rate = 0;  ///< K; for equal sizes K/2
   double share = 1;
-  std::int32_t into = 0;  ///< -1: it is lost
+  std::int32_t into = 0;  ///< -1: lost beyond the largest size
 };
 
-/// All pairs of classes (i, j), j <= i, one row of j after the other.
+/// Returns all pairs of classes (i, j), j <= i, in rows of j.
 std::vector<Merger> all_mergers(const Kernel& kernel, std::span<const double> sizes) {
   std::vector<Merger> mergers;
   mergers.reserve(sizes.size() * (sizes.size() + 1) / 2);
@@ -35,7 +35,7 @@ std::vector<Merger> all_mergers(const Kernel& kernel, std::span<const double> si
   return mergers;
 }
 
-/// Numbers of all classes, and then the mass that is lost.
+/// Computes the rates of the numbers of all classes, and then that of the lost mass.
 void merge(std::span<const Merger> mergers, std::span<const double> sizes, std::span<const double> y,
            std::span<double> rate) {
   std::ranges::fill(rate, 0.0);
@@ -58,7 +58,7 @@ Ode coagulation_ode(std::span<const Merger> mergers, std::span<const double> siz
   Ode ode{.rates = [=](double, std::span<const double> y, std::span<double> rate) { merge(mergers, sizes, y, rate); },
           .absolute = {},
           .relative = 1e-8};
-  for (const double size : sizes) ode.absolute.push_back(1e-13 / size);  // of the mass
+  for (const double size : sizes) ode.absolute.push_back(1e-13 / size);  // fraction of the mass
   ode.absolute.push_back(most_lost * 1e-3);
   ode.falls = {[most_lost](double, std::span<const double> y) { return most_lost - y.back(); }};
   return ode;
@@ -77,7 +77,7 @@ CoagulationCourse course_in_classes(const Kernel& kernel, std::span<const double
   return course;
 }
 
-/// `fine` has classes of half the width of `coarse`.
+/// Extrapolates to zero width; `fine` has classes of half the width of `coarse`.
 CoagulationCourse extrapolated(const CoagulationCourse& coarse, CoagulationCourse fine) {
   const std::size_t common = std::min(coarse.size.size(), fine.size.size());
   fine.size.resize(common), fine.number.resize(common);
@@ -142,7 +142,7 @@ CoagulationCourse coagulation_course(const Kernel& kernel, std::span<const doubl
   for (double width = widest / 2; width >= narrowest; width /= 2) {
     CoagulationCourse finer = course_in_classes(kernel, times, 1 + width);
     CoagulationCourse next = extrapolated(plain, finer);
-    // The error left is of second order in the width at least: a third of the last change.
+    // The remaining error is of second order in the width or higher: at most a third of the last change.
     next.error = best.size.empty() ? INFINITY : largest_relative_difference(best.size, next.size) / 3;
     plain = std::move(finer), best = std::move(next);
     if (best.error <= tolerance) break;

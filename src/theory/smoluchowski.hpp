@@ -6,54 +6,58 @@
 
 namespace lichtenberg::theory {
 
-// Aggregates of i and of j grains become one of i + j at the rate K_ij f_i f_j (Smoluchowski 1916; G 2.50, 4.12):
-//   df_i/dt = 1/2 sum_j K_(i-j),j f_(i-j) f_j - f_i sum_j K_ij f_j
-// from f_1 = 1, in units in which K has no other factor.
+// Coagulation: aggregates of i and of j grains form one of i + j at the rate K_ij f_i f_j (Smoluchowski 1916; G 2.50,
+// 4.12):
+//
+//   df_i/dt = 1/2 sum_j K_(i-j),j f_(i-j) f_j - f_i sum_j K_ij f_j,
+//
+// with f_1 = 1 at the start, in units in which K has no other factor.
 
 using Kernel = std::function<double(double i, double j)>;
 
-/// (i^(1/3) + j^(1/3))^2 (1/i + 1/j)^(1/beta), of spheres that fly at a speed of i^(-1/beta) (G 4.13): homogeneous of
-/// degree 2/3 - 1/beta. beta = 2 has G for neutral grains (equipartition), 3 for charged ones.
+/// Returns the kernel (i^(1/3) + j^(1/3))^2 (1/i + 1/j)^(1/beta) of spheres with speeds i^(-1/beta) (G 4.13),
+/// homogeneous of degree 2/3 - 1/beta. G uses beta = 2 for neutral grains (equipartition) and 3 for charged ones.
 Kernel flight_kernel(double beta);
 
-/// z of S ~ t^z for that kernel, 1/(1/3 + 1/beta): 6/5 and 3/2.
+/// Returns z of S ~ t^z for that kernel, 1/(1/3 + 1/beta): 6/5 for beta = 2 and 3/2 for beta = 3.
 double flight_exponent(double beta);
 
-/// When aggregates would have this mean size, were they all of one size s: ds/dt = K_ss/2 for that kernel. It paces
-/// coagulation where the rate of mergers has a theory of its own.
+/// Returns the time at which aggregates would have this mean size if all had the same size s: ds/dt = K_ss/2 for that
+/// kernel. It maps another theory of the coalescence rate to coagulation time.
 double flight_time(double beta, double size);
 
-/// Which sizes there are: 1, 2, ..., `single`, then each `ratio` times the one before, up to `largest`.
+/// Returns the size classes: 1, 2, ..., `single`, then sizes in a geometric sequence with `ratio`, up to `largest`.
 std::vector<double> size_classes(int single, double ratio, double largest);
 
 struct SizeDistribution {
   double time = 0;
-  std::vector<double> number;  ///< of aggregates of each size, by initial grain
-  double lost = 0;             ///< share of the mass that has grown beyond the largest size
+  std::vector<double> number;  ///< number of aggregates of each size, per initial grain
+  double lost = 0;             ///< fraction of the mass in sizes beyond the largest
 
-  /// sum_k size_k^power number_k.
+  /// Returns sum_k size_k^power number_k.
   double moment(std::span<const double> sizes, double power) const;
-  /// S = sum s^2 f_s / sum s f_s (G 4.8).
+  /// Returns S = sum s^2 f_s / sum s f_s (G 4.8).
   double mean_size(std::span<const double> sizes) const;
 };
 
-/// The distribution at these times (rising, >= 0), to 1e-7 but for what sizes that are missing cost: an aggregate of a
-/// size between two is shared among them, such that number and mass are kept (fixed pivots, Kumar and Ramkrishna 1996;
-/// S is too large, by (ratio - 1)^2 about). Ends early when more than `most_lost` of the mass is lost: fewer come back.
+/// Returns the distribution at these times (rising, >= 0), to 1e-7 except for the error of missing sizes. An aggregate
+/// of intermediate size is divided between two classes such that number and mass are conserved (fixed pivots, Kumar and
+/// Ramkrishna 1996). S is then too large by about (ratio - 1)^2. If more than `most_lost` of the mass is lost, the
+/// integration ends and fewer distributions are returned.
 std::vector<SizeDistribution> coagulate(const Kernel& kernel, std::span<const double> sizes,
                                         std::span<const double> times, double most_lost = 1e-9);
 
-/// Moments over time, without the classes that they were computed with.
+/// Moments over time, independent of the classes.
 struct CoagulationCourse {
-  std::vector<double> size;    ///< S (G 4.8) at each time, up to where mass is lost
-  std::vector<double> number;  ///< of aggregates, by initial grain
-  double lost = 0;             ///< share of the mass that has grown beyond the largest size
-  double error = 0;            ///< of S, relative, by an estimate: what the widths of classes cost
-  double ratio = 0;            ///< of neighbouring sizes, in the finest classes that were used
+  std::vector<double> size;    ///< S (G 4.8) at each time, up to the time at which mass is lost
+  std::vector<double> number;  ///< number of aggregates, per initial grain
+  double lost = 0;             ///< fraction of the mass in sizes beyond the largest
+  double error = 0;            ///< estimated relative error of S due to the class widths
+  double ratio = 0;            ///< ratio of neighbouring sizes in the finest classes used
 };
 
-/// S and the number of aggregates at these times (rising, >= 0), up to a million grains. The error of geometric classes
-/// goes with the square of their width: values of two widths are extrapolated to none (Richardson), and widths are
+/// Returns S and the number of aggregates at these times (rising, >= 0), up to a million grains. The error of geometric
+/// classes is quadratic in their width, so values of two widths are extrapolated to zero width (Richardson). Widths are
 /// halved until two extrapolations differ by less than three times `tolerance`, or the ratio is 1.0075.
 CoagulationCourse coagulation_course(const Kernel& kernel, std::span<const double> times, double tolerance = 1e-4);
 

@@ -20,9 +20,10 @@ using std::numbers::pi;
 using Root = std::complex<double>;
 using Roots = std::array<Root, 3>;
 
-/// G 6.39 for density, temperature and i times velocity, by which it is real. The potential of charges that go with the
-/// grains is -density/k^2: the fourth eigenvalue is 0, of charges without grains. Density is scaled such that it and
-/// velocity drive each other alike: else small k would cost digits.
+/// Returns the eigenvalues of G 6.39 for density, temperature and i times velocity, for which the matrix is real.
+/// Charges move with the grains, so their potential is -density/k^2. The fourth eigenvalue is 0, for charges without
+/// grains. Density is scaled such that its coupling with velocity is antisymmetric; otherwise small k would lose
+/// digits.
 Roots longitudinal_roots(const TransportCoefficients& c, double charge_number, double k) {
   const double square = k * k, restoring = std::sqrt(square / 2 + charge_number);
   Eigen::Matrix3d m = Eigen::Matrix3d::Zero();
@@ -37,7 +38,7 @@ Roots longitudinal_roots(const TransportCoefficients& c, double charge_number, d
   return {roots[0], roots[1], roots[2]};
 }
 
-/// In the order that is nearest to what is expected of each.
+/// Returns the roots in the order that is nearest to the expected values.
 Roots in_order(Roots roots, const Roots& expected) {
   std::array<int, 3> order{0, 1, 2}, best = order;
   double least = INFINITY;
@@ -62,7 +63,7 @@ Roots falling(Roots roots) {
   return roots;
 }
 
-/// Where a function of the wave number changes its sign; `points` over the range, on a logarithmic scale.
+/// Returns the sign changes of a function of the wave number, found on `points` intervals of a logarithmic scale.
 std::vector<double> sign_changes(const std::function<double(double)>& f, double least, double most) {
   constexpr int points = 400;
   std::vector<double> found;
@@ -127,7 +128,7 @@ std::vector<Modes> growth_rates(const TransportCoefficients& c, double charge_nu
 std::vector<Disturbance> disturbance_course(const TransportCoefficients& c, double charge_number, bool charges_last,
                                             double k, const Disturbance& start, std::span<const double> times) {
   const double square = k * k;
-  // Real and imaginary parts do not mix: y is the first three numbers, then the other three.
+  // Real and imaginary parts are independent: y has the first in elements 0 to 2, the second in elements 3 to 5.
   const auto rates = [&](double time, std::span<const double> y, std::span<double> rate) {
     const double number = charge_number * (charges_last ? std::exp(c.cooling / 2 * time) : 1);
     for (int part = 0; part < 6; part += 3) {
@@ -184,7 +185,7 @@ std::vector<CriticalWave> routh_hurwitz_waves(const TransportCoefficients& c, do
   };
   std::vector<double> sound;
   for (const double k : sign_changes(hurwitz, least, most))
-    if (characteristic(c, charge_number, k).b > 0) sound.push_back(k);  // else two real roots of opposite sign
+    if (characteristic(c, charge_number, k).b > 0) sound.push_back(k);  // b <= 0: two real roots of opposite sign
   return merged(sign_changes(constant, least, most), sound);
 }
 

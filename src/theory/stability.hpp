@@ -7,62 +7,64 @@
 
 namespace lichtenberg::theory {
 
-// When a homogeneous gas of charged grains of constant restitution begins to cluster (G chapter 6): small disturbances
-// exp(i k x) of the hydrodynamic equations. In units of nu_0 = (16/5) n d^2 sqrt(pi T/m): time t_0 = 1/(2 nu_0), speed
-// sqrt(2T/m), length l_0 = t_0 sqrt(2T/m) = .12467/(n d^2), all of them those of the instant.
+// Onset of clustering in a homogeneous gas of charged grains of constant restitution (G chapter 6): small disturbances
+// exp(i k x) of the hydrodynamic equations. Units follow from nu_0 = (16/5) n d^2 sqrt(pi T/m): time t_0 = 1/(2 nu_0),
+// speed sqrt(2T/m), length l_0 = t_0 sqrt(2T/m) = .12467/(n d^2). All are instantaneous values.
 
-/// zeta*, eta*, kappa*, mu* (G, appendix 3, (2)-(8); Brey, Dufty, Kim and Santos 1998).
+/// Transport coefficients zeta*, eta*, kappa*, mu* (G, appendix 3, (2)-(8); Brey, Dufty, Kim and Santos 1998).
 struct TransportCoefficients {
   double cooling = 0, viscosity = 0, conduction = 0, density_conduction = 0;
 };
-/// Throws InputError unless 0 < restitution <= 1.
+/// Returns the coefficients. Throws InputError unless 0 < restitution <= 1.
 TransportCoefficients transport_coefficients(double restitution);
 
-/// l_0, by diameters: density by cubic diameter.
+/// Returns l_0 in diameters; `density` is per cubic diameter.
 double hydrodynamic_length(double density);
 
-/// R = 2 pi K n q^2 l_0^2 / T, q the mean charge of a grain (G 6.30 prints t_0 l_0 for l_0^2).
+/// Returns R = 2 pi K n q^2 l_0^2 / T, q the mean charge of a grain (G 6.30 prints t_0 l_0 for l_0^2).
 double charge_number(double coupling, double density, double mean_charge, double temperature);
 
 /// Growth rates (1/t_0) of disturbances of wave number k (1/l_0).
 struct Modes {
   double wave_number = 0;
-  /// Of density, temperature, velocity along k and potential (G 6.39), without the eigenvalue 0. Continuous in k.
+  /// Modes of density, temperature, velocity along k and potential (G 6.39), without the eigenvalue 0. Continuous in k.
   std::array<std::complex<double>, 3> longitudinal{};
-  double shear = 0;  ///< zeta*/4 - eta* k^2, of either velocity across k
+  double shear = 0;  ///< zeta*/4 - eta* k^2, for both velocities across k
 };
-/// At these wave numbers, rising, > 0; at the first in falling order of their real parts. R >= 0.
+/// Returns the growth rates at these wave numbers, rising, > 0. At the first wave number the modes are in descending
+/// order of their real parts. R >= 0.
 std::vector<Modes> growth_rates(const TransportCoefficients& c, double charge_number, std::span<const double> k);
 
-/// Of a disturbance exp(i k x), by what is disturbed; charges go with the grains.
+/// Amplitudes of a disturbance exp(i k x); charges move with the grains.
 struct Disturbance {
   std::complex<double> density, temperature;
   std::complex<double> speed;  ///< i times velocity along k
 };
-/// A disturbance of wave number k > 0 at these times (t_0, rising, >= 0) by G 6.39. `charges_last`: they do not fade as
-/// the thermal speed does, so that R grows as 1/T.
+/// Returns a disturbance of wave number k > 0 at these times (t_0, rising, >= 0) by G 6.39. `charges_last`: charges do
+/// not decay with the thermal speed, so that R grows as 1/T.
 std::vector<Disturbance> disturbance_course(const TransportCoefficients& c, double charge_number, bool charges_last,
                                             double k, const Disturbance& start, std::span<const double> times);
 
-/// lambda^3 + a lambda^2 + b lambda + c, of which those three are the roots.
+/// Characteristic polynomial lambda^3 + a lambda^2 + b lambda + c, whose roots are the three longitudinal growth rates.
 struct Cubic {
   double a = 0, b = 0, c = 0;
 };
 Cubic characteristic(const TransportCoefficients& c, double charge_number, double k);
 
-/// Where a longitudinal mode begins or ceases to grow.
+/// Wave number at which the growth rate of a longitudinal mode changes sign.
 struct CriticalWave {
   double wave_number = 0;
-  bool oscillates = false;  ///< a pair, the sound modes; else one, the heat mode
+  bool oscillates = false;  ///< true: a pair of sound modes; false: the heat mode
 };
-/// All of them between `least` and `most`, rising, by bracketing the real parts of the eigenvalues.
+/// Returns all critical wave numbers between `least` and `most`, rising, by bracketing the real parts of the
+/// eigenvalues.
 std::vector<CriticalWave> critical_waves(const TransportCoefficients& c, double charge_number, double least = 1e-3,
                                          double most = 1);
-/// The same from the cubic's coefficients, c = 0 and a b = c.
+/// Returns the critical wave numbers from the cubic's coefficients: zeros of c and of a b - c.
 std::vector<CriticalWave> routh_hurwitz_waves(const TransportCoefficients& c, double charge_number, double least = 1e-3,
                                               double most = 1);
 
-/// Below it shear grows, sqrt(zeta*/(4 eta*)).
+/// Returns the wave number below which shear grows, sqrt(zeta*/(4 eta*)).
 double critical_shear(const TransportCoefficients& c);
 
 }  // namespace lichtenberg::theory

@@ -12,15 +12,16 @@ struct LineCharges {
   Vec2 positive, negative;
 };
 
-/// Where the two line charges lie. Each is the mirror image of the other in both circles: at distances x1 from
-/// `positive`'s centre and x2 from `negative`'s, x1 (d - x2) = R1^2 and x2 (d - x1) = R2^2.
+/// Returns the positions of the two line charges. Each is the mirror image of the other in both circles. At distances
+/// x1 from `positive`'s centre and x2 from `negative`'s, x1 (d - x2) = R1^2 and x2 (d - x1) = R2^2.
 LineCharges line_charges(const DiskPair& pair) {
   const Vec2 separation = pair.negative.centre - pair.positive.centre;
   const double d = norm(separation), r1 = pair.positive.radius, r2 = pair.negative.radius;
-  // Half their distance a = sqrt((d+R1+R2)(d-R1-R2)(d+R1-R2)(d-R1+R2)) / 2d, in factors that do not cancel.
+  // Half their distance is a = sqrt((d+R1+R2)(d-R1-R2)(d+R1-R2)(d-R1+R2)) / 2d, in factors without cancellation.
   const double a = std::sqrt((d + r1 + r2) * (d - r1 - r2) * (d + r1 - r2) * (d - r1 + r2)) / (2 * d);
   const double to_radical_axis = (d * d + r1 * r1 - r2 * r2) / (2 * d);
-  // x1 = to_radical_axis - a cancels for small disks; from the power of the centre, x1 (to_radical_axis + a) = R1^2.
+  // x1 = to_radical_axis - a has cancellation for small disks; the power of the centre gives x1 (to_radical_axis + a) =
+  // R1^2.
   const double x1 = r1 * r1 / (to_radical_axis + a);
   const double x2 = r2 * r2 / (d - to_radical_axis + a);
   const Vec2 axis = separation / d;
@@ -32,7 +33,7 @@ double outer_potential(const DiskPair& pair, double charge, Vec2 p) {
   return charge / (2 * pi * pair.permittivity) * std::log(norm(p - lines.negative) / norm(p - lines.positive));
 }
 
-/// Point of the first disk's surface that faces away from the second: far from both line charges even at a small gap.
+/// Returns the point of `disk` that is farthest from `other`, and thus far from both line charges even at a small gap.
 Vec2 far_point(const Disk& disk, const Disk& other) {
   const Vec2 away = disk.centre - other.centre;
   return disk.centre + disk.radius / norm(away) * away;

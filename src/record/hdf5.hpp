@@ -108,13 +108,11 @@ void copy_attributes(hid_t from, hid_t to);
 std::optional<int> integer_attribute(hid_t object, const std::string& name);
 /// Returns a text that put_attribute wrote; empty if there is no attribute of this name.
 std::string text(hid_t object, const std::string& name);
-/// Returns a list of texts that put_attribute wrote; empty if there is no attribute of this name. Writes a dataset. A
-/// dataset of the same name and shape is overwritten in place, which keeps the file from growing; one of another shape
-/// is replaced. An empty unit writes no `unit` attribute.
+/// Returns a list of texts that put_attribute wrote; empty if there is no attribute of this name.
 std::vector<std::string> text_attribute(hid_t object, const std::string& name);
 
-/// Writes a dataset: into the one of the same name if it has the same shape, which keeps the file from growing, or
-/// instead of it. An empty unit writes no `unit` attribute.
+/// Writes a dataset. A dataset of the same name and shape is overwritten in place, which keeps the file from growing;
+/// one of another shape is replaced. An empty unit writes no `unit` attribute.
 template <class Number>
 void put(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
          const std::string& unit);

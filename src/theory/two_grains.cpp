@@ -15,23 +15,23 @@
 namespace lichtenberg::theory {
 namespace {
 
-using State = std::span<const double>;  // xi, xi', dissipated energy
+using State = std::span<const double>;  // overlap xi, its rate xi', dissipated energy
 
-constexpr double nearly = 1e-10;  ///< part of the energy of impact that a pair at rest may still have
+constexpr double nearly = 1e-10;  ///< fraction of the impact energy that a pair at rest may have
 
 double spring(const TwoGrains& pair, double overlap) { return pair.elastic * std::pow(overlap, pair.exponent); }
 double stored(const TwoGrains& pair, double overlap) { return spring(pair, overlap) * overlap / (pair.exponent + 1); }
 
-/// Has the sign of the contact force before it is clamped.
+/// Returns a value with the sign of the contact force before the non-attractive cut-off.
 double pressure(const TwoGrains& pair, State y) { return pair.elastic * y[0] + pair.dissipative * y[1]; }
 
-/// Energy of an attracting pair above that of rest, from differences that do not cancel.
+/// Returns the energy of an attracting pair above that of rest, from differences without cancellation.
 double above_rest(const TwoGrains& pair, double rest, State y) {
   const double coulomb = pair.coulomb * (y[0] - rest) / ((1 - y[0]) * (1 - rest));
   return pair.effective_mass * y[1] * y[1] / 2 + stored(pair, std::max(y[0], 0.0)) - stored(pair, rest) + coulomb;
 }
 
-/// A contact on its way.
+/// State of a contact during its integration.
 struct Motion {
   Motion(const TwoGrains& p, double impact);
   void rates(bool pressing, State y, std::span<double> rate) const;
@@ -60,7 +60,7 @@ void Motion::rates(bool pressing, State now, std::span<double> rate) const {
   rate[2] = (force - spring(pair, overlap)) * now[1];
 }
 
-/// Goes on to the first of the events: which. From touch on time is sigma^2.
+/// Integrates to the first of the events and returns its index. From onset the variable is sigma, with time = sigma^2.
 int Motion::follow(bool pressing, const std::vector<Ode::Value>& falls) {
   const bool touch = time == 0;
   const auto by_sigma = [&](double sigma, State now, std::span<double> rate) {
@@ -81,7 +81,7 @@ int Motion::follow(bool pressing, const std::vector<Ode::Value>& falls) {
   return end.event;
 }
 
-/// An attracting pair's, above zero until then.
+/// Returns an event function that is positive until an attracting pair is at rest.
 Ode::Value Motion::comes_to_rest() const {
   return [this](double, State now) { return pair.coulomb < 0 ? above_rest(pair, rest, now) - enough : 1; };
 }
@@ -130,7 +130,7 @@ double escape_speed(const TwoGrains& pair) { return std::sqrt(std::max(0.0, -2 *
 double static_overlap(const TwoGrains& pair) {
   if (pair.coulomb >= 0) return 0;
   const auto excess = [&](double x) { return spring(pair, x) * (1 - x) * (1 - x) + pair.coulomb; };
-  const double strongest = pair.exponent / (pair.exponent + 2);  // where the left side is largest
+  const double strongest = pair.exponent / (pair.exponent + 2);  // overlap at which the left side is largest
   if (excess(strongest) < 0)
     throw InputError(fmt::format("a contact of E = {} cannot hold two grains that attract each other with {} at touch",
                                  pair.elastic, -pair.coulomb));

@@ -75,7 +75,7 @@ ClusterShape shape_of(const Bodies& b, const Unwrapped& cluster, std::span<const
   for (std::size_t k = 0; k < cluster.place.size(); ++k) {
     const Vec3 from_centre = cluster.place[k] - centre;
     squares += norm2(from_centre);
-    // the mean charge contributes nothing
+    // The mean charge contributes nothing
     if (!b.charge.empty()) charge_dipole += b.charge[cluster.grains[k]] * from_centre;
   }
   shape.gyration = std::sqrt(squares / n);

@@ -16,7 +16,7 @@ struct ClusterShape {
   double charge_dipole = 0;  ///< |sum (q_i - <q>) (r_i - mean)|; 0 without charges
   /// True if its pairs connect around the box. It then has no extent, and R_g and charge_dipole are NaN.
   bool percolates = false;
-  /// sum mu_i| of the grains' induced dipoles (G 7.1), which needs no extent; 0 without dipoles.
+  /// |sum mu_i| of the grains' induced dipoles (G 7.1), which needs no extent; 0 without dipoles.
   double induced_dipole = 0;
 };
 
@@ -38,7 +38,7 @@ struct ClusterDimension {
   int clusters = 0;
 };
 
-/// smallest clusters that count: a dimer has R_g = 1/2 whatever its shape
+/// Smallest clusters that count: a dimer has R_g = 1/2 whatever its shape
 constexpr int least_grains = 6;
 
 /// Fits the dimension. `as_balls`: uses R_g^2 + 3 d^2/20, the value for grains that are balls of diameter 1. Empty if

@@ -31,7 +31,7 @@ struct Packing {
 
   int rattlers = 0;
   double coordination = 0;  ///< mean number of contacts of a particle, including walls
-  /// mean without rattlers and their contacts
+  /// Mean without rattlers and their contacts
   double backbone_coordination = 0;
 
   // Only for a packing between the sides of its domain without other walls:

@@ -25,7 +25,7 @@ Distribution distribution(std::vector<double> sample);
 struct SpanningTree {
   std::vector<Edge> edges;
   std::vector<int> number;  ///< number[j]: conductors with j edges
-  /// with the conductor nearest to the ground as root
+  /// Orders with the conductor nearest to the ground as root.
   StrahlerDistribution strahler;
   double length = 0;  ///< m
   int shared = 0;     ///< number of edges that also connect a conductor with its successor in A

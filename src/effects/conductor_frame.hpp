@@ -58,7 +58,7 @@ struct ConductorFrame {
   std::vector<Vec3> force;        ///< N, electric force
   std::vector<double> charge;     ///< C
   std::vector<double> potential;  ///< V
-  /// smallest index of the conductors in electrical contact; -1: connected to an electrode
+  /// Smallest index of the conductors in electrical contact; -1: connected to an electrode
   std::vector<int> group;
   double energy = 0;          ///< J, energy of the field
   double charge_held = 0;     ///< C, stored on the conductors

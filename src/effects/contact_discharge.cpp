@@ -43,7 +43,7 @@ class PairScreen {
   }
 
  private:
-  // far above the rounding of a gap, and small enough that few pairs need the exact test
+  // Far above the rounding of a gap, and small enough that few pairs need the exact test
   static constexpr double margin = 1e-9;
 
   /// Returns the centre distance (m) with this gap.

@@ -357,7 +357,7 @@ struct Coulomb::Implementation {
   periodic::Response response;
   std::vector<double> force;
   std::vector<double> position, charge, dipole;  ///< input of `response`
-  /// time of the last forces without potentials, whose evaluation is not counted again
+  /// Time of the last forces without potentials, whose evaluation is not counted again
   double forces_at = NAN;
   bool found_again = false;  ///< true: the next evaluation repeats one from before a checkpoint
   std::int64_t evaluations = 0, iterations = 0;

@@ -115,7 +115,7 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
 }
 
 double usual_moving_tolerance(const Scene& scene) {
-  // measured: position tolerance, in radii, at which `most` applies
+  // Measured: position tolerance, in radii, at which `most` applies
   constexpr double least = 1e-5, most = 1e-4, measured = 1e-3;
   const MechanicsOptions& mechanics = scene.mechanics;
   const bool has_tolerance = mechanics.kind().reads("position_tolerance");

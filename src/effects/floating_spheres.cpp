@@ -54,9 +54,9 @@ int sphere_beyond(const Scene& scene, const Resistor& resistor) {
 
 /// Shrinks spheres that a contact's resistor connects, so that they have a gap. Such spheres have two groups and may
 /// touch, with potentials equal to the accuracy of the field (otherwise pressed_apart_in_potential ends the run). The
-/// gap is `accuracy` times the smaller radius, and each sphere is smaller by half of it. The relative error of the
-/// charge there is of the same size. So is that of the force, to which a difference dV contributes about pi eps dV^2 /
-/// accuracy. The gap is at least 1e-5 of the radius, so that it keeps its digits.
+/// gap is `accuracy` times the smaller radius, but at least 1e-5 of it, so that it keeps its digits. Each sphere
+/// shrinks by half of the missing gap. The relative errors of charge and force there are of the order of `accuracy`. A
+/// potential difference dV contributes about pi eps dV^2 / accuracy to the force.
 void keep_contacts_apart(const Scene& scene, const std::vector<Resistor>& resistors, double accuracy,
                          std::vector<laplace::Sphere>& spheres) {
   std::vector<double> shrink(spheres.size());

@@ -21,7 +21,7 @@ struct InducedDipolesOptions {
   double polarizability = 0.005;  ///< A, d0^3
   periodic::DipoleSum sum = periodic::DipoleSum::ewald;
   double tolerance = 1e-6;  ///< relative tolerance of the polarizing field
-  /// degree of the multipoles; above 1 grains are dielectric spheres of that polarizability
+  /// Degree of the multipoles; above 1 grains are dielectric spheres of that polarizability
   int degree = 1;
 
   static constexpr int most = 60;  ///< largest degree

@@ -16,7 +16,7 @@ struct MultipoleTruncation {
   /// Largest error over the largest force at the start. Empty for degree 1, which has no sphere problem, and if the
   /// solution of higher degree would take more than a few seconds.
   std::optional<double> at_start;
-  /// relative error of the attraction of opposite charges on two smallest grains in contact
+  /// Relative error of the attraction of opposite charges on two smallest grains in contact
   double in_contact = 0;
 };
 

@@ -30,7 +30,7 @@ struct FieldTolerances {
 struct FieldMethodPrice {
   laplace::Price of_a_solve;
   double seconds_a_conductor = 3e-7;  ///< s, in each solve of a run, for groups, charges and motion
-  /// fraction of the iterations that remains where earlier solutions give the initial guess
+  /// Fraction of the iterations that remains where earlier solutions give the initial guess
   double share_in_motion = 0.8;
 };
 

@@ -13,7 +13,7 @@ namespace lichtenberg {
 namespace {
 
 constexpr const char* conductors = "/particles/conductors";
-// vectors in files have three components, with z = 0 in plane scenes, because MDAnalysis requires it
+// Vectors in files have three components, with z = 0 in plane scenes, because MDAnalysis requires it
 constexpr hsize_t dimension = 3;
 
 /// Returns the radii of the conductors' species: VMD gives all conductors of a species one radius.

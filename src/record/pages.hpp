@@ -38,7 +38,7 @@ class Pages : public Bytes {
  private:
   std::uint64_t size_ = 0;
   struct Page;
-  /// pages by number; copies share pages that neither has changed
+  /// Pages by number; copies share pages that neither has changed
   std::map<std::uint64_t, std::shared_ptr<Page>> pages_;
 };
 

@@ -75,7 +75,7 @@ class ResultFile {
   std::int64_t frames_ = 0;
 };
 
-/// Adds data that `put` writes to the file on the disk and replaces existing data of the same names. Throws Failure and
+/// Adds data to the file on the disk: `put` writes them to a copy, which then replaces the file. Throws Failure and
 /// leaves the file unchanged if this fails, if a run is writing the file or if it has been replaced since it was
 /// opened. The frames of a file of more than `in_memory` bytes are copied in blocks of a few megabytes.
 void store(const ResultFile& opened, const std::function<void(const hdf5::Handle& file)>& put,

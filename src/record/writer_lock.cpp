@@ -88,7 +88,7 @@ int take(const std::string& lock) {
 
 void sign(int descriptor) {
   const std::string text = this_process();
-  // optional information
+  // Failures are ignored, because the text is only informative.
   if (ftruncate(descriptor, 0) != 0 || pwrite(descriptor, text.data(), text.size(), 0) < 0) return;
 }
 

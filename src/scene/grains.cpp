@@ -194,7 +194,7 @@ void fill_in_grains(Draft& draft) {
   const auto is_given = [&](const char* key) { return draft.line(key) > 0; };
   if (!is_given("material.density")) scene.material.density = 6 / std::numbers::pi;  // mass 1 at diameter 1
   if (!is_given("mechanics.integrator")) scene.mechanics.integrator = Integrator::multirate;
-  // tolerance of a reference solution
+  // Tolerance of a reference solution
   if (!is_given("mechanics.relative_tolerance")) scene.mechanics.relative_tolerance = 1e-13;
   if (!is_given("stop.time")) scene.stop.time = 150;
   if (!is_given("output.every")) scene.output.every = scene.stop.time / 100;

@@ -21,7 +21,7 @@ struct IntegratorKind {
 
   // Conductors:
   const IntegratorKind* monolithic = nullptr;  ///< replaces this kind with coupling = "monolithic"; null: none
-  /// true if field solves are inside its error control, where field errors must be negligible
+  /// True if field solves are inside its error control, where field errors must be negligible
   bool solves_field_inside = false;
   bool carries_resistors = true;                   ///< true if resistors can carry charge during its steps
   std::string_view accuracy_key{};                 ///< key of [mechanics] of which smaller values give smaller errors
@@ -104,7 +104,7 @@ inline constexpr IntegratorKind cvode = {.name = "cvode",
                                          .accuracy_key = "position_tolerance",
                                          .accuracy = &MechanicsOptions::position_tolerance,
                                          .usual_step = 0.05,
-                                         // the cost of its events grows with the square of this number
+                                         // The cost of its events grows with the square of this number
                                          .most_grains = 64};
 inline constexpr IntegratorKind euler = {.name = "euler",
                                          .moves_conductors = true,

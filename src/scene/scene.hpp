@@ -31,7 +31,7 @@ struct DomainSide {
 
 struct Domain {
   Vec3 size;  ///< m; z = 0: two dimensions
-  /// in the order of side_names; a plane domain has the first four
+  /// In the order of side_names; a plane domain has the first four
   std::array<DomainSide, 6> sides;
   bool walled = true;  ///< packings: the sides are walls
   bool open = false;   ///< no sides: free space, where the potential tends to 0 at infinity
@@ -122,8 +122,8 @@ struct UnitNames {
   std::string length = "m", mass = "kg", time = "s";
 };
 
-/// A phase of a run of grains that starts at the end of the phase before it. After the last phase, the scene's own
-/// parameters apply.
+/// An equilibration phase (`stage`) of a run of grains, which starts at the end of the phase before it. After the last
+/// phase, the scene's own parameters apply.
 struct Stage {
   double duration = 0;   ///< t0
   bool elastic = true;   ///< contacts dissipate no energy and move no charge, and no gas acts
@@ -175,7 +175,7 @@ inline constexpr Named<NetworkModel> values_named<NetworkModel>[] = {{NetworkMod
 /// each model.
 struct NetworkOptions {
   std::optional<NetworkModel> model;  ///< empty: both, sequentially
-  /// name in network::resistor_models; empty: constant, of 1 Ohm by default
+  /// Name in network::resistor_models; empty: constant, of 1 Ohm by default
   std::optional<std::string> resistor;
   network::Parameters parameters;
   std::string between = "bottom,top";  ///< electrodes: names of walls or numbers of particles
@@ -199,11 +199,11 @@ struct Scene {
   Medium medium;
   Material material;
   std::vector<Electrode> electrodes;
-  /// walls of a scene with a contact potential: the domain's sides first, if they are walls
+  /// Walls of a scene with a contact potential: the domain's sides first, if they are walls
   std::vector<Wall> walls;
   std::vector<Conductor> conductors;
   std::vector<PrescribedGroup> groups;
-  /// frame of a result from which the bodies start; empty: positions are those of the file
+  /// Frame of a result from which the bodies start; empty: positions are those of the file
   std::string started_from;
   std::optional<Reference> reference;  ///< units of a scene of grains; other scenes are in SI
   std::vector<Stage> stages;
@@ -242,7 +242,7 @@ struct Scene {
 
 /// A key of a scene and its value, both as text of a scene file.
 struct Setting {
-  /// dotted path; an element of a repeated table has an index from 0, as in electrode[1].radius
+  /// Dotted path; an element of a repeated table has an index from 0, as in electrode[1].radius
   std::string key;
   std::string value;
 };

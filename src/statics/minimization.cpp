@@ -219,7 +219,7 @@ bool Minimization::iterate() {
 
 double Minimization::next_frame() const {
   const std::int64_t every = implementation_->scene.minimize.record_every, now = iteration();
-  // intervals increase, because the relaxation is fast first and slow later
+  // Intervals increase, because the relaxation is fast first and slow later
   constexpr double ratio = 1.4142135623730951;
   const std::int64_t next = every > 0 ? (now / every + 1) * every : next_mark(now, ratio);
   return std::min(static_cast<double>(next), most_iterations());

@@ -60,7 +60,7 @@ Eigen::MatrixXd potential_matrix(const DiskBetweenPlates& disk, const Circle& ci
   Eigen::MatrixXd matrix(n, n);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j <= i; ++j) {
-      // sin(a + ib)|^2 = sin^2(a) + sinh^2(b), by the addition theorems.
+      // |sin(a + ib)|^2 = sin^2(a) + sinh^2(b), by the addition theorems.
       const double one = sin_x[i] * cos_x[j], other = cos_x[i] * sin_x[j];
       const double b = sinh_y[i] * cosh_y[j] - cosh_y[i] * sinh_y[j];
       const double image = (one + other) * (one + other) + b * b, direct = (one - other) * (one - other) + b * b;

@@ -75,12 +75,12 @@ const EffectKind& ChargeExchangeOptions::kind() {
                {.name = "strength",
                 .place = place<&ChargeExchangeOptions::strength>,
                 .unit = "q0",
-                // Squared and multiplied charges must not overflow
+                // Fourth powers of charges must not overflow.
                 .range = {.low = 0, .high = 1e50, .low_itself = false},
                 .help = "Q"},
                {.name = "exponent",
                 .place = place<&ChargeExchangeOptions::exponent>,
-                // Exponent of energies; bounded to avoid overflow
+                // Exponent of energies, bounded to avoid overflow.
                 .range = {.low = 0, .high = 10, .low_itself = false},
                 .help = "eta, of impact"},
                {.name = "rate",

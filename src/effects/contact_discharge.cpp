@@ -191,7 +191,7 @@ void ContactDischarge::find_close(const Bodies& bodies, std::span<const Contact>
   Among made(contacts);
   const PairScreen screen(bodies);
   const int n = bodies.size();
-  // The range includes open contacts up to the release gap, so that a periodic box too short for it is refused.
+  // The range extends to the release gap, up to which contacts stay closed. A periodic box too short for it is refused.
   for (const Contact contact : near(bodies, release_gap_ + together_, skin_))
     if (const double within = make_gap_ + together_ + approach(contact, n, skin_);
         screen.may_be_below(contact, within) && !made.has(contact) && gap(bodies, contact) < within)

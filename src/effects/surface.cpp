@@ -15,7 +15,7 @@ View view_of(const Disk& disk, Vec2 p) {
 View view_of(const Ring& ring, Vec2 p) {
   const Vec2 r = p - ring.centre;
   const double distance = norm(r);
-  // All rim points are equally near to the centre
+  // All rim points are equally near to the centre.
   if (distance == 0) return {ring.radius, {1, 0, 0}, 0, -1 / ring.radius};
   return {ring.radius - distance, in_space(-r / distance), -1 / distance, -1 / ring.radius};
 }

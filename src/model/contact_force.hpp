@@ -11,8 +11,8 @@ struct ContactForce {
   double dissipated = 0;  ///< power, at least 0
 };
 
-/// Terms of the force elastic(overlap) + damping(overlap) closing that time integration of a contact needs. `Real`
-/// holds one pair or several.
+/// Terms of the force elastic(overlap) + damping(overlap) * closing speed that time integration of a contact needs.
+/// `Real` holds one pair or several.
 template <class Real>
 struct ContactPush {
   Real elastic{}, damping{}, stored{};
@@ -24,9 +24,10 @@ struct ContactParts {
   double damping = 0;
 };
 
-/// Returns the force max(elastic + damping closing, 0). Grains without adhesion never attract, so a contact that opens
-/// fast ends before its overlap is zero. The elastic energy left then is dissipated as well. The power (force -
-/// elastic) closing is damping closing^2 while the force acts, and -elastic closing while it does not.
+/// Returns the force max(elastic + damping * closing, 0), where `closing` is the closing speed. Grains without adhesion
+/// never attract, so a contact that opens fast ends before its overlap is zero. The elastic energy left then is
+/// dissipated as well. The power (force - elastic) * closing is damping * closing^2 while the force acts, and
+/// -elastic * closing while it does not.
 LICHTENBERG_HOST_DEVICE inline ContactForce contact_force(const ContactParts& parts, double closing) {
   const double force = parts.elastic + parts.damping * closing;
   if (force <= 0) return {.stored = parts.stored, .dissipated = -parts.elastic * closing};

@@ -188,7 +188,7 @@ void check_density(const Draft& draft, const PopulationDraft& population) {
 }  // namespace
 
 SphereGrid::SphereGrid(double reach, std::size_t count, const Domain& domain) : box_(domain.box()), nearest_(box_) {
-  // Limits the number of empty buckets where spheres are few
+  // Limits the number of empty buckets where spheres are few.
   const double most = 64 + 2.0 * static_cast<double>(count);
   constexpr double wider = 1.25;
   buckets_ = {1, 1, 1};

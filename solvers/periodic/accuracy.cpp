@@ -15,10 +15,10 @@ namespace lichtenberg::periodic {
 
 namespace {
 
-/// Of the force between unit charges, squared, over all space from contact on.
+/// Integral of the squared force between unit charges over all space beyond contact.
 double force2(double contact) { return 4 * M_PI / contact; }
 
-/// Numbers up to 1024 with no other prime factors than `primes`.
+/// Returns the multiples of 8 from 16 to 1024 without other prime factors than `primes`.
 std::vector<int> numbers_of(std::initializer_list<int> primes) {
   std::vector<int> numbers;
   for (int n = 16; n <= 1024; n += 8) {
@@ -30,23 +30,25 @@ std::vector<int> numbers_of(std::initializer_list<int> primes) {
   return numbers;
 }
 
-/// Numbers of points that RowTransform is quick for.
+/// Numbers of points for which RowTransform is efficient.
 std::vector<int> quick_numbers() { return numbers_of({2, 3, 5}); }
 
 constexpr int highest_double_order = 7, highest_device_order = 7;
 
-/// What a way to sum can do, and the nanoseconds that it takes on one core (validation/benchmarks/periodic.cpp).
+/// Capabilities of a method of summation, and its cost model: nanoseconds on one core
+/// (validation/benchmarks/periodic.cpp).
 struct Way {
-  std::vector<int> points;      ///< a side, that its transforms are quick for
-  std::vector<Window> windows;  ///< the better ones first
+  std::vector<int> points;      ///< Numbers of points per side with efficient transforms
+  std::vector<Window> windows;  ///< Windows, in the order of preference
   int lowest_order, highest_order;
   double longest_cutoff;
-  double between;                                             ///< one cut-off over the next that is tried
-  std::function<double(double density, double cutoff)> near;  ///< a charge's pairs
-  double charge, row;                       ///< a charge on the mesh, and each row of the mesh that it meets
-  std::function<double(int points)> point;  ///< one of a mesh of points^3, for each doubling of their number, there and
-                                            ///< back
-  bool compares_windows = false;            ///< of those that reach the accuracy the ones with the least work are taken
+  double between;                                             ///< Ratio of successive cut-offs that are tried
+  std::function<double(double density, double cutoff)> near;  ///< Cost of the near part, per charge
+  double charge, row;                       ///< Costs of a charge on the mesh: fixed, and per row of mesh points
+  std::function<double(int points)> point;  ///< Cost of a point of a mesh of points^3, per doubling of the number of
+                                            ///< points, for both transforms
+  bool compares_windows = false;            ///< True if the windows with the least work are taken, not the first that
+                                            ///< reach the accuracy
 };
 
 Way in_double_precision(Vec3 lengths, int lowest_order) {
@@ -67,7 +69,8 @@ Way in_double_precision(Vec3 lengths, int lowest_order) {
 }
 
 Way in_single_precision(Vec3 lengths, const std::vector<Window>& windows) {
-  // What is within the cut-off of a cube with a cluster's charges meets each of them; to look for it takes time too.
+  // Each charge of a cluster interacts with all charges within the cut-off of the cluster's box, a cube around
+  // `together` charges. The search for these charges takes time too.
   constexpr double meeting = 0.45, looking = 15;
   const auto near = [](double density, double cutoff) {
     const double edge = std::cbrt(Near<float>::together / density), r = cutoff;
@@ -79,8 +82,8 @@ Way in_single_precision(Vec3 lengths, const std::vector<Window>& windows) {
   return {quick_numbers(), windows, 4, 8, Near<float>::longest_cutoff(lengths), 1.05, near, 28, 1.1, point};
 }
 
-/// On an H200, where all threads wait for memory (validation/device/README.md): partners stand in lists with a skin,
-/// and each point of the mesh is also added to and copied by tiles.
+/// Cost model of a device, where memory access limits all threads (validation/device/README.md). Near lists have a
+/// skin, and tiles copy each point of the mesh twice: for spreading and for gathering.
 Way on_device(Vec3 lengths, const std::vector<Window>& windows) {
   constexpr double partner = 0.0036, skin = 0.5;
   const auto near = [](double density, double cutoff) {
@@ -99,7 +102,7 @@ Way on_device(Vec3 lengths, const std::vector<Window>& windows) {
           true};
 }
 
-/// What a cloud loses of the forces of charges and their dipoles.
+/// Returns the squared error of the near part for charges with dipoles: Cloud::lost with the terms of its derivatives.
 double lost_with(const Cloud& cloud, double dipole2) {
   const double third = dipole2 / 3;
   return cloud.lost + third * (2 * cloud.lost_slope + third * cloud.lost_curvature);
@@ -116,7 +119,8 @@ double work_on_mesh(const Way& way, const Mesh& mesh) {
   return way.point(mesh.points[2]) * points * std::log2(points);
 }
 
-/// With spacings of at most that of `along_longest` points along the longest side, if there are so many.
+/// Returns the mesh whose spacings are at most the longest side over `along_longest`; empty if `numbers` has no number
+/// that large.
 std::optional<Mesh> mesh_of(int along_longest, const std::vector<int>& numbers, Vec3 lengths, int order,
                             Window window) {
   const double longest = std::max({lengths.x, lengths.y, lengths.z});
@@ -129,7 +133,8 @@ std::optional<Mesh> mesh_of(int along_longest, const std::vector<int>& numbers, 
   return mesh;
 }
 
-/// The same spacings in a small box, where the same error is found with less work.
+/// Returns a mesh with the same spacings in a smaller box, for which the error estimate is the same and takes less
+/// time.
 Mesh sample_of(const Mesh& mesh) {
   Mesh sample = mesh;
   for (int k = 0; k < 3; ++k) {
@@ -139,7 +144,8 @@ Mesh sample_of(const Mesh& mesh) {
   return sample;
 }
 
-/// The lowest band limit that loses no more than `most`; the loss falls with it.
+/// Returns the lowest band limit whose neglected force is at most `most`, by bisection: the error falls with the band
+/// limit.
 double band_limit_for(double most, double cutoff, double dipole2) {
   double low = 1, high = 100;
   while (high - low > 1e-3) {
@@ -149,7 +155,8 @@ double band_limit_for(double most, double cutoff, double dipole2) {
   return high;
 }
 
-/// The smallest alpha of a gauss_cloud that loses no more than `most`; the loss falls with it.
+/// Returns the smallest alpha of a gauss_cloud whose neglected force is at most `most`, by bisection: the error falls
+/// with alpha.
 double alpha_for(double most, double cutoff, double dipole2) {
   double low = 0.1 / cutoff, high = 20 / cutoff;
   while (high - low > 1e-4 * high) {
@@ -189,7 +196,8 @@ double error_of(const MeshChoice& choice, const MeshRequest& request) {
   return choice.single ? std::hypot(by_mesh, error_of_single_precision) : by_mesh;
 }
 
-/// Ascending. Errors are largest just beyond the cutoff: not where charges touch.
+/// Returns the cut-offs to try, in ascending order. They start beyond contact, because errors are largest just beyond
+/// the cut-off.
 std::vector<double> cutoffs(double longest, double contact, double between) {
   constexpr double from_contact = 1.5;
   std::vector<double> cutoffs;
@@ -199,7 +207,7 @@ std::vector<double> cutoffs(double longest, double contact, double between) {
   return cutoffs;
 }
 
-/// Of numbers of points along the longest side, and along others.
+/// Numbers of points to try along the longest side, and along the other sides.
 struct Points {
   std::vector<int> along_longest, others;
 
@@ -211,13 +219,13 @@ struct Points {
   }
 };
 
-/// A way's meshes of one kind of window.
+/// Meshes of one method with one kind of window.
 struct Meshes {
   const MeshRequest& request;
   const Points points;
   const Window window;
 
-  /// With so many points along the longest side.
+  /// Returns the mesh with `number` points along the longest side.
   std::optional<Mesh> of(int number, int order) const {
     return mesh_of(number, points.others, request.lengths, order, window);
   }
@@ -225,7 +233,7 @@ struct Meshes {
     const auto mesh = of(number, order);
     return mesh && mesh_error(sample_of(*mesh), cloud, dipole2_of(request)) <= most;
   }
-  /// The coarsest whose error is no more than `most`.
+  /// Returns the coarsest mesh whose squared error is at most `most`; empty if there is none.
   std::optional<Mesh> coarsest(const Cloud& cloud, double most, int order) const {
     const auto number =
         std::ranges::partition_point(points.along_longest, [&](int n) { return !fine_enough(n, order, cloud, most); });
@@ -233,13 +241,14 @@ struct Meshes {
   }
 };
 
-/// Nanoseconds without those of the mesh's points.
+/// Estimated work (ns), without that of the mesh points.
 double work_on_charges(const Way& way, const MeshRequest& request, double cutoff, double order) {
   const double density = request.charges / (request.lengths.x * request.lengths.y * request.lengths.z);
   return request.charges * (way.near(density, cutoff) + way.charge + way.row * order * order);
 }
 
-/// How 1/r is split at this cut-off so that the error `most`, squared, is left to the near part; none if none is.
+/// Chooses the splitting of 1/r at this cut-off for a squared error of the near part of at most `most`; empty if alpha
+/// is given and the error exceeds it.
 std::optional<MeshChoice> split_at(double cutoff, double most, const MeshRequest& request) {
   const double dipole2 = dipole2_of(request);
   MeshChoice choice{.cutoff = cutoff, .alpha = request.by_hand.alpha.value_or(0)};
@@ -249,8 +258,8 @@ std::optional<MeshChoice> split_at(double cutoff, double most, const MeshRequest
   return choice;
 }
 
-/// Without those for which the finest mesh is too coarse. Where charges are small in a large box these are nearly all:
-/// shorter cut-offs need finer meshes.
+/// Returns the cut-offs to try, without those for which even the finest mesh is too coarse. Shorter cut-offs need finer
+/// meshes; for small charges in a large box nearly all are excluded.
 std::vector<double> cutoffs_of(const Meshes& meshes, double most, const MeshRequest& request, const Way& way) {
   if (request.by_hand.cutoff) return {*request.by_hand.cutoff};
   std::vector<double> all = cutoffs(way.longest_cutoff, request.contact, way.between);
@@ -264,8 +273,8 @@ std::vector<double> cutoffs_of(const Meshes& meshes, double most, const MeshRequ
   return all;
 }
 
-/// Parameters that leave the error `most`, squared, to near part and mesh each, with less work than `least`, which is
-/// theirs then; none if there are none.
+/// Chooses the parameters with the least work, with a squared error of at most `most` in both the near part and the
+/// mesh. Returns empty if none needs less work than `least`; otherwise sets `least` to their work.
 std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequest& request, const Way& way,
                                       double& least) {
   const Meshes meshes{request, Points(request, way), window};
@@ -291,7 +300,8 @@ std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequ
   return best;
 }
 
-/// With the first windows that reach the accuracy, or with those that take the least work.
+/// Chooses parameters with the first windows that reach the accuracy, or, if the method compares windows, with those
+/// that take the least work.
 std::optional<MeshChoice> choose(double most, const MeshRequest& request, const Way& way) {
   std::optional<MeshChoice> best;
   double least = INFINITY;
@@ -302,7 +312,7 @@ std::optional<MeshChoice> choose(double most, const MeshRequest& request, const 
   return best;
 }
 
-/// Throws InputError for an order by hand that a ParticleMesh does not know.
+/// Throws InputError for an order given by hand that a ParticleMesh does not support.
 void require_order_in_double(const MeshRequest& request) {
   const int order = request.by_hand.order.value_or(highest_double_order);
   const int lowest = request.polarizability ? lowest_dipole_order : 4;
@@ -335,8 +345,8 @@ std::vector<Window> windows_of(const MeshRequest& request) {
   return {Window::prolate, Window::spline};
 }
 
-/// With the band limit of least error, which a larger one makes in the mesh and a smaller one near by. In double
-/// precision.
+/// Returns the parameters given by hand for one kind of window, in double precision. Chooses the band limit for the
+/// least error: a larger one increases the error of the mesh, a smaller one that of the near part.
 MeshChoice by_hand_with(Window window, const MeshRequest& request) {
   const auto [cutoff, alpha, points, order] = request.by_hand;
   auto numbers = quick_numbers();
@@ -355,7 +365,8 @@ MeshChoice by_hand_with(Window window, const MeshRequest& request) {
   return best;
 }
 
-/// The same parameters in single precision; none if that cannot do with them, or is not as good as they are.
+/// Returns the same parameters in single precision; empty if single precision does not support them or would add to
+/// their error noticeably.
 std::optional<MeshChoice> in_single(MeshChoice choice, const MeshRequest& request) {
   if (choice.mesh.points[2] % 2 != 0 || choice.error < finest_single ||
       std::ssize(cloud_polynomial(choice.cloud())) > Near<float>::highest_degree + 1)
@@ -365,7 +376,8 @@ std::optional<MeshChoice> in_single(MeshChoice choice, const MeshRequest& reques
   return choice;
 }
 
-/// Nothing is searched for a precision that is out of the question.
+/// Returns the parameters given by hand, in single precision where possible. Double precision is tried only if single
+/// precision is excluded.
 MeshChoice by_hand_alone(const MeshRequest& request) {
   const int order = *request.by_hand.order;
   std::optional<MeshChoice> best;

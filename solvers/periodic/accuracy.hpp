@@ -10,85 +10,92 @@
 
 namespace lichtenberg::periodic {
 
-/// Root mean square force on N charges at random places, none nearer to another than `contact`, whose squares add up to
-/// `charge2`: forces of many pairs add up in squares, charge2^2 / (N V) times the integral of r^-4 over space.
+/// Root mean square force on N charges at random positions whose squares add up to `charge2`. No two charges are closer
+/// than `contact`. Forces of many pairs add up in squares: the mean square is charge2^2 / (N V) times the integral of
+/// r^-4 over all space beyond `contact`.
 double random_force(double charge2, double charges, double volume, double contact);
 
-/// Root mean square error of the force on such charges over that force: as the square of a pair's error, integrated, to
-/// that of its force. So it depends neither on the charges nor on the size of the box.
-/// With dipoles of mean square `dipole2`, where that of charges is 1, it is the error of all forces over that of
-/// charges among each other.
+/// Relative error of the force on randomly placed charges: rms force error over rms force. The squared error of a pair
+/// is integrated over space and divided by the integral of its squared force. The ratio depends neither on the charges
+/// nor on the size of the box. With dipoles of mean square `dipole2` (charges: mean square 1), it is the error of all
+/// forces over the rms force between the charges.
 double relative_error(const Mesh& mesh, const Cloud& cloud, double contact, double dipole2 = 0);
 
-/// Mean square of the dipoles that charges of mean square 1 induce at such a density, from the field at random places,
-/// 4 pi density / contact, and from six neighbours that touch: spheres that carry each other have no more on average.
+/// Mean square of the dipoles that charges of mean square 1 induce at this number density. The field has two parts:
+/// that of charges at random positions, 4 pi density / contact (mean square), and that of six touching neighbours. Six
+/// is the mean coordination number of isostatic packings of frictionless spheres.
 double induced_dipole2(double polarizability, double density, double contact);
 
-/// Parameters of a mesh.
+/// Parameters of a mesh sum.
 struct MeshChoice {
   Mesh mesh;
   double cutoff = 0;
-  double band_limit = 0;  ///< of its prolate_cloud
-  double alpha = 0;       ///< of its gauss_cloud; 0: the cloud is prolate
-  double error = 0;       ///< relative_error, with that of single precision; or what was found, if it was measured
-  bool single = false;    ///< for a SingleMesh, not a ParticleMesh
+  double band_limit = 0;  ///< Band limit of its prolate_cloud.
+  double alpha = 0;       ///< Splitting parameter of its gauss_cloud (1/length); 0: the cloud is prolate.
+  double error = 0;       ///< Relative error of forces, with that of single precision: relative_error, or the measured
+                          ///< one.
+  bool single = false;    ///< True for a SingleMesh, false for a ParticleMesh.
 
   Cloud cloud() const { return alpha > 0 ? gauss_cloud(alpha, cutoff) : prolate_cloud(band_limit, cutoff); }
 };
 
-/// Parameters that are not to be chosen.
+/// Mesh parameters that the user fixes; the others are chosen.
 struct ByHand {
   std::optional<double> cutoff, alpha;
-  std::optional<int> points;  ///< along the longest side
+  std::optional<int> points;  ///< Number of points along the longest side.
   std::optional<int> order;
 
   bool any() const { return cutoff || alpha || points || order; }
   bool complete() const { return cutoff && points && order; }
 };
 
-/// What a mesh is for.
+/// Requirements for the choice of a mesh.
 struct MeshRequest {
-  double accuracy = 1e-4;  ///< as a relative_error; means nothing if all is given by hand
+  double accuracy = 1e-4;  ///< Relative error of forces (relative_error); ignored if `by_hand` is complete.
   int charges = 0;
   Vec3 lengths;
   double contact = 1;
-  std::optional<double> polarizability{};  ///< of dipoles that the charges induce; none: there are no dipoles
+  std::optional<double> polarizability{};  ///< Polarizability (length^3) of induced dipoles; empty: no dipoles.
   ByHand by_hand{};
-  double longest_cutoff = INFINITY;  ///< of a ParticleMesh, in a box whose half is longer
-  bool on_device = false;            ///< a DeviceMesh, which for charges alone has prolate windows too
-  // For comparisons; runs have no reason to ask for any.
-  bool gauss = false;        ///< Ewald's splitting in place of the prolate one
-  bool splines = false;      ///< splines for windows of a SingleMesh and a DeviceMesh too
-  bool only_double = false;  ///< a ParticleMesh in any case
+  double longest_cutoff = INFINITY;  ///< Upper bound of the cut-off of a ParticleMesh, besides half of the shortest
+                                     ///< side.
+  bool on_device = false;            ///< True for a DeviceMesh, which also has prolate windows for charges without
+                                     ///< dipoles.
+  // The following options serve comparisons only.
+  bool gauss = false;        ///< Use Ewald's Gaussian splitting in place of the prolate one.
+  bool splines = false;      ///< Use spline windows for a SingleMesh and a DeviceMesh too.
+  bool only_double = false;  ///< Always choose a ParticleMesh.
 };
 
-/// The accuracy that a SingleMesh is good for.
+/// Smallest relative error of forces that a SingleMesh may be chosen for.
 constexpr double finest_single = 6e-7;
-/// What keeps a SingleMesh from what is asked for, in words that follow "as"; empty if one might do.
+/// Returns the reason why a SingleMesh cannot meet the request, as a clause that follows "as"; empty if it may.
 std::string why_not_single(const MeshRequest& request);
 
-/// Error of forces that single precision makes by itself: found over rms force, of 1000 to 50016 random charges.
+/// Relative error of forces due to single precision alone: rms error over rms force, measured for 1000 to 50016 random
+/// charges.
 constexpr double error_of_single_precision = 4e-7;
 
-/// The parameters of a ParticleMesh that reach `accuracy`, 1e-8 to 0.1, as a relative_error with least work, which is
-/// estimated for `charges` of them: a larger cutoff is more pairs, a smaller one more points. Throws InputError if no
-/// cutoff up to half of the box does. With `lowest_order` at least lowest_dipole_order it can do dipoles, which its
-/// error doesn't count.
+/// Chooses the ParticleMesh parameters that reach `accuracy` (1e-8 to 0.1, as a relative_error) with the least
+/// estimated work for `charges` charges. A larger cut-off means more pairs, a smaller one more mesh points. Throws
+/// InputError if no cut-off up to half of the box reaches the accuracy. With `lowest_order` >= lowest_dipole_order the
+/// mesh can sum dipoles, but the error estimate ignores them.
 MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order = 4);
-/// The same of a SingleMesh, if there are no dipoles, the accuracy is 6e-7 or more and the box is long enough for one.
-/// With all given by hand only the cloud's band limit is left to choose: the one of least error. Throws InputError if
-/// what is given by hand leaves no way to reach the accuracy, or an order is given that the precision does not know.
-/// On a device parameters of charges alone are chosen by what takes its time; with dipoles they are those of a
-/// ParticleMesh.
+/// Chooses the parameters of a SingleMesh if there are no dipoles, the accuracy is 6e-7 or more and the box is long
+/// enough; otherwise those of a ParticleMesh. If all parameters are given explicitly, only the band limit of the cloud
+/// is chosen, for the least error. On a device, parameters for charges without dipoles minimize the estimated device
+/// time; with dipoles they are those of a ParticleMesh. Throws InputError if the given parameters exclude the accuracy,
+/// or if the precision does not support a given order.
 MeshChoice choose_quick_mesh(const MeshRequest& request);
-/// The same, with parameters whose error at these places lies between a third of what is asked for and that: relative
-/// errors of clusters differ from those of charges at random places by up to two, either way. It is measured against a
-/// finer mesh, or Ewald's sum of some charges. Charges at random places get half of what is asked for, so that
-/// clusters which form later do not exceed it. What cannot be had so says it in `error`. Charges that are all 0 are
-/// taken for +1 and -1 in turns; dipoles are those that they induce.
+/// Like choose_quick_mesh, but measures the error at the positions of `sources` and aims for between a third and all of
+/// the requested error. Relative errors of clusters differ from those at random positions by a factor of up to two,
+/// either way. The reference is a finer mesh, or Ewald's sum for some of the charges. Charges at random positions get
+/// half of the requested error, so that clusters that form later do not exceed it. If the request cannot be met,
+/// `error` of the result is the error reached. Charges that are all 0 are replaced by alternating +1 and -1; dipoles
+/// are those that the charges induce.
 MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& sources);
 
-/// Makes the ParticleMesh or SingleMesh of these parameters.
+/// Makes the ParticleMesh or SingleMesh with these parameters.
 std::unique_ptr<Sum> make_mesh_sum(const MeshChoice& choice);
 
 }  // namespace lichtenberg::periodic

@@ -13,16 +13,16 @@ namespace lichtenberg::periodic {
 
 namespace {
 
-/// Numbers in a row of weights, with zeros behind the last: as wide as vectors of numbers that processors have.
+/// Number of weights in a row, padded with zeros to the width of a SIMD register.
 constexpr int row_lanes(int order) { return order <= 4 ? 4 : 8; }
 template <int order, class Real>
 using Row = Lanes<row_lanes(order), Real>;
 
-/// Weights, and slopes behind them.
+/// Row of weights followed by the row of their slopes.
 template <int order, class Real>
 using Both = Pack<2 * row_lanes(order), Real>;
 
-/// Coefficients of the weights' polynomials and of their slopes.
+/// Returns the coefficients of the weights' polynomials and of their slopes.
 template <class Real>
 std::vector<Real> window_table(const Mesh& mesh) {
   const int lanes = row_lanes(mesh.order);
@@ -46,7 +46,7 @@ std::vector<Real> curvature_table(const Mesh& mesh) {
   return table;
 }
 
-/// Values at three places of polynomials whose coefficients of s^d lie `apart`.
+/// Evaluates polynomials at three positions; coefficients of successive powers are `apart` numbers apart.
 template <int terms, class Numbers, class Real>
 [[gnu::always_inline]] inline void polynomials(const std::vector<Real>& table, int apart, const std::array<Real, 3>& s,
                                                Numbers (&of)[3]) {
@@ -59,11 +59,11 @@ template <int terms, class Numbers, class Real>
     for (int k = 0; k < 3; ++k) of[k] = of[k] * s[k] + coefficients(d);
 }
 
-/// Offsets of the points around a place.
+/// Offsets of the mesh points around a position.
 template <int order, class Real>
 struct Rows {
   std::array<std::ptrdiff_t, order> plane, row;
-  std::array<Real, 3> from_middle;  ///< between two points, in spacings
+  std::array<Real, 3> from_middle;  ///< Position relative to the middle between two points, in spacings
 
   Rows(const Convolution<Real>& grid, const Columns<Real>& columns, int s) {
     using Place = Coordinate<Real>;
@@ -83,14 +83,15 @@ struct Rows {
   static int wrapped(int point, int points) { return point < points ? point : point - points; }
 };
 
-/// The points around a place, summed over x and y with their weights: potential and derivatives in the plane for each
-/// z, by spacings.
+/// Mesh values around a position, summed over x and y with the weights: potential and its derivatives in the plane for
+/// each z, per spacing.
 template <int order, class Real>
 struct AlongZ {
   Row<order, Real> potential, x, y, xx, xy, yy;
 };
 
-/// `x` and `y`: weights, and slopes; `curvature`: of both axes, null where second derivatives are not needed.
+/// Sums over x and y. `w`: weights and slopes of the axes; `curvature`: second derivatives of the weights along x and
+/// y, null if not needed.
 template <int order, class Real>
 [[gnu::always_inline]] inline AlongZ<order, Real> summed_across(const Convolution<Real>& grid,
                                                                 const Rows<order, Real>& rows,
@@ -126,7 +127,7 @@ template <int order, class Real>
   return {low_half(here_and_slope_y), slope_x, high_half(here_and_slope_y), xx, xy, yy};
 }
 
-/// The product of two rows, four numbers of it.
+/// Returns the product of two rows, reduced to four numbers.
 template <class R>
 [[gnu::always_inline]] inline auto quarter(const R& by, const R& row) {
   const R product = by * row;
@@ -136,14 +137,14 @@ template <class R>
     return low_half(product) + high_half(product);
 }
 
-/// The self term of four axes. cos(2 pi s) and half its derivative by s are Taylor series. At the mesh's points, half a
-/// spacing from the middle, they are off by 1.4e-7 and 2.4e-6 (single precision: 1.0e-4 and 1.4e-3). The self term is
-/// itself an error of the mesh.
+/// Computes the self term of four axes. cos(2 pi s) and half of its derivative are Taylor series. At the mesh points,
+/// half a spacing from the middle, their errors are 1.4e-7 and 2.4e-6 (single precision: 1.0e-4 and 1.4e-3). This
+/// suffices, since the self term is itself an error of the mesh.
 template <class Real>
 SelfTerm<Lanes<4, Real>> self_term_by_series(const Lanes<4, Real>& s, const Lanes<4, Real>& first,
                                              const Lanes<4, Real>& second, const Lanes<4, Real>& over_spacing) {
   constexpr int terms = sizeof(Real) == sizeof(double) ? 9 : 7;
-  constexpr auto series = [] {  // in powers of s^2
+  constexpr auto series = [] {  // Powers of s^2
     std::array<Real, terms> of{};
     double term = 1;
     for (int k = 0; k < terms; term *= -4 * M_PI * M_PI / ((2 * k + 2) * (2 * k + 1)), ++k)
@@ -213,7 +214,7 @@ ChargeMesh<Real>::ChargeMesh(const Mesh& mesh, const Cloud& cloud, const Influen
   }
 }
 
-/// Calls work(order, kind) with constants.
+/// Calls work(order, kind) with compile-time constants.
 template <class Real>
 template <class Work>
 void ChargeMesh<Real>::with_constants(Kind kind, const Work& work) const {
@@ -237,7 +238,8 @@ void ChargeMesh<Real>::with_constants(Kind kind, const Work& work) const {
   }
 }
 
-// A dipole's potential is mu.grad of a charge's by its own place, so it is spread with mu.grad of the weights.
+// The potential of a dipole is mu.grad of that of a charge, with respect to the source's position. A dipole is
+// therefore spread with mu.grad of the weights.
 template <class Real>
 template <int order, Kind kind>
 void ChargeMesh<Real>::spread_source(const Columns<Real>& columns, int s) {
@@ -310,9 +312,9 @@ void ChargeMesh<Real>::add_to(const FeltSums<Real>& sums, const Columns<Real>& c
   lanes<4>(&sums.field[4 * s]) += field + own.field;
   if constexpr (forces) {
     const Four mu = moment_of(columns, s) * over_spacing;
-    const Four straight =  // xx, yy, zz
+    const Four straight =  // Derivatives xx, yy, zz
         totals(quarter(weight, line.xx), quarter(weight, line.yy), quarter(curvature[2], line.potential), Four{});
-    const Four across =  // yz, zx, xy
+    const Four across =  // Derivatives yz, zx, xy
         totals(quarter(slope, line.y), quarter(slope, line.x), quarter(weight, line.xy), Four{});
     const auto next = [](const Four& v) { return Four(__builtin_shufflevector(v, v, 1, 2, 0, 3)); };
     const auto last = [](const Four& v) { return Four(__builtin_shufflevector(v, v, 2, 0, 1, 3)); };
@@ -322,9 +324,10 @@ void ChargeMesh<Real>::add_to(const FeltSums<Real>& sums, const Columns<Real>& c
   }
 }
 
-/// The part of field and force that takes a source's own cloud off. With g the potential of a unit charge's cloud at
-/// its place, the energy of a charge and its dipole is 1/2 q^2 g + 1/2 q mu.grad g: the field is half the slope of g.
-/// The dipole's energy with itself is taken for the same everywhere, as its waves are 1 % of the error in a gas.
+/// Returns the correction of field and force for a source's own cloud. With g the potential of a unit charge's cloud at
+/// its position, the energy of a charge and its dipole is 1/2 q^2 g + 1/2 q mu.grad g, so the field is half the slope
+/// of g. The energy of the dipole with itself is taken as independent of position: its variation on the mesh is 1 % of
+/// the error in a gas.
 template <class Real>
 template <Kind kind>
 [[gnu::always_inline]] inline auto ChargeMesh<Real>::own_part(const Columns<Real>& columns, int s,

@@ -10,32 +10,34 @@
 
 namespace lichtenberg::periodic {
 
-/// Least order of splines for dipoles: below, their second derivatives jump, and with them the forces on dipoles.
+/// Lowest spline order for dipoles: second derivatives of lower orders jump, and so would the forces on dipoles.
 constexpr int lowest_dipole_order = 5;
 
-/// Returns the mesh. Throws InputError unless there are windows of its order and enough points for them.
+/// Returns the mesh. Throws InputError unless windows of its order exist and the mesh has enough points for them.
 const Mesh& checked(const Mesh& mesh, int highest_order);
 
-/// The largest distance along an axis from a charge to the points that it is spread to: half a window.
+/// Largest distance along an axis from a charge to its mesh points: half a window width.
 double reach_of(const Mesh& mesh);
 
-/// Charges and dipoles taken for clouds, on a mesh: `spread` them, `solve` for the potential, `add` it at their places,
-/// in this order. A dipole is spread as a charge that is moved a little, with the windows' slopes: potentials, fields
-/// and forces are all slopes of one energy. Each has the same bits for any number of threads. In single precision:
-/// charges.
+/// Computes the smooth (far) part of the sum on a mesh, with charges and dipoles replaced by clouds. The order of calls
+/// is `spread`, `solve` for the potential, `add`, which interpolates it at the sources. A dipole is spread with the
+/// slopes of the windows, as the limit of two opposite charges. Potentials, fields and forces are derivatives of one
+/// energy. Results are bitwise identical for any number of threads. In single precision: charges only.
 template <class Real>
 class ChargeMesh {
  public:
-  /// Single precision: windows of orders from 4 to 8, an even number of points along z. Double precision: splines of
-  /// orders from 4 to 7. At least twice the order in points along each axis. Throws InputError.
+  /// Single precision: windows of orders 4 to 8, an even number of points along z. Double precision: splines of orders
+  /// 4 to 7. Each axis needs at least twice the order in points. Throws InputError otherwise.
   ChargeMesh(const Mesh& mesh, const Cloud& cloud);
 
   int order() const { return mesh_.order; }
   double reach() const { return reach_of(mesh_); }
-  /// The columns' reach is at least this one's, their unit of length the cut-off.
+  /// Spreads the sources on the mesh. The reach of `columns` must be at least reach(), and their unit of length the
+  /// cut-off.
   void spread(const Columns<Real>& columns, Kind kind, parallel::Team& team);
   void solve(parallel::Team& team) { grid_.apply(team); }
-  /// Adds fields and forces without those of a source's own cloud. Units as of Near::compute.
+  /// Adds fields, potentials and forces at the sources, without those of a source's own cloud. Units: as for
+  /// Near::compute.
   void add(const Columns<Real>& columns, Kind kind, const FeltSums<Real>& sums, parallel::Team& team) const;
 
  private:
@@ -57,14 +59,15 @@ class ChargeMesh {
   }
 
   Mesh mesh_;
-  std::vector<Real> window_;     ///< of s^d: weights of the points around a place, and their slopes; [d][2 x lanes]
-  std::vector<Real> curvature_;  ///< second derivatives of the weights, [d][lanes]
+  std::vector<Real> window_;     ///< Coefficients of s^d in the weights of the points around a position, and in their
+                                 ///< slopes; [d][2 x lanes]
+  std::vector<Real> curvature_;  ///< Coefficients of the weights' second derivatives; [d][lanes]
   Convolution<Real> grid_;
-  // In units of the cut-off.
-  std::array<Real, 4> over_spacing_;  ///< along x, y, z; and -1
+  // The following members are in units of the cut-off.
+  std::array<Real, 4> over_spacing_;  ///< 1 / spacing along x, y, z; then -1
   std::array<std::array<Real, 4>, 2> wave_;
-  Real self_;        ///< potential of a unit charge's own cloud, on average, at its centre
-  Real self_field_;  ///< field of a unit dipole's own cloud at its centre, against it
+  Real self_;        ///< Potential of a unit charge's own cloud at its centre, averaged over positions on the mesh
+  Real self_field_;  ///< Field of a unit dipole's own cloud at its centre, opposite to the dipole
   double background_, total_ = 0;
 };
 

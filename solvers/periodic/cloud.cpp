@@ -21,7 +21,8 @@ Cloud gauss_cloud(double alpha, double cutoff) {
   of.background = M_PI / (alpha * alpha);
   of.dipole_field = 4 * alpha * alpha * alpha / (3 * std::sqrt(M_PI));
   of.lost = 4 * std::exp(-2 * alpha * alpha * cutoff * cutoff) / cutoff;
-  const double steepness = 2 * alpha * alpha * cutoff + 2 / cutoff;  // each derivative, beyond the cutoff
+  const double steepness = 2 * alpha * alpha * cutoff + 2 / cutoff;  // Factor by which each derivative grows, beyond
+                                                                     // the cut-off
   of.lost_slope = of.lost * steepness * steepness;
   of.lost_curvature = of.lost_slope * steepness * steepness;
   return of;
@@ -29,12 +30,13 @@ Cloud gauss_cloud(double alpha, double cutoff) {
 
 namespace {
 
-/// psi_0 on [-1, 1] as a sum of even Legendre polynomials, a_n P_2n, so scaled that its integral from 0 to 1 is 1.
+/// Prolate function psi_0 on [-1, 1] as a sum of even Legendre polynomials, a_n P_2n, scaled so that its integral from
+/// 0 to 1 is 1.
 class ProlateFunction {
  public:
   explicit ProlateFunction(double band_limit) {
-    // Three-term recurrence of the coefficients of normalized polynomials (Osipov, Rokhlin and Xiao 2013, eq. 2.105);
-    // they fall faster than any power once 2n > band_limit.
+    // Three-term recurrence of the coefficients of normalized polynomials (Osipov, Rokhlin and Xiao 2013, eq. 2.105).
+    // The coefficients fall faster than any power once 2n > band_limit.
     const int terms = 20 + static_cast<int>(band_limit);
     const double c2 = band_limit * band_limit;
     Eigen::VectorXd diagonal(terms), beside(terms - 1);
@@ -56,17 +58,17 @@ class ProlateFunction {
     visit(x, [&](int n, double even, double, double) { sum += a_[n] * even; });
     return sum;
   }
-  /// From 0 to x.
+  /// Returns the integral from 0 to x.
   double integral(double x) const {
     double sum = 0;
     visit(x, [&](int n, double, double before, double after) { sum += a_[n] * (after - before) / (4 * n + 1); });
     return sum;
   }
-  /// chi of ((1 - x^2) psi')' + (chi - band_limit^2 x^2) psi = 0.
+  /// Eigenvalue chi of ((1 - x^2) psi')' + (chi - band_limit^2 x^2) psi = 0.
   double eigenvalue() const { return eigenvalue_; }
-  /// Of x^2 times the function, from 0 to 1.
+  /// Integral of x^2 times the function, from 0 to 1.
   double second_moment() const { return a_[0] / 3 + 2 * a_[1] / 15; }
-  /// From 0 to 1.
+  /// Integral of the squared function, from 0 to 1.
   double square() const {
     double sum = 0;
     for (std::size_t n = 0; n < a_.size(); ++n) sum += a_[n] * a_[n] / (4.0 * n + 1);
@@ -74,7 +76,7 @@ class ProlateFunction {
   }
 
  private:
-  /// use(n, P_2n, P_(2n-1), P_(2n+1)) at x, with 0 for the second of n = 0: the integral of P_2n is from those two.
+  /// Calls use(n, P_2n, P_(2n-1), P_(2n+1)) at x, with 0 for P_(-1). The two odd polynomials give the integral of P_2n.
   template <class Use>
   void visit(double x, Use&& use) const {
     double before = 0, even = 1, after = x;
@@ -105,18 +107,20 @@ Cloud prolate_cloud(double band_limit, double cutoff) {
     return x >= 1 ? 1 / r : x > 0 ? psi.integral(x) / r : middle / cutoff;
   };
   of.band_limit = band_limit / cutoff;
-  // psi is its own Fourier transform.
+  // psi is its own Fourier transform, up to scaling.
   of.transform = [psi, middle, limit = of.band_limit](double k) { return k <= limit ? psi(k / limit) / middle : 0; };
-  // Twice by parts: 4 pi times the integral of r (1 - Phi).
+  // Integral of 4 pi r (1 - Phi), integrated by parts twice.
   of.background = 2 * M_PI * cutoff * cutoff * psi.second_moment();
   // The potential begins as psi(0) / cutoff + psi''(0) r^2 / (6 cutoff^3), and psi''(0) = -chi psi(0).
   of.dipole_field = psi.eigenvalue() * middle / (3 * cutoff * cutoff * cutoff);
-  // (1/V) sum over k of (4 pi w / k)^2 is 8 times the integral of w^2 from the band limit on; of the integral of psi^2
-  // over all numbers, 4 sqrt(pi c) exp(-2c) lies outside of [-1, 1] (Fuchs 1964), half of it on this side.
+  // (1/V) sum over k of (4 pi w / k)^2 is 8 times the integral of w^2 beyond the band limit. Of the integral of psi^2
+  // over all numbers, the fraction 4 sqrt(pi c) exp(-2c) lies outside of [-1, 1] (Fuchs 1964), half of it at positive
+  // wave numbers.
   of.lost = 8 * of.band_limit * 4 * std::sqrt(M_PI * band_limit) * std::exp(-2 * band_limit) * psi.square() /
             (middle * middle);
-  // Near the cutoff the cloud is steeper than its waves can be, c^2 / 2 where they have c: what is lost of derivatives
-  // is more than its wave numbers. By quadrature of psi and its derivatives, to a tenth for band limits from 4 to 18.
+  // Near the cut-off the cloud is steeper than waves below its band limit c allow: c^2 / 2 in place of c. The
+  // derivatives of the neglected force therefore exceed it by more than the factor of the wave number. The factors fit
+  // a quadrature of psi and its derivatives, to 10 % for band limits from 4 to 18.
   const double wave2 = of.band_limit * of.band_limit;
   of.lost_slope = of.lost * wave2 * (0.92 * band_limit - 0.4);
   of.lost_curvature = of.lost * wave2 * wave2 * (0.072 * std::pow(band_limit, 3) + 3);

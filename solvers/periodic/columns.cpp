@@ -15,7 +15,7 @@ void Columns<Real>::lay_out(int sources) {
   const double volume = lengths_.x * lengths_.y * lengths_.z;
   const double edge = std::cbrt(together * volume / std::max(1, sources)), width = std::min(widest, edge);
   for (int k = 0; k < 2; ++k) {
-    // The margin keeps rounded places that are in reach of one tile out of reach of the next but one.
+    // The margin for rounded positions keeps sources within reach of one tile out of reach of the next tile but one.
     const int fit = static_cast<int>(lengths_[k] / (2 * reach) * (1 - 1e-4));
     tiles_[k] = std::max(1, fit / 2 * 2);
     const double tile = lengths_[k] / tiles_[k];
@@ -29,7 +29,7 @@ void Columns<Real>::lay_out(int sources) {
   bins_ = static_cast<int>(std::ceil(bins_a_width * lengths_.z / width));
 }
 
-/// Computes places and bins of some sources.
+/// Computes positions and bins of the sources from `first` to `last`.
 template <class Real>
 [[gnu::noinline]] void Columns<Real>::place_sources(const Sources& sources, int first, int last) {
   constexpr double all = sizeof(Real) == 4 ? 0x1p32 : 0x1p64;
@@ -39,7 +39,7 @@ template <class Real>
     std::array<Place, 3>& place = found_[i];
     for (int k = 0; k < 3; ++k) {
       const double turned = sources.position[3 * i + k] * turns[k], fraction = turned - std::floor(turned);
-      // Rounding makes a whole turn of a fraction just below one.
+      // A fraction just below 1 may be rounded to 1.
       place[k] = fraction < 1 ? static_cast<Place>(fraction * all) : 0;
     }
     bin_[i] = number_of(part(place[0], x), part(place[1], y)) * bins_ + part(place[2], bins_);

@@ -11,17 +11,19 @@
 
 namespace lichtenberg::periodic {
 
-/// A position along one axis of a periodic box, in parts of 2^-32 (single precision) or 2^-64 of its length. Overflow
-/// goes around the box: the difference of two, taken for a signed number, is that of the nearest images.
+/// Position along one axis of a periodic box, as a fixed-point fraction of its length: in units of 2^-32 (single
+/// precision) or 2^-64. Integer overflow wraps around the box, so the signed difference of two positions is that of the
+/// nearest images.
 template <class Real>
 using Coordinate = std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>;
 template <class Real>
 using Difference = std::make_signed_t<Coordinate<Real>>;
-/// Bits of a coordinate.
+/// Number of bits of a coordinate.
 template <class Real>
 constexpr int bits_of = 8 * sizeof(Real);
 
-/// The product of a coordinate with a number of parts of the box: the part that it lies in, and the rest as a fraction.
+/// Product of a coordinate with a number of equal parts of the box: index of the part that contains it, and the
+/// remainder as a fixed-point fraction.
 template <class Place>
 struct InParts {
   int part;
@@ -39,50 +41,51 @@ int part(Place place, int count) {
   return InParts<Place>(place, count).part;
 }
 
-/// Sources sorted into columns along z, each going up z bin by bin, with an array for each coordinate and component.
-/// Columns make up tiles, at least twice a reach wide along x and y, so that interactions up to that reach from a
-/// tile's sources involve half of each tile around it. Charges are in units of charge_unit(), dipoles in that times
-/// `length_unit`.
+/// Sources sorted into columns along z, and by z bins within a column, with one array for each coordinate and
+/// component. Columns form tiles at least twice `reach` wide along x and y. Interactions of a tile's sources within
+/// `reach` therefore involve at most half of each neighbouring tile. Charges are in units of charge_unit(), dipoles in
+/// charge_unit() times `length_unit`.
 template <class Real>
 class Columns {
  public:
   using Place = Coordinate<Real>;
   struct Layout {
     double length_unit = 1;
-    int together = 8;   ///< a column is about as wide as a cube with so many sources
-    double widest = 0;  ///< width of a column at most
+    int together = 8;   ///< Number of sources in a cube of the column width, approximately
+    double widest = 0;  ///< Upper bound of the column width
     double reach = 0;
   };
   Columns(Vec3 lengths, const Layout& layout) : lengths_(lengths), layout_(layout) {}
 
-  /// Throws Failure if a position is not finite.
+  /// Sorts the sources. Throws Failure if a position is not finite.
   void sort(const Sources& sources, parallel::Team& team);
 
   int size() const { return static_cast<int>(sorted_.size()); }
-  /// Arrays of sorted sources. Behind the last there are `spare` more elements, of no meaning.
+  /// Arrays of sorted sources, each padded by `spare` elements of undefined value.
   const Place* place(int axis) const { return place_[axis].data(); }
   const Real* charge() const { return quantity_[0].data(); }
-  /// The charge (0), or a component of the dipole (1 to 3), if the sources have dipoles.
+  /// Charge (k = 0), or component k of the dipole (1 to 3) if the sources have dipoles.
   const Real* quantity(int k) const { return quantity_[k].data(); }
-  /// A power of two: charges are divided by it exactly.
+  /// Unit of charge: a power of two, so that the division of charges is exact.
   double charge_unit() const { return charge_unit_; }
-  double total_charge() const { return total_charge_; }  ///< over charge_unit()
-  const int* sorted() const { return sorted_.data(); }   ///< where a source is, by number
+  double total_charge() const { return total_charge_; }  ///< In units of charge_unit()
+  const int* sorted() const { return sorted_.data(); }   ///< Sorted index of each source
 
   std::array<int, 2> count() const { return {tiles_[0] * columns_[0], tiles_[1] * columns_[1]}; }
-  /// Columns are numbered in the order in which sources are sorted.
+  /// Returns the number of column (x, y); columns are numbered in the order of the sorted sources.
   int number_of(int x, int y) const { return before_[0][x] + before_[1][y]; }
   std::array<int, 2> column(int number) const {
     const int tile = number / columns_a_tile(), inside = number % columns_a_tile();
     return {tile / tiles_[1] * columns_[0] + inside / columns_[1],
             tile % tiles_[1] * columns_[1] + inside % columns_[1]};
   }
-  int bins() const { return bins_; }  ///< of a column
-  /// The first sorted source of each bin of a column; that of bin bins() is the column's end.
+  int bins() const { return bins_; }  ///< Number of bins of a column
+  /// Index of the first sorted source of each bin of a column; entry bins() is the end of the column.
   const int* first(int column) const { return &first_[static_cast<std::size_t>(column) * bins_]; }
 
-  /// Calls work(first, end) for the columns of each tile. Tiles of every other row and column are taken at a time, so
-  /// that no two reach the same sources, and each is reached in the same order for any number of threads.
+  /// Calls work(first, end) with the column range of each tile. Only tiles of every other row and column run at the
+  /// same time, so that no two of them write to the same sources. The order of contributions to a source does not
+  /// depend on the number of threads.
   template <class Work>
   void for_each_apart(parallel::Team& team, const Work& work) const {
     const int step_x = std::min(tiles_[0], 2), step_y = std::min(tiles_[1], 2), rows = tiles_[1] / step_y;
@@ -104,14 +107,14 @@ class Columns {
 
   Vec3 lengths_;
   Layout layout_;
-  int laid_out_for_ = -1;                   ///< number of sources
-  std::array<int, 2> tiles_{}, columns_{};  ///< along x and y: one or an even number of tiles; columns of a tile
-  std::array<std::vector<int>, 2> before_;  ///< columns by their place along an axis: number_of
+  int laid_out_for_ = -1;                   ///< Number of sources of the present layout
+  std::array<int, 2> tiles_{}, columns_{};  ///< Along x and y: number of tiles (one or even); columns of a tile
+  std::array<std::vector<int>, 2> before_;  ///< Contribution of a column's index along an axis to its number: number_of
   int bins_ = 0;
   double charge_unit_ = 1, total_charge_ = 0;
-  std::vector<std::array<Place, 3>> found_;  ///< places, by number
-  std::vector<int> bin_;                     ///< that a source is in, by number
-  std::vector<int> first_, next_;            ///< sorted source of a bin
+  std::vector<std::array<Place, 3>> found_;  ///< Positions of the sources, in input order
+  std::vector<int> bin_;                     ///< Bin of each source, in input order
+  std::vector<int> first_, next_;            ///< Index of the first, and of the next, sorted source of a bin
   std::vector<int> sorted_;
   std::array<std::vector<Place>, 3> place_;
   std::array<std::vector<Real>, 4> quantity_;
@@ -120,8 +123,8 @@ class Columns {
 /// Sums for sorted sources, in units of charge_unit() and length_unit.
 template <class Real>
 struct FeltSums {
-  std::span<Real> field;    ///< field x, y, z and potential, four numbers each
-  std::span<Real> force{};  ///< x, y, z and a number without meaning; only of Kind::multipoles
+  std::span<Real> field;    ///< Field x, y, z and potential: four numbers each
+  std::span<Real> force{};  ///< Force x, y, z and an unused number; only for Kind::multipoles
 };
 
 }  // namespace lichtenberg::periodic

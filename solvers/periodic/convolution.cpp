@@ -15,13 +15,13 @@ constexpr std::ptrdiff_t whole_blocks(std::ptrdiff_t count) {
   return (count + wide<Real> - 1) / wide<Real> * wide<Real>;
 }
 
-/// A stride of an odd number of blocks: strides of powers of two would share few sets of the cache.
+/// Returns a stride of an odd number of blocks: a stride of a power of two would use few sets of the cache.
 template <class Real>
 constexpr std::ptrdiff_t odd_blocks(std::ptrdiff_t count) {
   return (whole_blocks<Real>(count) / wide<Real> | 1) * wide<Real>;
 }
 
-/// Loads the first `count` rows of a block, whose starts lie `apart`, as columns with zeros behind them.
+/// Loads the first `count` rows of a block, with starts `apart` numbers apart, and transposes them; missing rows are 0.
 template <class Real>
 void load_columns(const Real* from, std::ptrdiff_t apart, int count,
                   typename RowTransform<Real>::Numbers (&columns)[wide<Real>]) {
@@ -74,7 +74,7 @@ Convolution<Real>::Convolution(std::array<int, 3> points, int halo, std::span<co
   mesh_ = array(plane() * nx);
   modes_ = array(2 * deep * sheet_);
   factor_ = array(static_cast<std::ptrdiff_t>(deep) * blocks * ny * wide<Real>);
-  constexpr int together = 8;  // a line of the cache of `factor`
+  constexpr int together = 8;  // Modes z of one cache line of `factor`
   for (int first = 0; first < deep; first += together)
     for (int y = 0; y < ny; ++y)
       for (int x = 0; x < nx; ++x)
@@ -92,8 +92,8 @@ void Convolution<Real>::clear(parallel::Team& team) {
   team.for_each(points_[0], [&](int x) { std::fill_n(data() + x * plane(), plane(), Real{}); });
 }
 
-/// Stores the modes of a block of rows along z. Where two numbers were packed into a complex one, its transform holds
-/// the sum of the transforms of even and odd places, which are taken apart by their symmetry.
+/// Stores the modes of a block of rows along z. If pairs of real numbers were packed into complex ones, the transform
+/// contains those of the even and odd points, which are separated by their symmetry.
 template <class Real>
 void Convolution<Real>::store_modes(int x, int y, const Numbers* re, const Numbers* im) {
   constexpr Real half = 0.5;
@@ -132,8 +132,8 @@ void Convolution<Real>::load_modes(int x, int y, Numbers* re, Numbers* im) {
   }
 }
 
-/// Adds the halo and transforms the rows along z of one x. An even number of places is packed in pairs: even places are
-/// real parts and odd ones imaginary parts.
+/// Adds the halo and transforms the rows along z of plane x. An even number of points is packed in pairs: even points
+/// are real parts, odd points imaginary parts.
 template <class Real>
 [[gnu::noinline]] void Convolution<Real>::to_modes(int x) {
   const auto [nx, ny, nz] = points_;
@@ -182,7 +182,7 @@ template <class Real>
   }
 }
 
-/// Transforms a block of the modes z along y, multiplies them, and transforms them back.
+/// Transforms a block of the modes z along y, multiplies them by the factor, and transforms them back.
 template <class Real>
 void Convolution<Real>::filter_along_y(int z, int block, Numbers* re, Numbers* im, Numbers* spare) {
   const auto [nx, ny, nz] = points_;

@@ -11,16 +11,17 @@
 
 namespace lichtenberg::periodic {
 
-/// Numbers on a periodic mesh, and their convolution with a function that is given by its Fourier transform. A row
-/// along z goes on behind its end, by `halo` points, so that spreading and gathering need not wrap there.
+/// Real numbers on a periodic mesh, and their convolution with a kernel that is given by its Fourier transform. Rows
+/// along z have `halo` extra points at their end, so that spreading and gathering need no periodic wrap there.
 template <class Real>
 class Convolution {
  public:
-  /// Multiplies mode (x, y, z) by `scale` times factor[(y * points[0] + x) * (points[2] / 2 + 1) + z].
+  /// Makes a convolution that multiplies mode (x, y, z) by `scale` times factor[(y * points[0] + x) * (points[2] / 2 +
+  /// 1) + z].
   Convolution(std::array<int, 3> points, int halo, std::span<const double> factor, double scale);
 
   std::array<int, 3> points() const { return points_; }
-  /// Point (x, y, z) is at x * plane() + y * row() + z, with z below points()[2] + halo.
+  /// Mesh values; point (x, y, z) is at x * plane() + y * row() + z, with z below points()[2] + halo.
   Real* data() { return mesh_.get(); }
   const Real* data() const { return mesh_.get(); }
   std::ptrdiff_t row() const { return row_; }
@@ -28,8 +29,8 @@ class Convolution {
 
   /// Sets all numbers to 0.
   void clear(parallel::Team& team);
-  /// Adds the halo to the points that it stands for, convolves, and fills the halo. Transforms are not normalized.
-  /// The result has the same bits for any number of threads.
+  /// Adds the halo to the points of which it is the periodic image, convolves, and fills the halo. Transforms are not
+  /// normalized. The result is bitwise identical for any number of threads.
   void apply(parallel::Team& team);
 
  private:
@@ -46,16 +47,19 @@ class Convolution {
   void store_modes(int x, int y, const Numbers* re, const Numbers* im);
   void load_modes(int x, int y, Numbers* re, Numbers* im);
   void filter_along_y(int z, int block, Numbers* re, Numbers* im, Numbers* spare);
-  /// Real or imaginary parts of the modes z, of row x.
+  /// Real (part 0) or imaginary (1) parts of the modes z of row x.
   Real* modes(int z, int x, int part) { return modes_.get() + (2 * z + part) * sheet_ + x * across_; }
 
   std::array<int, 3> points_;
   int halo_;
-  std::ptrdiff_t row_, across_, sheet_;  ///< numbers in a row of the mesh along z, of the modes along y, of one z
-  int pack_;                             ///< numbers along z that make a complex one: 2 if their number is even, or 1
+  std::ptrdiff_t row_, across_, sheet_;  ///< Strides: of a mesh row along z, of the modes along y, of one z plane of
+                                         ///< modes
+  int pack_;                             ///< Real numbers along z packed into one complex number: 2 if points[2] is
+                                         ///< even, otherwise 1
   RowTransform<Real> along_x_, along_y_, along_z_;
-  std::vector<Real> cosine_, sine_;  ///< of 2 pi z / points along z
-  Array mesh_, modes_, factor_;      ///< [x][y][z]; [mode z][part][x][y]; [mode z][block of x][y][x of the block]
+  std::vector<Real> cosine_, sine_;  ///< Cosine and sine of 2 pi z / points along z
+  Array mesh_, modes_, factor_;      ///< Layouts: [x][y][z]; [mode z][part][x][y]; [mode z][block of x][y][x of the
+                                     ///< block]
 };
 
 }  // namespace lichtenberg::periodic

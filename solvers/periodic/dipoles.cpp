@@ -31,7 +31,7 @@ Vector applied(const DipoleField& field_of, const Vector& dipole) {
       polarizability, largest_polarizability(field_of, static_cast<int>(components / 3))));
 }
 
-/// The largest eigenvalue of the symmetric tridiagonal matrix that Lanczos' method has made so far.
+/// Returns the largest eigenvalue of the symmetric tridiagonal matrix of Lanczos' method so far.
 double largest_ritz_value(const std::vector<double>& diagonal, const std::vector<double>& beside) {
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
   solver.computeFromTridiagonal(view(diagonal), view(std::span(beside).first(diagonal.size() - 1)),
@@ -52,7 +52,7 @@ void add(Response& to, double factor, const Response& part) {
   for (std::size_t i = 0; i < to.force.size(); ++i) to.force[i] += factor * part.force[i];
 }
 
-/// Sums with any charges and dipoles at the same places.
+/// Evaluates sums for different charges and dipoles at the same positions.
 struct SamePlaces {
   const Sources& places;
   std::span<const Pair> pairs;
@@ -65,7 +65,7 @@ struct SamePlaces {
   }
 };
 
-/// What dipoles do to each other by one sum in place of another; their potential at the charges stays.
+/// Replaces the interactions between dipoles by those of another sum; their potential at the charges stays.
 void replace_between_dipoles(const SamePlaces& at, Sum& before, Sum& after, std::span<const double> dipole,
                              Response& response) {
   const std::vector<double> none(at.places.size());
@@ -75,14 +75,14 @@ void replace_between_dipoles(const SamePlaces& at, Sum& before, Sum& after, std:
   add(response, 1, difference);
 }
 
-/// -mu.e_charges - 1/2 mu T mu + mu^2 / (2 A), with T mu = total field - e_charges.
+/// Returns -mu.e_charges - 1/2 mu T mu + mu^2 / (2 A), with T mu = total field - e_charges.
 double polarization_energy(const std::vector<double>& dipole, const std::vector<double>& charges,
                            const std::vector<double>& total, double polarizability) {
   return -0.5 * view(dipole).dot(view(charges) + view(total) - view(dipole) / polarizability);
 }
 
-/// B_1, ..., B_n. C(2n, n - j) / C(2n - 2, n - 1) is (4n - 2) / (n + 1) at j = 1 and changes by (n - j) / (n + 1 + j)
-/// to the next.
+/// Returns B_1, ..., B_n. C(2n, n - j) / C(2n - 2, n - 1) is (4n - 2) / (n + 1) at j = 1, and its ratio from j to j + 1
+/// is (n - j) / (n + 1 + j).
 std::vector<double> predictor_weights(int n) {
   std::vector<double> weight;
   double ratio = (4.0 * n - 2) / (n + 1);
@@ -101,8 +101,8 @@ DipoleField field_by(Sum& sum, const Sources& places, std::span<const Pair> pair
   };
 }
 
-// With the matrix M = 1/A - T, which is positive definite as long as the dipoles have a stable state; a direction p
-// with p.Mp <= 0 shows that it is not.
+// Conjugate gradients with the matrix M = 1/A - T, which is positive definite as long as the dipoles have a stable
+// state. A direction p with p.Mp <= 0 proves that it is not.
 int solve_dipoles(const DipoleField& field_of, std::span<const double> field, double polarizability, double tolerance,
                   std::span<double> dipole) {
   if (!(polarizability >= 0))
@@ -136,7 +136,7 @@ int solve_dipoles(const DipoleField& field_of, std::span<const double> field, do
   return applications;
 }
 
-// Lanczos' method, each vector made orthogonal to all before it, until the largest eigenvalue found stands still.
+// Lanczos' method with full reorthogonalization, until the largest eigenvalue converges.
 double largest_polarizability(const DipoleField& field_of, int n, double enough) {
   std::vector<Vector> basis = {random_direction(3 * n)};
   std::vector<double> diagonal, beside;

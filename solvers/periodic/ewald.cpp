@@ -15,8 +15,8 @@ namespace {
 using std::numbers::inv_sqrtpi;
 using std::numbers::pi;
 
-/// The translations that may take a nearest image (each component at most half a length) to within the cut-off; the one
-/// that changes nothing comes first.
+/// Returns the translations that may bring a nearest image (each component at most half a side) within the cut-off. The
+/// zero translation comes first.
 std::vector<Vec3> translations(Vec3 lengths, double cutoff) {
   std::array<int, 3> most;
   for (int k = 0; k < 3; ++k) most[k] = static_cast<int>(cutoff / lengths[k] + 0.5);
@@ -32,7 +32,7 @@ std::vector<Vec3> translations(Vec3 lengths, double cutoff) {
   return result;
 }
 
-/// exp(i k.r), or another complex number.
+/// Complex number, such as exp(i k.r).
 struct Phase {
   double c = 0, s = 0;
 
@@ -45,8 +45,8 @@ struct Phase {
   }
 };
 
-/// exp(2 pi i n x / L) of all sources for n = 0 ... most, each from its own angle: powers of the first would add up its
-/// rounding.
+/// exp(2 pi i n x / L) of all sources for n = 0 ... most. Each value is computed from its own angle, because powers of
+/// the first would accumulate rounding errors.
 class Phases {
  public:
   Phases(const Sources& sources, int axis, int most) : sources_(sources.size()), value_((most + 1) * sources_) {
@@ -69,16 +69,16 @@ class Phases {
   std::vector<Phase> value_;
 };
 
-/// The waves (x, y, first), ..., (x, y, last), and where the first of them is stored.
+/// Waves (x, y, first), ..., (x, y, last), and the index at which the first of them is stored.
 struct Column {
   int x, y, first, last;
   std::size_t offset;
 };
 
-/// One of each two opposite waves within the cut-off, in multiples of `unit`.
+/// Waves within the cut-off, one of each opposite pair, as multiples of `unit`.
 struct Waves {
   std::array<int, 3> most{};
-  Vec3 unit;  ///< 2 pi / L
+  Vec3 unit;  ///< Wave numbers 2 pi / L
   std::vector<Column> columns;
   std::size_t size = 0;
 
@@ -102,7 +102,7 @@ Waves waves_within(Vec3 lengths, double cutoff) {
   return waves;
 }
 
-/// One evaluation of the sum: what all its parts read.
+/// Data of one evaluation of the sum, shared by its parts.
 class Evaluation {
  public:
   Evaluation(const Sources& sources, const Splitting& splitting)
@@ -120,8 +120,8 @@ class Evaluation {
 
   int columns() const { return static_cast<int>(waves_.columns.size()); }
 
-  /// For each wave of a column (8 pi / V) exp(-k^2 / 4 alpha^2) / k^2 times the conjugate of S_k = sum_j (q_j + i
-  /// k.mu_j) exp(i k.r_j); 8 where G 3.19 has 4, as one wave stands for two.
+  /// Computes, for each wave of a column, (8 pi / V) exp(-k^2 / 4 alpha^2) / k^2 times the conjugate of S_k = sum_j
+  /// (q_j + i k.mu_j) exp(i k.r_j). The factor is 8 where G 3.19 has 4, since each wave also represents its opposite.
   void sum_sources(int number) {
     const Column& column = waves_.columns[number];
     std::vector<Phase> across(sources_.size());
@@ -145,7 +145,7 @@ class Evaluation {
   }
 
  private:
-  /// The field of a dipole's own cloud in its middle, by moment.
+  /// Field at the centre of a unit dipole's own cloud.
   double self_field() const {
     const double alpha = splitting_.alpha;
     return 4 * alpha * alpha * alpha * inv_sqrtpi / 3;
@@ -175,8 +175,8 @@ class Evaluation {
     }
   }
 
-  /// With a_n the sum over the column's waves of k_z^n amplitude exp(i k.r): its potential is Re a_0, its field k Im a,
-  /// and (mu.grad) field = k (k.mu) Re a.
+  /// Returns the contribution of a column of waves. With a_n the sum over its waves of k_z^n amplitude exp(i k.r), the
+  /// potential is Re a_0, the field k Im a, and (mu.grad) field = k (k.mu) Re a.
   Felt felt_of(const Column& column, int i, const Multipole& on) const {
     std::array<Phase, 3> a{};
     for (int z = column.first; z <= column.last; ++z) {
@@ -204,22 +204,23 @@ class Evaluation {
   double background_ = 0;
 };
 
-/// s at which factor (2 s spread)^derivatives exp(-s^2) is the tolerance, and at least 1.
+/// Solves factor (2 s spread)^derivatives exp(-s^2) = tolerance for s, and returns at least 1.
 double decay_length(double factor, double spread, int derivatives, double tolerance) {
   double s = 5;
-  for (int sweep = 0; sweep < 20; ++sweep)  // the logarithm changes slowly: each gains a digit
+  for (int sweep = 0; sweep < 20; ++sweep)  // The logarithm changes slowly: each sweep gains about a digit
     s = std::sqrt(std::max(1.0, std::log(factor * std::pow(std::max(1.0, 2 * s * spread), derivatives) / tolerance)));
   return s;
 }
 
 }  // namespace
 
-// Both sums are as long if the terms of each source, N (4 pi / 3) (s/alpha)^3 / V in real space and half of (4 pi / 3)
-// (2 s alpha)^3 V / (2 pi)^3 waves, cost the same; one with erfc costs about as much as `cost` waves. The rest of the
-// magnitudes beyond s, in units of q / d^2: in real space N/V times the integral of 4 pi r^2 (2 alpha / (sqrt(pi) r))
-// exp(-alpha^2 r^2) is 4 sqrt(pi) exp(-s^2) / (alpha d); of waves with |S_k| <= N q, V/(2 pi)^3 times the integral of
-// 4 pi k^2 (4 pi N / (V k)) exp(-k^2 / 4 alpha^2) is (4 / pi) N (alpha d)^2 exp(-s^2). Each derivative more, of which
-// the force between dipoles has two, is a factor of 2 alpha s d in both.
+// The costs of both sums balance if the terms of each source cost the same: N (4 pi / 3) (s/alpha)^3 / V in real space
+// and half of (4 pi / 3) (2 s alpha)^3 V / (2 pi)^3 waves. A real-space term with erfc costs about as much as `cost`
+// waves.
+// Neglected magnitudes beyond s, in units of q / d^2: in real space N/V times the integral of 4 pi r^2 (2 alpha /
+// (sqrt(pi) r)) exp(-alpha^2 r^2) is 4 sqrt(pi) exp(-s^2) / (alpha d). For waves with |S_k| <= N q, V/(2 pi)^3 times
+// the integral of 4 pi k^2 (4 pi N / (V k)) exp(-k^2 / 4 alpha^2) is (4 / pi) N (alpha d)^2 exp(-s^2). Each further
+// derivative is a factor of 2 alpha s d in both; the force between dipoles has two.
 Splitting splitting_for(const Sources& sources, double tolerance, double alpha) {
   require_consistent(sources);
   if (!(tolerance > 0))
@@ -227,7 +228,7 @@ Splitting splitting_for(const Sources& sources, double tolerance, double alpha) 
   const double n = std::max(1, sources.size()), shortest = sources.shortest_length(), cost = 8;
   const double cube = shortest * shortest * shortest / sources.volume();
   if (alpha == 0) alpha = std::pow(2 * cost * n * cube * cube, 1.0 / 6) * std::sqrt(pi) / shortest;
-  const double spread = alpha * shortest / std::cbrt(n * cube);  // alpha d
+  const double spread = alpha * shortest / std::cbrt(n * cube);  // alpha times d
   const int derivatives = sources.dipole.empty() ? 0 : 2;
   const double s = decay_length(4 / (inv_sqrtpi * spread), spread, derivatives, tolerance);
   const double wave_s = decay_length(4 / pi * n * spread * spread, spread, derivatives, tolerance);

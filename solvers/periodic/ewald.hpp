@@ -6,35 +6,37 @@
 
 namespace lichtenberg::periodic {
 
-/// Where a sum is split in two (Ewald 1921): every charge amid a Gaussian cloud of the opposite one, which is felt
-/// within `cutoff` only, and clouds that undo these, which are summed as waves up to `wave_cutoff`.
+/// Parameters of the split sum (Ewald 1921). In the real-space sum each charge is screened by a Gaussian cloud of
+/// opposite charge and acts within `cutoff` only. The compensating clouds are summed as waves up to `wave_cutoff`
+/// (reciprocal-space sum).
 struct Splitting {
-  double alpha = 0;        ///< 1/length: the clouds are exp(-alpha^2 r^2)
-  double cutoff = 0;       ///< length; may be many boxes
-  double wave_cutoff = 0;  ///< 1/length
+  double alpha = 0;        ///< Splitting parameter (1/length): the clouds are exp(-alpha^2 r^2)
+  double cutoff = 0;       ///< Real-space cut-off (length); may exceed the box
+  double wave_cutoff = 0;  ///< Reciprocal-space cut-off (1/length)
 };
 
-/// Cut-offs that leave no field (and no force on a unit charge, or on a dipole of moment d) wrong by more than
-/// `tolerance`, in units of the largest charge over the squared mean spacing d = (V/N)^(1/3). The bound adds up
-/// magnitudes, for sources spread evenly; the largest error at 150 random places is .2 of it (`validation/periodic`).
-/// `alpha` 0: the one that makes both sums take equally long. Throws InputError if the tolerance is not positive.
+/// Returns cut-offs that bound the field error by `tolerance`, in units of the largest charge over the squared mean
+/// spacing d = (V/N)^(1/3). The same bound holds for the force on a unit charge and on a dipole of moment d. The bound
+/// adds up magnitudes for evenly spread sources; the largest error at 150 random positions is 0.2 of it
+/// (`validation/periodic`). `alpha` 0: the value that balances the cost of both sums. Throws InputError unless the
+/// tolerance is positive.
 Splitting splitting_for(const Sources& sources, double tolerance, double alpha = 0);
 
-/// Ewald's sum term by term with all images (Allen and Tildesley 2017; G 3.19, 3.20 as the README corrects them): the
-/// reference for every other way, to some 1e-15 of the largest terms. The work grows with N^(3/2), but for N^2
-/// comparisons of distances.
+/// Ewald's sum, term by term with all images (Allen and Tildesley 2017; G 3.19, 3.20 as corrected in the README). It is
+/// the reference for all other sums, to about 1e-15 of the largest terms. The work grows with N^(3/2), apart from N^2
+/// distance comparisons.
 class Ewald : public Sum {
  public:
-  /// Split by splitting_for.
+  /// Uses the parameters of splitting_for.
   explicit Ewald(double tolerance = 1e-12) : tolerance_(tolerance) {}
   explicit Ewald(const Splitting& splitting) : splitting_(splitting) {}
 
   double cutoff() const override { return 0; }
-  /// Throws what require_consistent throws.
+  /// Throws the exceptions of require_consistent.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
-  /// What the sources of `sample` feel of all sources, where asking for every one would take too long: `response` has
-  /// one entry for each of them, and their share of the energy. For m of N, (2 m / N)^(1/6) of the balanced alpha makes
-  /// both sums equally long.
+  /// Computes the response of the sources in `sample` to all sources, for samples of large systems. `response` has one
+  /// entry for each of them, and their share of the energy. For m of N sources, (2 m / N)^(1/6) times the balanced
+  /// alpha balances the cost of both sums.
   void evaluate_at(std::span<const int> sample, const Sources& sources, parallel::Team& team, Response& response) const;
 
  private:

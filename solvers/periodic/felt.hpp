@@ -5,7 +5,7 @@
 #include "solvers/compensated.hpp"
 #include "solvers/periodic/screened.hpp"
 
-// How the sums that go from one source to the next add up and write down what each feels.
+// Accumulation and storage of fields and forces for the sums that treat one source after another.
 namespace lichtenberg::periodic {
 
 struct CompensatedFelt {
@@ -41,7 +41,8 @@ inline std::vector<int> all_of(const Sources& sources) {
   return all;
 }
 
-/// Of the sources of `sample`, whose response has one entry for each: 1/2 sum (charge * potential - dipole . field).
+/// Returns 1/2 sum (charge * potential - dipole . field) over the sources of `sample`; `response` has one entry for
+/// each.
 inline double energy_of(const Sources& sources, std::span<const int> sample, const Response& response) {
   CompensatedSum energy;
   for (std::size_t k = 0; k < sample.size(); ++k) {

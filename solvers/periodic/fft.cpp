@@ -25,7 +25,7 @@ struct Complex {
   friend Complex operator+(const Complex& a, const Complex& b) { return {a.re + b.re, a.im + b.im}; }
   friend Complex operator-(const Complex& a, const Complex& b) { return {a.re - b.re, a.im - b.im}; }
   friend Complex operator*(Real s, const Complex& a) { return {s * a.re, s * a.im}; }
-  Complex turned() const { return {im, -re}; }  ///< times -i
+  Complex turned() const { return {im, -re}; }  ///< Product with -i
 };
 
 template <class Real>

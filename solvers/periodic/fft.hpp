@@ -6,9 +6,9 @@
 
 namespace lichtenberg::periodic {
 
-/// A discrete Fourier transform of complex numbers along one axis, of `side_by_side` rows at once (Stockham's method;
-/// radices 2 to 5, other primes by the definition). FFTW's measured plans do not give the same
-/// bits in each run.
+/// Discrete Fourier transform of complex numbers along one axis, of `side_by_side` rows at once. Stockham's method with
+/// radices 2 to 5; other primes by the definition. FFTW is not used because its measured plans do not give bitwise
+/// identical results in each run.
 template <class Real>
 class RowTransform {
  public:
@@ -18,14 +18,14 @@ class RowTransform {
   explicit RowTransform(int length);
 
   /// Transforms re + i im with exp(-2 pi i k x / length) in place; `spare`: twice the length. With re and im exchanged
-  /// it is the transform back. Not normalized.
+  /// it is the inverse transform. Neither is normalized.
   void apply(Numbers* re, Numbers* im, Numbers* spare) const;
 
  private:
   struct Pass {
     int radix, groups, stride;
-    std::vector<Real> cosine, sine;            ///< of the twiddle factors, [groups][radix]
-    std::vector<Real> root_cosine, root_sine;  ///< roots of unity of a radix above 5
+    std::vector<Real> cosine, sine;            ///< Twiddle factors, [groups][radix]
+    std::vector<Real> root_cosine, root_sine;  ///< Roots of unity, for a radix above 5
   };
   template <int radix>
   static void apply(const Pass& pass, const Numbers* re, const Numbers* im, Numbers* to_re, Numbers* to_im);
@@ -35,11 +35,11 @@ class RowTransform {
   std::vector<Pass> passes_;
 };
 
-/// Transposes as many rows as each has numbers.
+/// Transposes a square block: as many rows as each has numbers.
 template <class Numbers>
 void transpose(Numbers* rows) {
   constexpr int n = count_of<Numbers>;
-  // Each round moves a bit of a number's row to its column and one of its column to its row.
+  // Each round exchanges one bit of the row index with one bit of the column index.
 #pragma GCC unroll 4
   for (int round = 1; round < n; round *= 2) {
     Numbers turned[n];

@@ -7,17 +7,17 @@ namespace lichtenberg::periodic {
 
 namespace {
 
-/// Modes that a mesh cannot tell apart differ by whole numbers of turns a spacing. Splines of order 4 leave 1e-7 of the
-/// seventh: those up to `far_turns` make the sums over windows alone. A cloud that a mesh can carry at all has nothing
-/// left of the second.
+/// Modes that a mesh cannot distinguish (aliases) differ by multiples of 2 pi / spacing. Sums over windows alone
+/// include aliases up to `far_turns`, since splines of order 4 leave 1e-7 of the seventh. Sums with the cloud stop at
+/// `near_turns`: for usable meshes the cloud has nothing left of the second.
 constexpr int far_turns = WindowTransform::far_turns, near_turns = 1;
 
-/// One axis of a mesh: what the sums over modes that look alike are made of, for mode 0 to points / 2.
+/// Sums over the aliases of modes 0 to points / 2 along one axis of a mesh.
 struct Axis {
   struct Mode {
-    double u2 = 0, k2u2 = 0, k4u2 = 0;  ///< sums of U^2, k^2 U^2 and k^4 U^2, U the window's transform
-    std::array<double, 2> shifted{};    ///< sums of U(m) U(m + 1), U(m) U(m + 2)
-    std::array<double, 2 * near_turns + 1> k2{}, square{};  ///< k^2 and U^2 one by one
+    double u2 = 0, k2u2 = 0, k4u2 = 0;  ///< Sums of U^2, k^2 U^2 and k^4 U^2; U is the window's transform
+    std::array<double, 2> shifted{};    ///< Sums of U(m) U(m + 1) and of U(m) U(m + 2)
+    std::array<double, 2 * near_turns + 1> k2{}, square{};  ///< k^2 and U^2 of each alias
   };
   std::vector<Mode> modes;
 
@@ -40,7 +40,7 @@ struct Axis {
   }
 };
 
-/// Sums over all modes that look like one on the mesh.
+/// Sums over all aliases of a mode on the mesh.
 struct Alike {
   double u2 = 0;        ///< U^2
   double k2u2 = 0;      ///< k^2 U^2
@@ -50,7 +50,7 @@ struct Alike {
   double factor() const { return cloud_u2 / (u2 * k2u2); }
 };
 
-/// use(k^2, U^2, 4 pi w) for the modes that the cloud has.
+/// Calls use(k^2, U^2, 4 pi w) for the aliases within the cloud's band limit.
 template <class Use>
 void visit_alike(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const Cloud& cloud, Use&& use) {
   const double limit = cloud.band_limit * cloud.band_limit;
@@ -73,8 +73,8 @@ Alike alike(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const
   return sums;
 }
 
-/// What modes that look alike leave of the force, squared, if charges have dipoles of mean square 3 `third`: the source
-/// in mode m and what feels it in mode n count 1 + third k^2 each, and what should be comes from m = n alone.
+/// Returns the squared error of the force due to aliases, for charges with dipoles of mean square 3 `third`. The source
+/// in mode m and the target in mode n count 1 + third k^2 each; only the terms with m = n belong to the exact force.
 double error_with_dipoles(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const Cloud& cloud,
                           double factor, double third) {
   const double u2 = x.u2 * y.u2 * z.u2;
@@ -97,7 +97,7 @@ struct Octant {
       : axes{Axis(mesh.lengths.x, mesh.points[0], transform), Axis(mesh.lengths.y, mesh.points[1], transform),
              Axis(mesh.lengths.z, mesh.points[2], transform)} {}
 
-  /// use(modes, Alike, how many modes of the mesh are this one's mirror images) for all but the constant.
+  /// Calls use(modes, Alike, number of mirror images of the mode on the mesh) for all modes except the constant.
   template <class Use>
   void visit(const Mesh& mesh, const Cloud& cloud, Use&& use) const {
     const auto images = [&](int axis, int mode) { return mode == 0 || 2 * mode == mesh.points[axis] ? 1 : 2; };

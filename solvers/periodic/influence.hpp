@@ -9,9 +9,9 @@
 
 namespace lichtenberg::periodic {
 
-/// A mesh in a periodic box, and how charges come on it: by windows of an order.
+/// Mesh in a periodic box, with the window by which charges are spread on it.
 struct Mesh {
-  Vec3 lengths;  ///< of the box
+  Vec3 lengths;  ///< Lengths of the box
   std::array<int, 3> points{};
   int order = 0;
   Window window = Window::spline;
@@ -20,25 +20,26 @@ struct Mesh {
   double volume() const { return lengths.x * lengths.y * lengths.z; }
 };
 
-/// What makes potentials of charges on a mesh, such that the forces, taken by differentiated splines, are as near as
-/// can be to those of clouds (Hockney and Eastwood 1988, 8-22, for such forces).
+/// Influence function: maps charges on a mesh to potentials. It minimizes the error of the forces, taken by
+/// differentiated splines, relative to those of the clouds (Hockney and Eastwood 1988, 8-22).
 struct Influence {
-  /// For mode (x, y, z) at (y * points[0] + x) * (points[2] / 2 + 1) + z, divided by the volume: what an unnormalized
-  /// transform and back needs.
+  /// Factor of mode (x, y, z), at (y * points[0] + x) * (points[2] / 2 + 1) + z, divided by the volume. This normalizes
+  /// an unnormalized transform and its inverse.
   std::vector<double> factor;
-  /// A charge that sits u spacings behind a mesh point along axis k sees, of itself, the potential
-  /// sum_n self_wave[k][n - 1] cos(2 pi n u) more than on average: splines are not quite translation invariant.
+  /// Amplitudes of the self potential's variation on the mesh: splines are not quite translation invariant. A unit
+  /// charge u spacings behind a mesh point along axis k sees sum_n self_wave[k][n - 1] cos(2 pi n u) more than the
+  /// average potential of its own cloud.
   std::array<std::array<double, 2>, 3> self_wave{};
 };
 
 Influence optimal_influence(const Mesh& mesh, const Cloud& cloud);
 
-/// Integral over space, averaged over the first charge's place on the mesh, of the square of the error of the force
-/// between two unit charges, with the optimal influence (Hockney and Eastwood 1988, 8-23). It hardly depends on the
-/// size of the box. With dipoles that point anywhere beside the charges, of mean square `dipole2` where that of charges
-/// is 1: a wave k of either is q + i k.mu, and counts q^2 + k^2 mu^2 / 3 (README, dipoles on a mesh).
+/// Squared error of the force between two unit charges with the optimal influence function (Hockney and Eastwood 1988,
+/// 8-23). It is integrated over space and averaged over the first charge's position on the mesh. It hardly depends on
+/// the size of the box. `dipole2`: mean square of randomly oriented dipoles, in addition to charges of mean square 1. A
+/// wave k of a source is q + i k.mu, and counts q^2 + k^2 mu^2 / 3 (README, dipoles on a mesh).
 double mesh_error(const Mesh& mesh, const Cloud& cloud, double dipole2 = 0);
-/// The same of charges alone, with another window than the mesh's.
+/// Like mesh_error above, for charges without dipoles and with another window than the mesh's.
 double mesh_error(const Mesh& mesh, const Cloud& cloud, const WindowTransform& window);
 
 }  // namespace lichtenberg::periodic

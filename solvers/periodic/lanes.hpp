@@ -6,8 +6,8 @@
 
 namespace lichtenberg::periodic {
 
-/// A SIMD vector of n numbers. It may lie anywhere in memory where one of its numbers may. The compiler chooses the
-/// instructions for the processor that it compiles for.
+/// SIMD vector of n numbers, aligned only as one of its numbers. The compiler chooses the instructions for its target
+/// processor.
 template <int n, class Real = double>
 struct LanesOf {
   typedef Real type __attribute__((vector_size(sizeof(Real) * n), aligned(alignof(Real)), may_alias));
@@ -29,7 +29,7 @@ using NumberOf = std::remove_cvref_t<decltype(Vector{}[0])>;
 template <class Vector>
 constexpr int count_of = sizeof(Vector) / sizeof(NumberOf<Vector>);
 
-/// The first half of a vector's numbers.
+/// Returns the first half of a vector's numbers.
 template <class Vector>
 [[gnu::always_inline]] inline auto low_half(const Vector& of) {
   return [&]<int... k>(std::integer_sequence<int, k...>) {
@@ -37,7 +37,7 @@ template <class Vector>
   }
   (std::make_integer_sequence<int, count_of<Vector> / 2>());
 }
-/// The second half.
+/// Returns the second half of a vector's numbers.
 template <class Vector>
 [[gnu::always_inline]] inline auto high_half(const Vector& of) {
   return [&]<int... k>(std::integer_sequence<int, k...>) {
@@ -45,7 +45,7 @@ template <class Vector>
   }
   (std::make_integer_sequence<int, count_of<Vector> / 2>());
 }
-/// One vector behind the other.
+/// Concatenates two vectors.
 template <class Vector>
 [[gnu::always_inline]] inline auto joined(const Vector& low, const Vector& high) {
   return [&]<int... k>(std::integer_sequence<int, k...>) {
@@ -53,7 +53,7 @@ template <class Vector>
   }
   (std::make_integer_sequence<int, 2 * count_of<Vector>>());
 }
-/// Numbers of two vectors in alternation, a0 b0 a1 b1 ..., from their lower halves or their upper ones.
+/// Interleaves the lower, or the upper, halves of two vectors: a0 b0 a1 b1 ...
 template <bool upper, class Vector>
 [[gnu::always_inline]] inline Vector interleaved(const Vector& a, const Vector& b) {
   constexpr int n = count_of<Vector>;
@@ -63,7 +63,7 @@ template <bool upper, class Vector>
   (std::make_integer_sequence<int, n>());
 }
 
-/// Two halves of n numbers that do not fit into one of the processor's vectors.
+/// Two halves of n numbers that do not fit into one vector register.
 template <int n, class Real>
 struct Twin {
   using Half = Lanes<n / 2, Real>;
@@ -84,7 +84,7 @@ template <int n, class Real>
 Lanes<n / 2, Real> high_half(const Twin<n, Real>& of) {
   return of.high;
 }
-/// Numbers in one vector, or in two.
+/// Numbers in one vector, or in two (Twin).
 template <int n, class Real>
 using Pack =
     typename std::conditional_t<n * sizeof(Real) <= 64, LanesOf<n, Real>, std::type_identity<Twin<n, Real>>>::type;
@@ -96,7 +96,7 @@ template <class P, class Half>
     return joined(low, high);
 }
 
-/// The sums of four times four numbers, adjacent ones first.
+/// Returns the four sums of four vectors of four numbers; adds adjacent numbers first.
 template <class Four>
 Four totals(const Four& a, const Four& b, const Four& c, const Four& d) {
   const Four ab = __builtin_shufflevector(a, b, 0, 4, 2, 6) + __builtin_shufflevector(a, b, 1, 5, 3, 7);

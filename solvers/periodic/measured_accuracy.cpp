@@ -12,9 +12,9 @@ namespace lichtenberg::periodic {
 
 namespace {
 
-constexpr int few = 200;  ///< charges, whose Ewald sum costs nothing
+constexpr int few = 200;  ///< Number of charges up to which Ewald's sum is used directly: its cost is negligible
 
-/// Some sources and the forces on them.
+/// Sample of sources with the reference forces on them.
 struct Exact {
   std::vector<int> sample;
   std::vector<double> force;
@@ -33,7 +33,7 @@ Response evaluated(Sum& sum, const Sources& sources) {
   return response;
 }
 
-/// To a thirtieth of what is asked for.
+/// Computes reference forces, with an error of 1/30 of the requested one.
 Exact exact_forces(const MeshRequest& request, const Sources& sources) {
   constexpr double share = 1.0 / 30;
   const double finer = request.accuracy * share;
@@ -43,7 +43,7 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
       exact.accuracy = finer, exact.only_double = true, exact.by_hand = {}, exact.longest_cutoff = INFINITY;
       const MeshChoice choice = choose_quick_mesh(exact);
       return {spread_over(sources.size(), sources.size()), evaluated(*make_mesh_sum(choice), sources).force};
-    } catch (const InputError&) {  // no mesh is so fine
+    } catch (const InputError&) {  // No mesh reaches this accuracy: use Ewald's sum
     }
   }
   constexpr int enough = 64;
@@ -54,7 +54,8 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
   return {sample, response.force};
 }
 
-/// Those that the charges induce on this mesh; none where that has no end, of which a run says more.
+/// Returns the dipoles that the charges induce on this mesh. Empty if they have no stable state, which the run itself
+/// reports in detail.
 std::vector<double> induced_dipoles(const MeshChoice& choice, const MeshRequest& request, const Sources& sources) {
   std::vector<double> dipole;
   if (!request.polarizability) return dipole;
@@ -69,7 +70,8 @@ std::vector<double> induced_dipoles(const MeshChoice& choice, const MeshRequest&
   return dipole;
 }
 
-/// Where one charge alone is not 0, what it feels is rounding, and no error is a part of that.
+/// Returns false if the forces are rounding errors only, as for a single non-zero charge. A relative error has no
+/// meaning then.
 bool has_forces(const Exact& exact, const Sources& sources, double contact) {
   double charge2 = 0, squares = 0;
   for (const double q : sources.charge) charge2 += q * q;
@@ -97,7 +99,7 @@ MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given
   std::vector<double> charge(given.charge.begin(), given.charge.end());
   if (std::ranges::all_of(charge, [](double q) { return q == 0; }))
     for (std::size_t i = 0; i < charge.size(); ++i) charge[i] = i % 2 == 0 ? 1 : -1;
-  MeshChoice best = choose_quick_mesh(request);  // throws if that is out of reach
+  MeshChoice best = choose_quick_mesh(request);  // Throws if the request is out of reach
   Sources sources{given.lengths, given.position, charge};
   const std::vector<double> dipole = induced_dipoles(best, request, sources);
   sources.dipole = dipole;
@@ -106,13 +108,13 @@ MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given
   if (!has_forces(exact, sources, request.contact)) return best;
   MeshRequest now = request;
   now.accuracy = std::max(0.5 * request.accuracy, 1e-8);
-  constexpr double least_single = 7e-7;  // nearly twice its own error
+  constexpr double least_single = 7e-7;  // Nearly twice the error of single precision itself
   if (request.accuracy > least_single) now.accuracy = std::max(now.accuracy, least_single);
   for (int round = 0; round < rounds; ++round) {
     MeshChoice found = best;
     try {
       found = choose_quick_mesh(now);
-    } catch (const InputError&) {  // so fine is out of reach
+    } catch (const InputError&) {  // The finer accuracy is out of reach
       if (round > 0) return best;
     }
     found.error = found_error(found, sources, exact);

@@ -76,15 +76,15 @@ void MeshSum<Real>::compute(const Sources& sources, Kind kind, bool potentials, 
   mesh_.add(columns_, kind, sums, team);
 }
 
-/// A force is `factor` times a field: `on_unit` less `share` of the mean that is taken off.
+/// Force on a source: `factor` times a field, which is `on_unit` less `share` of the subtracted mean.
 template <class Real>
 struct MeshSum<Real>::Acting {
   const Real* on_unit;
   double factor, share;
 };
 
-/// The mean force is taken off in proportion to the charge squared. A dipole counts as two charges that are the mesh's
-/// reach apart.
+/// The mean force is subtracted in proportion to the squared charge. A dipole counts as two charges separated by the
+/// mesh's reach.
 template <class Real>
 typename MeshSum<Real>::Acting MeshSum<Real>::acting_on(const Sources& sources, int i) const {
   const std::size_t at = 4 * static_cast<std::size_t>(columns_.sorted()[i]);
@@ -94,7 +94,7 @@ typename MeshSum<Real>::Acting MeshSum<Real>::acting_on(const Sources& sources, 
   return {&force_[at], columns_.charge_unit(), (charge * charge + dipole2) / columns_.charge_unit()};
 }
 
-/// Sums over some sources of forces, strengths and energies.
+/// Returns sums over some sources: forces (3), their shares, and energies.
 template <class Real>
 [[gnu::noinline]] std::array<double, 5> MeshSum<Real>::totals_of(const Sources& sources, int first, int end) const {
   const double by_potential = columns_.charge_unit() / near_.cutoff(), by_field = by_potential / near_.cutoff();
@@ -110,7 +110,7 @@ template <class Real>
   return totals;
 }
 
-/// Takes the mean force off with the least change of the field that does.
+/// Subtracts the mean force with the least change of the field, in the sense of least squares.
 template <class Real>
 void MeshSum<Real>::fill(const Sources& sources, parallel::Team& team, std::vector<double>& force, Response* rest) {
   constexpr int sources_a_task = 1024;

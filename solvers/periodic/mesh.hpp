@@ -8,11 +8,11 @@
 
 namespace lichtenberg::periodic {
 
-/// Coulomb sums by a near part, pair by pair, and a smooth part on a mesh (Hockney and Eastwood 1988): the work grows
-/// with N log N. Potential, field and force are derivatives of its energy, except for the mean force of the mesh,
-/// which is taken off the forces: they add up to 0. `choose_mesh` finds parameters for an accuracy. It finds its pairs
-/// itself. Single precision does charges, to relative errors of error_of_single_precision; positions are rounded to
-/// 2^-32 of the box, and the processor's instructions change the last digits of the result.
+/// Coulomb sums by a near part, pair by pair, and a smooth part on a mesh (Hockney and Eastwood 1988); the work grows
+/// with N log N. Potential, field and force are derivatives of one energy, except that the mean force due to the mesh
+/// is subtracted, so that forces add up to 0. `choose_mesh` finds parameters for an accuracy. The sum finds its own
+/// pairs. Single precision supports charges only, with a relative error of at least error_of_single_precision. It
+/// rounds positions to 2^-32 of the box, and the last digits of its results depend on the processor's instructions.
 template <class Real>
 class MeshSum : public Sum {
  public:
@@ -20,13 +20,13 @@ class MeshSum : public Sum {
   MeshSum(const Mesh& mesh, const Cloud& cloud);
 
   double cutoff() const override { return 0; }
-  /// Throws InputError if the box is not the mesh's, for dipoles in single precision or with splines of an order below
-  /// lowest_dipole_order, and if the energy is not finite, as it is for sources at the same place.
+  /// Throws InputError if the box is not the mesh's, for dipoles in single precision or with splines below
+  /// lowest_dipole_order. Also throws it if the energy is not finite, as for two sources at the same position.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
-  /// Does without the potentials of near pairs of charges. Throws what `evaluate` throws.
+  /// Like `evaluate`, without the potentials of near pairs of charges. Throws the exceptions of `evaluate`.
   void forces(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
               std::vector<double>& force) override;
-  /// Takes about as long as the field of charges.
+  /// Costs about as much as the field of charges.
   void dipole_field(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                     std::span<double> field) override;
   SumSeconds seconds() const override { return seconds_; }
@@ -43,7 +43,7 @@ class MeshSum : public Sum {
   Near<Real> near_;
   ChargeMesh<Real> mesh_;
   Columns<Real> columns_;
-  std::vector<Real> field_, force_;  ///< FeltSums
+  std::vector<Real> field_, force_;  ///< Storage of FeltSums
   SumSeconds seconds_;
 };
 

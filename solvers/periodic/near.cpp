@@ -10,22 +10,22 @@
 
 namespace lichtenberg::periodic {
 
-/// Sources that follow each other in a column, and the box around them.
+/// Consecutive sources of a column, and the box around them.
 template <class Real>
 struct Near<Real>::Cluster {
   int first = 0, size = 0;
   std::array<Place, 3> centre;
-  std::array<Real, 3> half;  ///< of the box around them, in cut-offs
+  std::array<Real, 3> half;  ///< Half extents of the box, in units of the cut-off
 };
 
-/// A column whose sources may be near those of another.
+/// Column whose sources may be near those of another column.
 template <class Real>
 struct Near<Real>::NearColumn {
   const int* first = nullptr;  ///< Columns::first of its bins
-  Real reach = 0;              ///< along z, in parts of the box
+  Real reach = 0;              ///< Distance along z within which they may be near, as a fixed-point fraction of the box
 };
 
-/// Gathers the sources that follow a cluster in the order of the columns and are near it, some hundred at a time, and
+/// Gathers the sources behind a cluster in the order of the columns that are near it, up to some hundred at a time, and
 /// computes their interactions with the cluster.
 template <class Real>
 template <Kind kind, bool potentials>
@@ -33,18 +33,18 @@ class Near<Real>::Neighbourhood {
   static constexpr int n = width<Real>;
   using Many = periodic::Many<Real>;
   using Places = periodic::Places<Real>;
-  /// Columns::quantity that interact.
+  /// Components of Columns::quantity that interact.
   static constexpr int first_quantity = kind == Kind::dipoles ? 1 : 0;
   static constexpr int quantities = kind == Kind::charges ? 1 : kind == Kind::dipoles ? 3 : 4;
   static constexpr int rows = 3 + quantities;
-  /// Kernels that are needed.
+  /// Range of the kernels needed.
   static constexpr int first_kernel = kind == Kind::multipoles || (kind == Kind::charges && potentials) ? 0 : 1;
   static constexpr int last_kernel = kind == Kind::charges ? 1 : kind == Kind::dipoles ? 2 : 3;
-  /// Sources of the cluster that are computed with at a time.
+  /// Number of the cluster's sources that are processed together.
   static constexpr int at_once = kind == Kind::multipoles ? 2 : 4;
-  static constexpr int fields = kind == Kind::multipoles ? 8 : 4;  ///< numbers that are summed up: FeltSums
+  static constexpr int fields = kind == Kind::multipoles ? 8 : 4;  ///< Numbers summed per source: FeltSums
   static constexpr int most = 512;
-  static constexpr Real far = 8;  ///< beyond the cut-off of everything near
+  static constexpr Real far = 8;  ///< Coordinate of padding sources: beyond the cut-off of every near source
 
  public:
   Neighbourhood(const Near& near, const Columns<Real>& columns, const FeltSums<Real>& sums)
@@ -78,7 +78,7 @@ class Near<Real>::Neighbourhood {
       for (Many& sum : sums) sum = Many{};
   }
 
-  /// Adds the sources of a column that are within its reach of the cluster's box along z.
+  /// Adds the sources of a column within its reach of the cluster's box along z.
   void add_column(const NearColumn& column) {
     const int bins = columns_.bins();
     const Real reach = column.reach + cluster_.half[2] * (Real(1.00001) / near_.scale_[2]);
@@ -86,7 +86,7 @@ class Near<Real>::Neighbourhood {
     const int low = part<Place>(cluster_.centre[2] - steps, bins), up = part<Place>(cluster_.centre[2] + steps, bins);
     if (low <= up && steps < (Place{1} << (bits_of<Real> - 2))) {
       add(column.first[low], column.first[up + 1]);
-    } else if (low <= up) {  // nearly all of it, or all
+    } else if (low <= up) {  // The range covers nearly all of the column, or all of it
       add(column.first[0], column.first[bins]);
     } else {
       add(column.first[low], column.first[bins]);
@@ -94,7 +94,7 @@ class Near<Real>::Neighbourhood {
     }
   }
 
-  /// Adds those of some sorted sources that come behind the cluster and are within the cut-off of its box.
+  /// Adds the sorted sources from `first` to `end` that come behind the cluster and lie within the cut-off of its box.
   void add(int first, int end) {
     for (int s = std::max(first, cluster_.first + cluster_.size); s < end; s += n) {
       Many apart[3], square{};
@@ -117,15 +117,15 @@ class Near<Real>::Neighbourhood {
     }
   }
 
-  /// Computes the interactions with the gathered sources.
+  /// Computes the interactions of the cluster with the gathered sources.
   void act() {
     fill_up();
     for (int block = 0; block < count_; block += n) meet<false>(block);
     count_ = 0;
   }
 
-  /// Computes the interactions with the rest of the gathered sources, and of the cluster's with each other. Two at
-  /// one place make the sums infinite.
+  /// Computes the interactions with the remaining gathered sources, and those within the cluster. Two sources at the
+  /// same position make the sums infinite.
   void add_own() {
     const int others = count_, mixed = others / n * n;
     for (int k = 0; k < rows; ++k) lanes<together>(&near_by_[k][others]) = lanes<together>(at_[k].data());
@@ -137,7 +137,8 @@ class Near<Real>::Neighbourhood {
     count_ = 0;
   }
 
-  /// Computes the interactions of the cluster with as many others as there are lanes; with its own, each pair once.
+  /// Computes the interactions of the cluster with one SIMD vector of other sources. Pairs within the cluster are
+  /// counted once.
   template <bool may_be_own>
   [[gnu::always_inline]] void meet(int block) {
     Many other[rows], reaction[fields]{};
@@ -165,7 +166,7 @@ class Near<Real>::Neighbourhood {
                       (f == 0 ? sums_.field : sums_.force).data());
   }
 
-  /// Adds the interactions of the cluster's i-th source with others, from which it is at r.
+  /// Adds the interactions of the cluster's i-th source with others; r points from them to it.
   [[gnu::always_inline]] void add_pairs(int i, const Many* r, const Many* b, const Many* other, Many* reaction) {
     Many* sum = sum_[i];
     if constexpr (kind == Kind::charges) {
@@ -190,7 +191,7 @@ class Near<Real>::Neighbourhood {
         sum[k] += radial * r[k] - b[1] * from[k];
         reaction[k] += back * r[k] - b[1] * mine(k);
       }
-      if constexpr (kind == Kind::multipoles) {  // the force is (q + mu.grad) of the field
+      if constexpr (kind == Kind::multipoles) {  // The force is (q + mu.grad) of the field
         const Real charge = at_[3][i];
         const Many both = mine(0) * from[0] + mine(1) * from[1] + mine(2) * from[2];
         const Many central = charge * radial - along * (other[0] * b[2] + along_other * b[3]) + both * b[2];
@@ -205,7 +206,7 @@ class Near<Real>::Neighbourhood {
     }
   }
 
-  /// Fills the last block up with sources beyond the cut-off.
+  /// Pads the last block with sources beyond the cut-off.
   void fill_up() {
     for (int k = 0; k < rows; ++k) lanes<n>(&near_by_[k][count_]) = Many{} + (k < 3 ? far : Real{});
   }
@@ -215,11 +216,11 @@ class Near<Real>::Neighbourhood {
   const Table table_;
   const FeltSums<Real> sums_;
   Cluster cluster_;
-  /// Places of the cluster's sources from its centre, in cut-offs, and their quantities.
+  /// Positions of the cluster's sources relative to its centre, in units of the cut-off, and their quantities.
   alignas(64) std::array<std::array<Real, together>, rows> at_;
   Many sum_[together][fields];
   int count_ = 0;
-  /// Places and quantities of the gathered sources, and their index in the order of the columns.
+  /// Positions and quantities of the gathered sources, and their index in the order of the columns.
   alignas(64) std::array<std::array<Real, most + 3 * n>, rows> near_by_;
   alignas(64) std::array<Difference<Real>, most + 3 * n> number_;
 };
@@ -231,7 +232,8 @@ Near<Real>::Near(Vec3 lengths, const Cloud& cloud)
     throw InputError(fmt::format("a cut-off of {} is more than a third of the box of {} x {} x {}", cutoff_, lengths.x,
                                  lengths.y, lengths.z));
   for (int k = 0; k < 3; ++k) {
-    // Everything within the cut-off of a cluster has its nearest image in common for all its sources.
+    // This bound ensures that each source within the cut-off of a cluster has the same nearest image for all of its
+    // sources.
     const double longest = lengths[k] / cutoff_ - 2;
     longest_[k] = static_cast<Real>(k < 2 ? longest : std::min({longest, widest_ / cutoff_, 2.0}));
     scale_[k] = static_cast<Real>(lengths[k] / cutoff_ / whole_box<Real>);
@@ -270,7 +272,8 @@ bool Near<Real>::too_long(const std::array<Difference<Real>, 3>& low,
   return false;
 }
 
-/// Takes sources from `first` on until they are too far apart.
+/// Makes a cluster of sources from `first` on, up to `together` of them, as long as its box does not exceed the largest
+/// extents.
 template <class Real>
 typename Near<Real>::Cluster Near<Real>::cluster_from(const Columns<Real>& columns, int first, int end) const {
   Cluster cluster{.first = first, .size = std::min(together, end - first), .centre = {}, .half = {}};
@@ -298,7 +301,7 @@ typename Near<Real>::Cluster Near<Real>::cluster_from(const Columns<Real>& colum
   return boxed(columns, cluster, low, high);
 }
 
-/// Adds the box that reaches from `low` to `high`, seen from the first source.
+/// Sets centre and half extents of the cluster's box, given `low` and `high` relative to its first source.
 template <class Real>
 typename Near<Real>::Cluster Near<Real>::boxed(const Columns<Real>& columns, Cluster cluster,
                                                const std::array<Difference<Real>, 3>& low,
@@ -312,13 +315,13 @@ typename Near<Real>::Cluster Near<Real>::boxed(const Columns<Real>& columns, Clu
   return cluster;
 }
 
-/// The column itself and those behind it that may hold something near its sources.
+/// Returns the column itself and those behind it that may contain sources near its own.
 template <class Real>
 std::vector<typename Near<Real>::NearColumn> Near<Real>::columns_near(const Columns<Real>& columns, int column) const {
   constexpr Real more = 1.00001, less = 0.99999;
   const auto [across, down] = columns.count();
   const auto [x, y] = columns.column(column);
-  // Columns to either side, or all of them.
+  // Number of columns to visit along an axis: those within the cut-off, or all.
   const auto steps = [&](int k, int count) {
     return std::min(count, 2 * static_cast<int>(static_cast<Real>(count) / (scale_[k] * whole_box<Real>)+1) + 3);
   };

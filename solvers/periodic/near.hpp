@@ -9,27 +9,28 @@
 
 namespace lichtenberg::periodic {
 
-/// Computes the near part of charges and dipoles that are taken for clouds. Sources that follow each other in a column
-/// make a cluster; everything near a cluster interacts with all its sources at once. In single precision: charges.
+/// Computes the near part of the sum for charges and dipoles: the interaction minus that of their clouds. Consecutive
+/// sources of a column form a cluster; all sources near a cluster interact with the whole cluster at once. In single
+/// precision: charges only.
 template <class Real>
 class Near {
  public:
-  static constexpr int together = 8;  ///< sources of a cluster
-  /// Highest degree of a cloud's polynomial.
+  static constexpr int together = 8;  ///< Maximum number of sources of a cluster
+  /// Highest degree of the polynomial that represents a cloud's potential.
   static constexpr int highest_degree = sizeof(Real) == 4 ? 18 : 30;
 
-  /// Throws InputError for a cutoff beyond longest_cutoff, and for a cloud that needs a higher degree.
+  /// Throws InputError for a cut-off beyond longest_cutoff, and for a cloud that needs a higher degree.
   Near(Vec3 lengths, const Cloud& cloud);
 
-  /// The longest cut-off in a box. Half of it, so that a source meets one image of each other; in single precision a
-  /// third, so that clusters may be as long as that.
+  /// Longest cut-off in a box. In double precision half of the shortest side, so that a source meets one image of each
+  /// other source. In single precision a third of it, so that clusters may be as long as the cut-off.
   static double longest_cutoff(Vec3 lengths);
   double cutoff() const { return cutoff_; }
   int degree(Kind kind) const { return table(kind).terms - 1; }
-  /// Layout of columns that reach at least as far as the cut-off and `reach`.
+  /// Returns the layout of columns with a reach of at least the cut-off and `reach`.
   typename Columns<Real>::Layout layout(double reach) const;
-  /// Overwrites `sums`, in units of cut-off and charge_unit(). Without `potentials` those stay 0, and the fields have
-  /// the same bits. The same bits for any number of threads.
+  /// Overwrites `sums`, in units of the cut-off and charge_unit(). Without `potentials` the potentials are 0 and the
+  /// fields are bitwise identical. Results are bitwise identical for any number of threads.
   void compute(const Columns<Real>& columns, Kind kind, bool potentials, const FeltSums<Real>& sums,
                parallel::Team& team) const;
 
@@ -52,8 +53,8 @@ class Near {
   const Table& table(Kind kind) const { return kind == Kind::charges ? of_charges_ : of_dipoles_; }
 
   double cutoff_, widest_;
-  std::array<Real, 3> longest_;  ///< extents of a cluster, in cut-offs
-  std::array<Real, 3> scale_;    ///< of a coordinate, to cut-offs
+  std::array<Real, 3> longest_;  ///< Largest extents of a cluster, in units of the cut-off
+  std::array<Real, 3> scale_;    ///< Factors from coordinates to lengths in units of the cut-off
   Table of_charges_, of_dipoles_;
 };
 

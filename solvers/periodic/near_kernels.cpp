@@ -14,8 +14,7 @@ namespace {
 
 constexpr int lowest_degree = 4, highest_degree = 30;
 
-/// Expands the cloud's potential in a series of Chebyshev polynomials of 2 (r / cutoff)^2 - 1, with far more terms than
-/// needed.
+/// Expands the cloud's potential in Chebyshev polynomials of 2 (r / cutoff)^2 - 1, with far more terms than needed.
 std::vector<double> chebyshev_series(const Cloud& cloud) {
   constexpr int nodes = 48;
   std::vector<double> series(nodes);
@@ -27,41 +26,43 @@ std::vector<double> chebyshev_series(const Cloud& cloud) {
   return series;
 }
 
-/// The largest change of the force between two charges that a Chebyshev polynomial of degree n makes, times a quarter
-/// of the cutoff: the force is 4 r / cutoff^2 times its slope, which is n^2 at most.
+/// Bound on the change of the force between two charges due to a Chebyshev polynomial of degree n, times a quarter of
+/// the cut-off. The force is 4 r / cutoff^2 times the polynomial's slope, which is at most n^2.
 double force_of_charges(double n) { return n * n; }
 
-/// Like force_of_charges, for the derivatives of that force, which act between dipoles, in units of the charges'
-/// potential and its curvature in the middle: a dipole is as two charges so far apart. Second and third derivatives of
-/// the polynomial are n^2 (n^2 - 1) / 3 and n^2 (n^2 - 1) (n^2 - 4) / 15 at most, each with 4 r / cutoff^2 more.
+/// Like force_of_charges, for the derivatives of that force, which act between dipoles. A dipole counts as two charges
+/// at a distance that follows from the cloud's potential and its curvature at the centre. Second and third derivatives
+/// of the polynomial are at most n^2 (n^2 - 1) / 3 and n^2 (n^2 - 1) (n^2 - 4) / 15, each with a further factor 4 r /
+/// cutoff^2.
 double force_of_dipoles(double n, const Cloud& cloud) {
   const double apart = std::sqrt(cloud.potential(0) / (3 * cloud.dipole_field)) / cloud.cutoff;
   const double n2 = n * n, second = 4 * n2 * (n2 - 1) / 3, third = 16 * n2 * (n2 - 1) * (n2 - 4) / 15;
   return std::max({n2, apart * (n2 + second), apart * apart * (3 * second + third)});
 }
 
-/// The first degree from which on the terms left out change the force by less than a tenth of the root mean square,
-/// over the ball of the cutoff, of what the cloud itself loses.
+/// Returns the lowest even degree at which the neglected terms change the force by less than a tenth of the rms of
+/// Cloud::lost, taken over the ball of the cut-off.
 int sufficient_degree(const std::vector<double>& series, const Cloud& cloud, const auto& force) {
   const double volume = 4 * M_PI / 3 * std::pow(cloud.cutoff, 3);
   const double most = 0.1 * std::sqrt(cloud.lost / volume) * cloud.cutoff / 4;
   int degree = highest_degree;
   for (double left = 0; degree > lowest_degree; --degree) {
-    // Terms of rounding alone, of which derivatives would make much, are no better kept than left.
+    // Terms at the level of rounding do not count: keeping them improves nothing, since derivatives amplify their
+    // errors.
     if (std::abs(series[degree]) > 5e-15 * std::abs(series[0])) left += std::abs(series[degree]) * force(degree);
     if (left > most) break;
   }
   return std::min(highest_degree, (degree + 1) / 2 * 2);
 }
 
-/// Integral over the ball of the cutoff of the square of the force that the terms beyond a degree make: with x = 2
-/// (r / cutoff)^2 - 1 it is 4 r / cutoff^2 times the sum of a_n n U_(n-1)(x).
+/// Integral over the ball of the cut-off of the squared force of the terms beyond a degree. With x = 2 (r / cutoff)^2 -
+/// 1 this force is 4 r / cutoff^2 times the sum of a_n n U_(n-1)(x).
 double lost_beyond(int degree, const std::vector<double>& series, const Cloud& cloud) {
   constexpr int shells = 200;
   double lost = 0;
   for (int shell = 0; shell < shells; ++shell) {
     const double part = (shell + 0.5) / shells, r = part * cloud.cutoff, x = 2 * part * part - 1;
-    double force = 0, before = 0, now = 1;  // U_(n-2), U_(n-1)
+    double force = 0, before = 0, now = 1;  // Chebyshev polynomials U_(n-2), U_(n-1)
     for (int n = 1; n <= highest_degree; ++n) {
       if (n > degree) force += series[n] * n * now;
       before = std::exchange(now, 2 * x * now - before);

@@ -8,24 +8,23 @@
 #include "solvers/periodic/cloud.hpp"
 #include "solvers/periodic/sources.hpp"
 
-// The near part of two charges or dipoles that are taken for clouds: B_0 = 1/r less the cloud's potential, and B_(n+1)
-// = -B_n' / r, by polynomials in r^2 (README).
+// Near part of two charges or dipoles with clouds: B_0 = 1/r less the cloud's potential, and B_(n+1) = -B_n' / r. The
+// cloud's potential and its derivatives are polynomials in r^2 (README).
 namespace lichtenberg::periodic {
 
-/// Coefficients of powers of 2 (r / cutoff)^2 - 1 of a polynomial that stands for the cloud's potential within the
-/// cutoff. Its degree, 4 to 30, is the lowest at which the square of the change of the force between unit charges,
-/// integrated over the ball of the cutoff, is at most .09 of Cloud::lost. Errors add up in squares: that of the near
-/// part grows by 4 %, that of a sum to which the mesh contributes as much by 2 %.
+/// Returns the coefficients of powers of 2 (r / cutoff)^2 - 1 of a polynomial that approximates the cloud's potential
+/// within the cut-off. Its degree, 4 to 30, is the lowest that keeps the squared change of the force between unit
+/// charges, integrated over the ball of the cut-off, at or below 0.09 of Cloud::lost. Errors add up in squares: that of
+/// the near part grows by 4 %, that of a sum with an equal mesh error by 2 %.
 std::vector<double> cloud_polynomial(const Cloud& cloud);
-/// A polynomial for double precision and devices: terms that are left out change the force, or its derivatives that act
-/// between dipoles, by less than a tenth of the root mean square of that loss. An even degree, at most 30.
+/// Returns a polynomial for double precision and devices, of even degree and at most 30. The neglected terms change the
+/// force, or its derivatives that act between dipoles, by less than a tenth of the root mean square of Cloud::lost.
 std::vector<double> cloud_polynomial(const Cloud& cloud, Kind kind);
 
-/// Returns the cutoff. Throws InputError for a box whose lengths are not positive, and for a cutoff of more than half
-/// a length.
+/// Returns the cut-off. Throws InputError if a side of the box is not positive, or if the cut-off exceeds half a side.
 double checked_cutoff(Vec3 lengths, double cutoff);
 
-/// With x = turn r^2 - 1, B_k is (2k - 1)!! / r^(2k + 1) + sum_n term[k][n] x^n. Terms that are not needed are 0.
+/// Near kernels: with x = `turn` r^2 - 1, B_k is (2k - 1)!! / r^(2k + 1) + sum_n term[k][n] x^n. Unneeded terms are 0.
 template <class Real, int most>
 struct NearKernels {
   int terms = 0;
@@ -33,7 +32,7 @@ struct NearKernels {
   Real term[4][most] = {};
 
   NearKernels() = default;
-  /// `cloud`: coefficients of cloud_polynomial, at most `most`; `by_square`: `turn`.
+  /// `cloud`: coefficients of cloud_polynomial, at most `most`; `by_square`: the value of `turn`.
   NearKernels(std::vector<double> cloud, double by_square)
       : terms(static_cast<int>(cloud.size())), turn(static_cast<Real>(by_square)) {
     for (double& coefficient : cloud) coefficient = -coefficient;
@@ -46,8 +45,8 @@ struct NearKernels {
   }
 };
 
-/// Computes B_first to B_last at n distances, whose squares are `r2` and inverses `over`. `terms`: a number, or a
-/// constant that loops are unrolled for. A Number is a number or a vector of them.
+/// Computes B_first to B_last at n distances, given their squares `r2` and inverses `over`. `terms`: a number, or a
+/// compile-time constant for which loops are unrolled. Number is a scalar or a SIMD vector.
 template <int first, int last, int n, class Number, class Terms, class Table>
 LICHTENBERG_HOST_DEVICE inline void screened(const Table& table, Terms terms, const Number (&r2)[n],
                                              const Number (&over)[n], Number (&b)[4][n]) {

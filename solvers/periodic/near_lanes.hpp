@@ -10,10 +10,10 @@
 #include <immintrin.h>
 #endif
 
-// Vectors of the near part, as wide as the processor's.
+// SIMD vectors of the near part, as wide as the processor's registers.
 namespace lichtenberg::periodic {
 
-// Bytes of the processor's vectors.
+// Bytes of a SIMD register.
 #if defined(__AVX512F__)
 constexpr int bytes_wide = 64;
 #else
@@ -32,14 +32,14 @@ using EightPlaces = Lanes<8, Difference<Real>>;
 template <class Real>
 constexpr Real whole_box = sizeof(Real) == 4 ? 0x1p32 : 0x1p64;
 
-/// Newton's step for 1 / sqrt(x).
+/// Performs a Newton step for 1 / sqrt(x).
 template <class Real>
 [[gnu::always_inline]] inline Many<Real> improved(const Many<Real>& y, const Many<Real>& x) {
   constexpr Real half = 0.5, three_halves = 1.5;
   return y * (three_halves - half * x * y * y);
 }
 
-/// 1 / sqrt(x) to the digits of the precision: an estimate and Newton's steps.
+/// Computes 1 / sqrt(x) to the digits of the precision, by a hardware estimate and Newton steps.
 [[gnu::always_inline]] inline Many<float> over_root(const Many<float>& x) {
 #if defined(__AVX512F__)
   return improved<float>(reinterpret_cast<Many<float>>(_mm512_rsqrt14_ps(reinterpret_cast<__m512>(x))), x);
@@ -67,7 +67,7 @@ Many<Real> magnitude(const Many<Real>& x) {
   return reinterpret_cast<Many<Real>>(reinterpret_cast<Places<Real>>(x) & std::numeric_limits<Difference<Real>>::max());
 }
 
-/// Stores the lanes of `x` whose bit is set, one behind the other; others may follow them.
+/// Stores the lanes of `x` whose bit is set consecutively at `to`; may write undefined values behind them.
 template <class Real>
 void store_those(const Many<Real>& x, unsigned bits, Real* to) {
 #if defined(__AVX512F__)
@@ -83,7 +83,7 @@ void store_those(const Many<Real>& x, unsigned bits, Real* to) {
 #endif
 }
 
-/// A bit for each lane below 1.
+/// Returns a bit mask of the lanes with values below 1.
 template <class Real>
 unsigned below_one(const Many<Real>& x) {
 #if defined(__AVX512F__)
@@ -98,7 +98,7 @@ unsigned below_one(const Many<Real>& x) {
 #endif
 }
 
-/// 0, 1, 2 ...
+/// Returns the numbers 0, 1, 2, ...
 template <class Numbers>
 Numbers ascending() {
   Numbers numbers;
@@ -106,7 +106,7 @@ Numbers ascending() {
   return numbers;
 }
 
-/// The sum over all lanes, four numbers at a time.
+/// Adds up groups of four lanes: returns the vector of four sums of every fourth lane.
 template <class Vector>
 auto quarters_of(const Vector& of) {
   if constexpr (count_of<Vector> == 4)
@@ -115,7 +115,7 @@ auto quarters_of(const Vector& of) {
     return quarters_of(low_half(of) + high_half(of));
 }
 
-/// Adds four numbers of each of the first `count` lanes to sums[4 * number].
+/// Transposes four vectors and adds four numbers of each of the first `count` lanes to sums[4 * number].
 template <class Real>
 [[gnu::always_inline]] inline void add_lanes(const Many<Real> (&of)[4], const Difference<Real>* number, int count,
                                              Real* sums) {

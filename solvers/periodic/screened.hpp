@@ -7,14 +7,14 @@
 
 namespace lichtenberg::periodic {
 
-/// The difference of two places between the images that are nearest to each other.
+/// Reduces a difference of two positions to that of the nearest images.
 inline Vec3 nearest_image(Vec3 r, Vec3 lengths) {
   for (int k = 0; k < 3; ++k) r[k] -= lengths[k] * std::nearbyint(r[k] / lengths[k]);
   return r;
 }
 
-/// B_0 = erfc(alpha r) / r and B_(n+1) = -B_n' / r: the potential of a charge amid a Gaussian cloud of the opposite one
-/// and what its derivatives are made of (Smith 1998). At alpha = 0: 1/r, 1/r^3, 3/r^5, 15/r^7.
+/// B_0 = erfc(alpha r) / r and B_(n+1) = -B_n' / r: potential of a unit charge screened by an opposite Gaussian cloud,
+/// and the functions of its derivatives (Smith 1998). At alpha = 0: 1/r, 1/r^3, 3/r^5, 15/r^7.
 struct Screened {
   double b0, b1, b2, b3;
 };
@@ -28,7 +28,7 @@ inline Screened screened(double r2, double alpha) {
   return {b0, b1, b2, (5 * b2 + 4 * a2 * a2 * gauss) * inverse};
 }
 
-/// The same at alpha = 0.
+/// Unscreened functions: those of `screened` at alpha = 0.
 inline Screened unscreened(double r2) {
   const double inverse = 1 / r2, b0 = std::sqrt(inverse), b1 = b0 * inverse, b2 = 3 * b1 * inverse;
   return {b0, b1, b2, 5 * b2 * inverse};
@@ -45,15 +45,15 @@ inline Multipole multipole(const Sources& sources, int i) {
   return {sources.charge[i], mu.empty() ? Vec3{} : Vec3{mu[3 * i], mu[3 * i + 1], mu[3 * i + 2]}};
 }
 
-/// What one source is subject to.
+/// Potential, field and force at one source.
 struct Felt {
   double potential = 0;
   Vec3 field{}, force{};
 };
 
-/// What `on` feels of `from`, which is at `r` from it. The potential is (from.charge + from.dipole . d/dr) B_0(r); `on`
-/// is at -r seen from there, so the field is the potential's slope in r, and the force is (on.charge - on.dipole .
-/// d/dr) times the field.
+/// Returns potential, field and force at `on` due to `from`, whose position relative to `on` is r. The potential is
+/// (from.charge + from.dipole . d/dr) B_0(r). Seen from `from`, `on` is at -r, so the field is the gradient of the
+/// potential in r, and the force is (on.charge - on.dipole . d/dr) times the field.
 inline Felt felt(const Screened& b, Vec3 r, const Multipole& on, const Multipole& from) {
   const double along_from = dot(from.dipole, r), along_on = dot(on.dipole, r);
   const double radial = from.charge * b.b1 - along_from * b.b2;

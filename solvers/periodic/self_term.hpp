@@ -5,19 +5,19 @@
 #include "solvers/geometry/host_device.hpp"
 #include "solvers/periodic/influence.hpp"
 
-// The potential of a unit charge's own cloud at its place, by a mesh. It is a little stronger at some places than at
-// others: two waves along each axis are taken off.
+// Potential of a unit charge's own cloud at its position, as computed on a mesh. It varies with the position between
+// mesh points; the two leading waves along each axis are subtracted.
 namespace lichtenberg::periodic {
 
-/// Along some axes: the potential beyond its mean, half its slope (half, for the cloud moves with the charge), and its
-/// curvature.
+/// Self term along one axis or several: potential beyond its mean, half of its slope (half, because the cloud moves
+/// with the charge), and its curvature.
 template <class Number>
 struct SelfTerm {
   Number potential, half_slope, curvature;
 };
 
-/// `cosine` and `half_turn`: cos(2 pi s), and half its derivative by s, at s spacings from the middle between two
-/// points; first and second: the waves from there (waves_from_middle).
+/// Computes the self term at s spacings from the middle between two points. `cosine` and `half_turn`: cos(2 pi s), and
+/// half of its derivative with respect to s. `first` and `second`: the amplitudes of waves_from_middle.
 template <class Real, class Number>
 LICHTENBERG_HOST_DEVICE SelfTerm<Number> self_term(const Number& cosine, const Number& half_turn, const Number& first,
                                                    const Number& second, const Number& over_spacing) {
@@ -27,8 +27,8 @@ LICHTENBERG_HOST_DEVICE SelfTerm<Number> self_term(const Number& cosine, const N
           minus_4_pi2 * (first * cosine + 4 * second * twice) * over_spacing * over_spacing};
 }
 
-/// Influence::self_wave as seen from the middle between two points, by wave and axis. Half a spacing turns the first
-/// wave round; so does the mesh's lying back by half of an odd order.
+/// Returns Influence::self_wave, by wave and axis, relative to the middle between two points. Half a spacing changes
+/// the sign of the first wave. So does the half-spacing offset of windows of odd order.
 inline std::array<std::array<double, 4>, 2> waves_from_middle(const Influence& influence, int order) {
   std::array<std::array<double, 4>, 2> waves{};
   for (int k = 0; k < 3; ++k) {

@@ -20,7 +20,7 @@ Felt felt_within(const Sources& sources, int i, double reach2) {
   return sum.total();
 }
 
-/// What a unit charge does at some distance: its potential, and its field over that distance.
+/// Potential of a unit charge at some distance, and its field divided by that distance.
 struct Shifted {
   double potential = 0, field = 0;
 };
@@ -32,10 +32,10 @@ class ShiftedCharge {
   Shifted at(double r2) const {
     if (!(r2 < cutoff_ * cutoff_)) return {};
     const Screened here = screened(r2, alpha_);
-    const double r = std::sqrt(r2), field = end_.b1 * cutoff_;  // -w'(c)
+    const double r = std::sqrt(r2), field = end_.b1 * cutoff_;  // Slope of w at the cut-off: -w'(c)
     return {here.b0 - end_.b0 + (r - cutoff_) * field, here.b1 - field / r};
   }
-  /// The limit of v - 1/r as r goes to 0.
+  /// Limit of v - 1/r at r = 0.
   double of_itself() const { return -2 * alpha_ * std::numbers::inv_sqrtpi - end_.b0 - cutoff_ * cutoff_ * end_.b1; }
 
  private:
@@ -57,7 +57,7 @@ void MinimumImage::evaluate(const Sources& sources, std::span<const Pair>, paral
   response.energy = energy_of(sources, all_of(sources), response);
 }
 
-// The pairs' terms are computed by all threads and added by one, in order.
+// All threads compute the terms of the pairs; one thread adds them in order, for reproducible sums.
 void ShiftedForce::evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                             Response& response) {
   require_consistent(sources);

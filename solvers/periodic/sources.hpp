@@ -8,21 +8,21 @@
 
 namespace lichtenberg::periodic {
 
-/// Properties of sources that a sum takes into account.
+/// Kinds of sources that a sum takes into account.
 enum class Kind {
-  charges,     ///< field and potential of charges
-  dipoles,     ///< field of dipoles alone: charges are taken for 0, and potentials are undefined
-  multipoles,  ///< field, potential and force of charges with dipoles
+  charges,     ///< Field and potential of charges
+  dipoles,     ///< Field of dipoles alone: charges are taken as 0, and potentials are undefined
+  multipoles,  ///< Field, potential and force of charges with dipoles
 };
 
-/// Point charges, and point dipoles if there are any, in a box that is periodic on all its sides and surrounded by a
-/// conductor ("tin-foil" boundary). A box whose charges do not add up to zero is filled with the uniform background
-/// that makes it neutral. Units: any of length and charge, with Coulomb's constant 1.
+/// Point charges, and point dipoles if any, in a box that is periodic along all axes and surrounded by a conductor
+/// ("tin-foil" boundary). A uniform background neutralizes a box whose charges do not add up to zero. Units: any of
+/// length and charge, with Coulomb's constant 1.
 struct Sources {
-  Vec3 lengths;                      ///< of the box
-  std::span<const double> position;  ///< [3 N]; any image of a source stands for it
+  Vec3 lengths;                      ///< Lengths of the box
+  std::span<const double> position;  ///< [3 N]; any image of a source may be given
   std::span<const double> charge;    ///< [N]
-  std::span<const double> dipole{};  ///< [3 N]; empty: there are none
+  std::span<const double> dipole{};  ///< [3 N]; empty: no dipoles
 
   int size() const { return static_cast<int>(charge.size()); }
   Vec3 place(int i) const { return {position[3 * i], position[3 * i + 1], position[3 * i + 2]}; }
@@ -30,15 +30,15 @@ struct Sources {
   double shortest_length() const { return std::min({lengths.x, lengths.y, lengths.z}); }
 };
 
-/// Throws InputError unless the lengths of the box are positive numbers and those of the arrays fit each other.
+/// Throws InputError unless the lengths of the box are positive and finite and the array sizes match.
 void require_consistent(const Sources& sources);
 
-/// What the sources do to each other: each feels all others, their images, its own images and the background.
+/// Effect of the sources on each other: each is subject to all others, their images, its own images and the background.
 struct Response {
   std::vector<double> potential;  ///< [N], at the sources
   std::vector<double> field;      ///< [3 N], at the sources
-  std::vector<double> force;      ///< [3 N]: charge times field, and (dipole . grad) field
-  double energy = 0;  ///< of charges and dipoles held as they are: 1/2 sum (charge * potential - dipole . field)
+  std::vector<double> force;      ///< [3 N]: charge times field, plus (dipole . grad) field
+  double energy = 0;  ///< Energy of fixed charges and dipoles: 1/2 sum (charge * potential - dipole . field)
 };
 
 }  // namespace lichtenberg::periodic

@@ -7,27 +7,26 @@
 
 namespace lichtenberg::periodic {
 
-/// Wall time (s) that evaluations have taken, if they tell their parts apart.
+/// Accumulated wall time (s) of evaluations by part; 0 for sums that do not measure it.
 struct SumSeconds {
   double near = 0, mesh = 0;
 };
 
-/// A way to compute the periodic Coulomb sums of Sources.
+/// Interface of methods that compute the periodic Coulomb sums of Sources.
 class Sum {
  public:
   virtual ~Sum() = default;
-  /// Pairs whose nearest images are at most this far apart must be among those that `evaluate` is given; 0: it needs
-  /// none.
+  /// Distance up to which `evaluate` needs all pairs of nearest images; 0: it needs none.
   virtual double cutoff() const = 0;
-  /// Overwrites `response`. `pairs`: in ascending order, each once; pairs beyond the cutoff cost time and change
-  /// nothing. The result is the same bits for any number of threads.
+  /// Overwrites `response`. `pairs`: in ascending order, each once; pairs beyond the cut-off do not change the result.
+  /// Results are bitwise identical for any number of threads.
   virtual void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                         Response& response) = 0;
-  /// Overwrites `force` ([3 N]) with the forces of that response, the same bits, in less time if there is a way.
+  /// Overwrites `force` ([3 N]) with the forces of `evaluate`, bitwise identical, at lower cost if the method allows.
   virtual void forces(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                       std::vector<double>& force);
-  /// Overwrites `field` ([3 N]) with the field that the dipoles make at each other's places, and nothing else: charges
-  /// are taken for 0. It is linear in the dipoles and, but for rounding, symmetric.
+  /// Overwrites `field` ([3 N]) with the field of the dipoles alone at each other's positions; charges are taken as 0.
+  /// It is linear in the dipoles and, up to rounding, symmetric.
   virtual void dipole_field(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                             std::span<double> field);
   virtual SumSeconds seconds() const { return {}; }

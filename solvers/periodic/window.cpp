@@ -9,7 +9,7 @@ namespace lichtenberg::periodic {
 
 namespace {
 
-using Polynomial = std::vector<double>;  ///< of s^d
+using Polynomial = std::vector<double>;  ///< Coefficients of s^d
 
 constexpr int lowest_order = 4, highest_order = 8;
 
@@ -30,7 +30,7 @@ void add(Polynomial& to, double factor, const Polynomial& of) {
   for (std::size_t d = 0; d < of.size(); ++d) to[d] += factor * of[d];
 }
 
-/// The polynomial through as many points as it has terms, Newton's.
+/// Returns the interpolation polynomial through the points, in Newton's form.
 Polynomial through(const std::vector<double>& s, std::vector<double> values) {
   const int terms = static_cast<int>(s.size());
   for (int order = 1; order < terms; ++order)
@@ -48,7 +48,7 @@ Polynomial through(const std::vector<double>& s, std::vector<double> values) {
   return result;
 }
 
-/// A prolate function of some spacings' width, each of which has a polynomial of that degree.
+/// Returns a prolate function `spacings` wide as a polynomial of the given degree for each spacing.
 std::vector<Polynomial> prolate_pieces(int spacings, double band_limit, int degree) {
   const Cloud psi = prolate_cloud(band_limit * M_PI * spacings, 1);
   std::vector<double> nodes;
@@ -63,7 +63,7 @@ std::vector<Polynomial> prolate_pieces(int spacings, double band_limit, int degr
   return pieces;
 }
 
-/// With a box a spacing wide: integrals over what of its two pieces the box covers.
+/// Convolves a function with a box one spacing wide: each new piece is an integral over parts of two old ones.
 std::vector<Polynomial> folded(const std::vector<Polynomial>& pieces) {
   std::vector<Polynomial> result(pieces.size() + 1, Polynomial{0});
   for (std::size_t j = 0; j < pieces.size(); ++j) {
@@ -76,7 +76,7 @@ std::vector<Polynomial> folded(const std::vector<Polynomial>& pieces) {
   return result;
 }
 
-/// What the boxes are folded with, and how many these are.
+/// Function with which the boxes are convolved, and the number of boxes.
 struct Core {
   int boxes;
   std::vector<Polynomial> pieces;
@@ -98,8 +98,7 @@ double total(const std::vector<Polynomial>& pieces) {
 
 }  // namespace
 
-/// Those that have the least mesh_error at the spacings that an accuracy from 1e-2 (order 4) to 1e-6 (order 8) asks
-/// for.
+/// The recipes have the least mesh_error at the spacings of accuracies from 1e-2 (order 4) to 1e-6 (order 8).
 ProlateRecipe prolate_recipe(int order) {
   constexpr ProlateRecipe of_orders[] = {{1, 0.64}, {2, 0.64}, {2, 0.67}, {3, 0.66}, {4, 0.68}};
   return of_orders[order - lowest_order];
@@ -126,19 +125,19 @@ const WindowTransform& WindowTransform::of(Window window, int order) {
 }
 
 WindowTransform::WindowTransform(int order, ProlateRecipe recipe) : boxes_(recipe.boxes) {
-  // Gauss' with six points integrates polynomials up to degree eleven: cos(k s) with k up to far_turns and a half, of
-  // which half a turn in a spacing counts most.
+  // Six-point Gauss quadrature is exact for polynomials up to degree 11. It integrates cos(k s) for k up to
+  // (`far_turns` + 1/2) 2 pi / spacing, of which k below pi / spacing matters most.
   constexpr double at[] = {0.2386191860831969, 0.6612093864662645, 0.9324695142031521};
   constexpr double weights[] = {0.4679139345726910, 0.3607615730481386, 0.1713244923791704};
   const std::vector<Polynomial> pieces = prolate_core(order, recipe).pieces;
-  constexpr int parts = 4;  // of a spacing
+  constexpr int parts = 4;  // Parts of a spacing
   const double middle = 0.5 * static_cast<double>(pieces.size()), size = total(pieces);
   for (std::size_t j = 0; j < pieces.size(); ++j)
     for (int part = 0; part < parts; ++part)
       for (int n = 0; n < 6; ++n) {
         const double s = (part + 0.5 + (n % 2 == 0 ? 0.5 : -0.5) * at[n / 2]) / parts - 0.5;
         const double x = static_cast<double>(j) + 0.5 - middle + s;
-        if (x < 0) continue;  // the window is even
+        if (x < 0) continue;  // The window is even
         nodes_.push_back(
             {x, weights[n / 2] / parts * value(pieces[j], s) / size, std::cos(2 * M_PI * x), std::sin(2 * M_PI * x)});
       }

@@ -5,48 +5,49 @@
 
 namespace lichtenberg::periodic {
 
-/// What a charge becomes along each axis of a mesh, as many points wide as an order says.
+/// Function by which a charge is spread along each axis of a mesh; its width in points is its order.
 enum class Window {
-  spline,   ///< a cardinal B-spline: as many boxes, each a spacing wide, folded with each other
-  prolate,  ///< some boxes folded with a prolate spheroidal wave function as wide as the rest (README, windows)
+  spline,   ///< Cardinal B-spline: `order` boxes, each one spacing wide, convolved with each other
+  prolate,  ///< Some boxes convolved with a prolate spheroidal wave function of the remaining width (README, windows)
 };
 
-/// How a prolate window is made: so many boxes folded with a prolate function as wide as the rest of the order, of this
-/// band limit over pi times its width.
+/// Recipe of a prolate window: number of boxes, and the prolate function's band limit over pi times its width. The
+/// prolate function is as wide as the order less the number of boxes.
 struct ProlateRecipe {
   int boxes;
   double band_limit;
 };
-/// The one of a window of order 4 to 8, found by a search (validation/windows.cpp).
+/// Returns the recipe of a window of order 4 to 8, found by a search (validation/windows.cpp).
 ProlateRecipe prolate_recipe(int order);
 
-/// A window between two mesh points: with s from -1/2 to 1/2 the place between them, from their middle and in spacings,
-/// the c-th of the points around it has the weight sum_d pieces[d][c] s^d, with as many terms as points. Points and
-/// their order are those of Spline; orders from 4 to 8.
+/// Returns the polynomials of a window between two mesh points; orders from 4 to 8. With s from -1/2 to 1/2 the offset
+/// from the middle between them, in spacings, the c-th of the `order` surrounding points, in ascending order, has the
+/// weight sum_d pieces[d][c] s^d. There are as many terms as points.
 std::vector<std::vector<double>> window_pieces(Window window, int order);
 
-/// Fourier transforms of a window.
+/// Fourier transform of a window.
 class WindowTransform {
  public:
   static constexpr int far_turns = 6;
   using Turned = std::array<double, 2 * far_turns + 1>;
 
-  /// Orders from 4 to 8, each made once.
+  /// Returns the shared transform of a window of order 4 to 8.
   static const WindowTransform& of(Window window, int order);
-  /// Of a prolate window of any order and recipe with fewer boxes than the order.
+  /// Makes the transform of a prolate window of any order, for a recipe with fewer boxes than the order.
   WindowTransform(int order, ProlateRecipe recipe);
 
-  /// At k + 2 pi m, m from -far_turns to far_turns, for k in 1 / spacing: 1 at 0. Such waves look alike on a mesh.
+  /// Returns the transform at k + 2 pi m, m from -far_turns to far_turns, with k in 1 / spacing; it is 1 at 0. These
+  /// waves are aliases of each other on the mesh.
   Turned operator()(double k) const;
 
  private:
   explicit WindowTransform(int boxes) : boxes_(boxes) {}
 
   struct Node {
-    double place, weight, cosine, sine;  ///< of 2 pi place
+    double place, weight, cosine, sine;  ///< Cosine and sine of 2 pi place
   };
   int boxes_;
-  std::vector<Node> nodes_;  ///< of what the boxes are folded with; none: of nothing
+  std::vector<Node> nodes_;  ///< Quadrature nodes of the prolate function; empty for a spline
 };
 
 }  // namespace lichtenberg::periodic

@@ -1,6 +1,6 @@
 #pragma once
 
-// The walk through the parts of periodic sums on an executor.
+// Periodic sums on an executor: order of their near and mesh parts.
 
 #include <algorithm>
 #include <cmath>
@@ -12,13 +12,13 @@
 
 namespace lichtenberg::periodic::device {
 
-/// 2^-n that makes every charge at most 1; 1 if all are 0.
+/// Returns the power of two that scales every charge to at most 1; 1 if all are 0.
 LICHTENBERG_HOST_DEVICE inline double charge_scale(double largest) {
   return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest) - 1) : 1;
 }
 
-/// Fields, potentials and energy of charges on an executor. Charges are sorted by cells by who has them; what is
-/// computed is of scaled charges, and its bits do not depend on how they are sorted.
+/// Fields, potentials and energy of charges on an executor. The caller sorts the charges by cells and scales them to at
+/// most 1. Results do not depend on the order of the charges, bit by bit.
 template <class Executor>
 class ChargeSums {
  public:
@@ -33,23 +33,23 @@ class ChargeSums {
   MeshPart<Executor>& mesh() { return mesh_; }
   const MeshTables& tables() const { return tables_; }
 
-  /// For what n charges feel.
+  /// Allocates the results of n charges.
   void make_room(int n) {
     if (n != n_) {
       felt_.resize(n);
       force_.resize(n);
-      felt_.zero(), force_.zero();  // grains are sorted, with these, before the first evaluation
+      felt_.zero(), force_.zero();  // Grains are sorted together with these arrays before the first evaluation
     }
     n_ = n;
   }
-  /// For n charges that are sorted in cells, and move by at most `moved` before they are sorted again.
+  /// Prepares sums for n charges that are sorted by cells and move by at most `moved` before the next sorting.
   void arrange(int n, const CellsView& cells, double moved) {
     make_room(n);
     mesh_.arrange(n, cells, moved);
   }
-  /// Partners beyond the cutoff change nothing. Without potentials their energy is not computed either.
+  /// Computes fields, and potentials and energy if `potentials`. Partners beyond the cut-off do not change the result.
   void evaluate(const Charged* charges, const TableView& partners, bool potentials) {
-    // Spreading fills a device by itself; transforms do not.
+    // Spreading occupies the whole device; transforms do not, so the near part runs concurrently with them.
     mesh_.template spread<Kind::charges>(charges);
     run_->beside([&] { mesh_.solve(); },
                  [&] {
@@ -59,7 +59,7 @@ class ChargeSums {
                  });
     mesh_.template gather<Kind::charges>({charges, nullptr, felt_.data(), nullptr}, totals_.data());
   }
-  /// The same of charges with dipoles, and the forces on them.
+  /// Like evaluate above, for charges with dipoles; also computes the forces.
   void evaluate(const Charged* charges, const Moment* moments, const TableView& partners) {
     run_->beside(
         [&] {
@@ -83,13 +83,13 @@ class ChargeSums {
         [&] { near_dipole_field(charges, moments, partners, field); });
     mesh_.template gather<Kind::dipoles>({charges, moments, field, nullptr}, nullptr);
   }
-  /// Overwrites `field` with that of near dipoles alone, less what the mesh has of them.
+  /// Overwrites `field` with the near part of the dipoles' field alone.
   void near_dipole_field(const Charged* charges, const Moment* moments, const TableView& partners, Felt* field) {
     compute_near<Kind::dipoles>(*run_, tables_.multipoles, {n_, partners, charges, moments, field, nullptr});
   }
   Felt* felt() const { return felt_.data(); }
-  /// Of charges with dipoles. In place of a potential stands how much of the net force is taken off each, for a whole
-  /// of Totals::square.
+  /// Forces on charges with dipoles. The component `potential` is the share of the source in the subtracted net force,
+  /// whose total is Totals::square.
   Felt* force() const { return force_.data(); }
   const Totals* totals() const { return totals_.data(); }
   Totals* totals_to_change() const { return totals_.data(); }
@@ -106,7 +106,7 @@ class ChargeSums {
   parallel::Array<Totals, Executor> totals_;
 };
 
-/// As a Sum: places and charges go to the device, what they feel comes back.
+/// DeviceMesh on an executor: copies positions and charges to the device, and the results back.
 template <class Executor>
 class DeviceMeshOn final : public DeviceMesh {
  public:
@@ -198,7 +198,7 @@ class DeviceMeshOn final : public DeviceMesh {
     return profile;
   }
 
-  /// Public, as nvcc wants all functions that have kernels.
+  /// Public because nvcc requires this of functions that contain kernels.
   void arrange(const Sources& sources, double skin) {
     require_consistent(sources);
     const Vec3 lengths = sums_.lengths();
@@ -224,7 +224,7 @@ class DeviceMeshOn final : public DeviceMesh {
   }
 
  private:
-  /// Scaled by a power of two: no charge, nor dipole over a length of 1, is then above 1.
+  /// Uploads the sources, scaled by a power of two so that no charge, and no dipole over unit length, exceeds 1.
   void upload(const Sources& sources) {
     if (!sources.dipole.empty() && sums_.tables().multipoles.kernels.terms == 0)
       throw InputError("Dipoles on a device need splines of order 5 at least, and an accuracy of 1e-6 at most.");

@@ -1,7 +1,7 @@
 #pragma once
 
-// Induced dipoles on an executor: where they will be, from where they were (DipolePredictor), and conjugate gradients
-// from there (../dipoles.hpp). Sums over all are of whole numbers, so that their order does not matter.
+// Induced dipoles on an executor: prediction from earlier steps (DipolePredictor), then conjugate gradients
+// (../dipoles.hpp). Sums over all grains are sums of integers, so that their order does not matter.
 
 #include <array>
 #include <cmath>
@@ -12,9 +12,9 @@
 
 namespace lichtenberg::periodic::device {
 
-/// A sum of numbers, each rounded to a multiple of 2^-60: exact for 2^23 of them, which add up to less than 2^43.
+/// Sum of numbers, each rounded to a multiple of 2^-60: exact for up to 2^23 numbers with a total below 2^43.
 struct ExactSum {
-  std::int64_t high = 0, low = 0;  ///< times 2^-20 and 2^-60
+  std::int64_t high = 0, low = 0;  ///< Units 2^-20 and 2^-60
 
   static LICHTENBERG_HOST_DEVICE ExactSum of(double value) {
     const double scaled = value * 0x1p20, whole = std::floor(scaled);
@@ -30,7 +30,7 @@ struct ExactSum {
   friend LICHTENBERG_HOST_DEVICE ExactSum operator+(ExactSum a, const ExactSum& b) { return a += b; }
 };
 
-/// Two sums at once.
+/// Two exact sums.
 struct ExactPair {
   ExactSum first, second;
 
@@ -41,29 +41,29 @@ struct ExactPair {
   friend LICHTENBERG_HOST_DEVICE ExactPair operator+(ExactPair a, const ExactPair& b) { return a += b; }
 };
 
-/// How far the solver is.
+/// State of the dipole solver.
 struct DipoleSolve {
   double goal = 0,
-         square = 0;  ///< of the residual, squares over all; or of what a sweep of near dipoles changes, over A
+         square = 0;  ///< Squared norm of the residual; during sweeps over near dipoles, of the last change over A
   double step = 0, turn = 0;
-  double before = INFINITY;       ///< the residual's square at the last evaluation of this solve
-  std::int64_t applications = 0;  ///< of T, ever
+  double before = INFINITY;       ///< Squared norm of the residual at the last evaluation of this solve
+  std::int64_t applications = 0;  ///< Total number of applications of T in the run
   int go = 0, correct = 0, changed = 0;
   int iterations = 0, sweeps = 0;
-  int unstable = 0, unsolved = 0;  ///< 1: it has been found so
-  int known = 0;                   ///< steps of the history
+  int unstable = 0, unsolved = 0;  ///< Flags: 1 if found so in any step
+  int known = 0;                   ///< Number of steps of the history
 };
 
 constexpr int dipole_history = 4;
 
-/// All that goes with a grain when it is sorted.
+/// Per-grain data that move with a grain when grains are sorted.
 struct DipoleGrain {
   Vec3 dipole;
   Vec3 earlier[dipole_history];
   Felt force;
 };
 
-/// Where that stands.
+/// Device pointers to the arrays of DipoleGrain.
 struct DipoleArrays {
   Vec3* dipole;
   Vec3* earlier[dipole_history];
@@ -81,7 +81,7 @@ struct DipoleArrays {
   }
 };
 
-/// How many of n are in each part of them.
+/// Number of elements in part p of n elements.
 struct OfParts {
   static constexpr int a_part = 256;
   int n;
@@ -102,8 +102,8 @@ LICHTENBERG_HOST_DEVICE inline Moment moment(Vec3 v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
-/// Dipoles of charges that stand in ChargeSums, in units of charge and length: what is scaled is so within the solver
-/// alone, by a power of two.
+/// Solver for the induced dipoles of charges that ChargeSums evaluates. Dipoles are in units of charge times length;
+/// only within the solver they are scaled by a power of two.
 template <class Executor>
 class InducedDipolesOn {
   template <class T>
@@ -115,8 +115,8 @@ class InducedDipolesOn {
     solve_.resize(1);
   }
 
-  /// `history`: of earlier steps, the last first, each [3 N]; the first of them are the dipoles.
-  /// `applications` of T before.
+  /// Loads dipoles of earlier steps, the last one first, each [3 N]; the first are the present dipoles. `applications`:
+  /// number of applications of T so far.
   void load(int n, const std::vector<std::vector<double>>& history, std::int64_t applications) {
     n_ = n;
     const auto make = [&](auto&... arrays) { (arrays.resize(n), ...); };
@@ -147,29 +147,29 @@ class InducedDipolesOn {
     for (int k = 0; k < download().known; ++k) all.push_back(earlier_[k].download());
     return all;
   }
-  /// Where kernels that are recorded find it.
+  /// Address of the dipoles, for recorded kernels.
   const void* place() const { return dipole_.data(); }
 
-  /// The dipoles of the next step, from the start that the history has for them; `charges` of this scale. Where *go is
-  /// 0 there is none: the dipoles stay as they are.
+  /// Computes the dipoles of the next step, from the predictor's initial guess; `scale`: of `charges`. If *go is 0
+  /// there is no next step, and the dipoles stay unchanged.
   void follow(const Charged* charges, const double* scale, const TableView& partners, const int* go) {
     predict(go);
     solve(charges, scale, partners, go);
     finish(scale, dipole_history, go);
   }
-  /// The same step with other charges.
+  /// Computes the dipoles of the same step again, with other charges.
   void follow_charges(const Charged* charges, const double* scale, const TableView& partners) {
     solve(charges, scale, partners, nullptr);
     finish(scale, 1, nullptr);
   }
-  /// What these very dipoles do.
+  /// Computes fields and forces for the present dipoles, without solving.
   void evaluate(const Charged* charges, const double* scale, const TableView& partners) {
     take(scale);
     sums_->evaluate(charges, moments_.data(), partners);
     finish(scale, 0, nullptr);
   }
 
-  // With kernels, which nvcc wants to be public.
+  // The following functions contain kernels, which nvcc requires to be public.
 
   void permute(const int* order) {
     DipoleGrain* spare = spare_.data();
@@ -182,7 +182,7 @@ class InducedDipolesOn {
     const DipoleArrays all = arrays();
     DipoleSolve* solve = solve_.data();
     run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
-      // Kolafa's always stable ones, of as many steps as are known (DipolePredictor).
+      // Kolafa's always stable predictor for the number of steps known (DipolePredictor).
       if (!*go) return;
       constexpr double weight[dipole_history + 1][dipole_history] = {
           {}, {1}, {2, -1}, {2.5, -2, 0.5}, {2.8, -2.8, 1.2, -0.2}};
@@ -204,10 +204,11 @@ class InducedDipolesOn {
     });
   }
 
-  /// What charges and the start's dipoles do is all that is wanted, if the start is good enough; or what they do once
-  /// near dipoles have taken off most of the residual, again and again while that takes off much. If it does not,
-  /// conjugate gradients follow, with 1/A as the preconditioner's inverse. The residual is compared with the field of
-  /// charges and dipoles. Where *go is 0 the start is taken as it is.
+  /// Solves for the dipoles and computes fields and forces. Evaluates charges and initial guess; this suffices if the
+  /// residual is within the tolerance. Otherwise sweeps over near dipoles correct most of the residual, and the
+  /// evaluation is repeated while this reduces it considerably. If it does not, conjugate gradients follow, with 1/A as
+  /// the inverse preconditioner. The tolerance is relative to the field of charges and dipoles. If *go is 0 the initial
+  /// guess is accepted.
   void solve(const Charged* charges, const double* scale, const TableView& partners, const int* go) {
     take(scale);
     sums_->evaluate(charges, moments_.data(), partners);
@@ -226,8 +227,9 @@ class InducedDipolesOn {
     });
     run_->when(&solve->changed, [&] { sums_->evaluate(charges, moments_.data(), partners); });
   }
-  /// The correction A r + A T d of what d was, T of near dipoles alone: what is left of a residual r by them is by how
-  /// much d changes, over A. If that does not fall the series has no end, and what it has brought is a start.
+  /// Performs one sweep: the correction d becomes A r + A T d, with T for near dipoles only. The change of d over A is
+  /// the remaining residual of the near system. If it does not decrease the series diverges, and the present correction
+  /// is accepted as an initial guess.
   void sweep(const Charged* charges, const TableView& partners) {
     constexpr int most = 8;
     sums_->near_dipole_field(charges, moments_.data(), partners, field_.data());
@@ -246,7 +248,7 @@ class InducedDipolesOn {
           return ExactPair{ExactSum::of(norm2(change)), {}};
         },
         [=] LICHTENBERG_HOST_DEVICE(const ExactPair& all) {
-          constexpr double share = 0.25;  // of the goal: far dipoles leave something too
+          constexpr double share = 0.25;  // A share of the goal only, since far dipoles add to the residual
           const double now = all.first.value();
           solve->go = now > share * solve->goal && now < solve->square && ++solve->sweeps < most;
           solve->square = now;
@@ -277,7 +279,7 @@ class InducedDipolesOn {
         },
         [=] LICHTENBERG_HOST_DEVICE(const ExactPair& all) {
           solve->goal = tolerance2 * all.second.value(), solve->square = all.first.value();
-          constexpr double much = 16;  // a quarter of it is left, or less
+          constexpr double much = 16;  // Squared: the norm of the residual fell to a quarter or less
           solve->go = solve->square > solve->goal && (!wanted || *wanted);
           solve->correct = solve->go && much * solve->square < solve->before;
           solve->changed = solve->go && !solve->correct;
@@ -285,7 +287,7 @@ class InducedDipolesOn {
           solve->iterations = solve->sweeps = 0;
         });
   }
-  /// With T p known: how far to go along p.
+  /// Computes the step length along the direction p, given T p.
   void turn() {
     const Felt* field = field_.data();
     const Vec3* direction = direction_.data();
@@ -329,8 +331,9 @@ class InducedDipolesOn {
       moments[s] = moment(solve->go ? direction[s] : scaled[s]);
     });
   }
-  /// The dipoles as they are wanted, and their own energy mu^2 / 2A. They are the last of the history, which has
-  /// `known` steps at most by them (0: it stays as it is), one more than before if `go` is null or *go is not 0.
+  /// Stores the unscaled dipoles, adds their own energy mu^2 / 2A to the totals, and makes them the last of the
+  /// history. `known`: maximum length of the history then; 0 leaves the history unchanged. It grows by one if `go` is
+  /// null or *go is not 0.
   void finish(const double* scale, int known, const int* go) {
     const DipoleArrays all = arrays();
     const Vec3* scaled = scaled_.data();
@@ -348,7 +351,7 @@ class InducedDipolesOn {
                        [=] LICHTENBERG_HOST_DEVICE(int, OneSum of) { parallel::add_atomically(energy, of.value); });
   }
 
-  /// finish(sum of value(s) over all).
+  /// Calls finish(sum of value(s) over all grains).
   template <class Value, class Finish>
   void sum(Value value, Finish finish) {
     run_->template sum<1>(n_, value, finish);

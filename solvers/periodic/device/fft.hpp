@@ -16,8 +16,9 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Transforms of real numbers on a mesh, single precision, unnormalized: from point (x * points[1] + y) * points[2] + z
-/// to mode (x * points[1] + y) * (points[2] / 2 + 1) + z, two numbers each, and back, which may spoil the modes.
+/// Unnormalized single-precision transforms between real numbers on a mesh and their modes. Point (x * points[1] + y) *
+/// points[2] + z, mode (x * points[1] + y) * (points[2] / 2 + 1) + z, two numbers per mode. The transform back may
+/// overwrite the modes.
 template <class Executor>
 class Fft;
 
@@ -53,7 +54,7 @@ class Fft<parallel::CudaExecutor> {
   cufftHandle forward_ = 0, backward_ = 0;
 };
 #else
-/// On the host, by FFTW in double precision.
+/// Transforms on the host, by FFTW in double precision.
 template <>
 class Fft<parallel::HostExecutor> {
  public:

@@ -1,6 +1,6 @@
 #pragma once
 
-// From a mesh of potentials to fields and forces on charges.
+// Interpolation of fields and forces on charges from the potential on a mesh.
 
 #include <type_traits>
 
@@ -12,7 +12,7 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Second derivatives of a potential by mesh points.
+/// Second derivatives of a potential, per spacing squared.
 struct Curvature {
   float xx = 0, yy = 0, zz = 0, yz = 0, zx = 0, xy = 0;
 
@@ -21,18 +21,18 @@ struct Curvature {
   }
 };
 
-/// Adds field and potential of a mesh at the places of charges (or of dipoles alone) to `felt`, without those of their
-/// own clouds; for charges with dipoles also the force. A block a tile, a thread a plane of a charge's points.
+/// Adds the mesh's field and potential at charges (or at dipoles alone) to `felt`, without those of their own clouds.
+/// For charges with dipoles it also adds the force. One block handles a tile, one thread a plane of a charge's points.
 template <int order, Kind kind>
 struct Gather {
   static constexpr bool forces = kind == Kind::multipoles;
-  static constexpr int batch = (forces ? 512 : 1024) / order;  ///< charges whose weights are kept
+  static constexpr int batch = (forces ? 512 : 1024) / order;  ///< Number of charges whose weights are stored at a time
   Tiles tiles;
   Weigher<order> window;
   const Charged* charges;
   const float* mesh;
   Felt* felt;
-  Totals* totals;  ///< to which all is added up; null: nothing is
+  Totals* totals;  ///< Receives the totals; null: no totals
   float over_spacing[3], self, wave[2][3];
   const Moment* moments;
   Felt* force;
@@ -43,7 +43,7 @@ struct Gather {
     float curvature[forces ? 3 : 1][forces ? order : 1];
     int at[3];
   };
-  /// Slopes by mesh points and the potential; with second derivatives where forces are sought.
+  /// Slopes of the potential per spacing, and the potential; second derivatives if forces are requested.
   struct Nothing {};
   struct alignas(forces ? 4 : 16) Part : std::conditional_t<forces, Curvature, Nothing> {
     float x = 0, y = 0, z = 0, potential = 0;

@@ -1,7 +1,7 @@
 #pragma once
 
-// Charges on a mesh, on an executor: spread by tiles of the box in fast memory, transformed, and gathered by the same
-// tiles.
+// Mesh part of the sums on an executor: spreads charges by tiles of the box in fast memory, transforms, and
+// interpolates by the same tiles.
 
 #include <cmath>
 
@@ -11,7 +11,7 @@
 
 namespace lichtenberg::periodic::device {
 
-/// The smooth part of charges' sums.
+/// Smooth (far) part of the charges' sums.
 template <class Executor>
 class MeshPart {
  public:
@@ -32,22 +32,23 @@ class MeshPart {
     real_.resize(points_);
     modes_.resize(2 * tables.factor.size());
     whole_.zero();
-    // No more charge comes to a point than touching grains have: at most 1.5 in unit volume, of charge 1, with room to
-    // spare, and for their dipoles. What is rounded off is 1e-8 of that.
+    // Scale of the integer mesh. It bounds the charge of a point by that of touching grains, at most 1.5 of charge 1 in
+    // unit volume, with a margin that includes their dipoles. Rounding errors are 1e-8 of this bound.
     const Vec3 h = tables.mesh.spacing();
     unit_ = static_cast<float>(std::exp2(30 - std::ceil(std::log2(8 + 6 * h.x * h.y * h.z))));
   }
 
-  /// For charges that are sorted in cells, and move by at most `moved` before they are sorted again.
+  /// Prepares tiles for charges that are sorted by cells and move by at most `moved` before the next sorting.
   void arrange(int n, const CellsView& cells, double moved) {
-    // Large tiles have less around them, but all of a device wants work, and two blocks a processor.
+    // Larger tiles have fewer shared points around them, but there must be enough tiles to occupy the whole device,
+    // with two blocks per processor.
     constexpr int enough = 120, most_points = 16000;
     for (const std::array<int, 3>& points :
          {std::array{16, 16, 32}, {16, 16, 16}, {16, 16, 8}, {8, 16, 8}, {8, 8, 8}}) {
       cut(cells, moved, points);
       if (tiles_.count() >= enough && tiles_.region() <= most_points) break;
     }
-    // Above 1 / n by so little that products with numbers up to 2^22 are rounded down to the right one.
+    // Slightly above 1 / size, so that products with integers up to 2^22 are rounded down to the exact quotient.
     const auto above = [](int size) { return std::nextafter(1.0f / static_cast<float>(size), 1.0f); };
     tiles_.over_plane = above(tiles_.size[1] * tiles_.size[2]);
     tiles_.over_row = above(tiles_.size[2]);
@@ -71,7 +72,7 @@ class MeshPart {
     tiles_.charge = charge;
   }
 
-  /// Into tiles of about so many points.
+  /// Cuts the box into tiles of about `wanted` points along each axis.
   void cut(const CellsView& cells, double moved, const std::array<int, 3>& wanted) {
     const Vec3 spacing = tables_.mesh.spacing();
     tiles_.cells = cells;
@@ -88,7 +89,7 @@ class MeshPart {
     }
   }
 
-  // Spread, solve, gather, in this order.
+  // Call order: spread, solve, gather.
 
   /// Spreads charges, dipoles (`moments`) alone, or both.
   template <Kind kind>
@@ -114,14 +115,14 @@ class MeshPart {
     });
     fft_.backward(modes, real);
   }
-  /// Arrays of sources and of the fields and forces that are added to; `moments` and `force` only with dipoles.
+  /// Arrays of sources, and of the fields and forces to add to; `moments` and `force` only with dipoles.
   struct Gathered {
     const Charged* charges;
     const Moment* moments;
     Felt *felt, *force;
   };
-  /// Adds to fields, and potentials and forces, and all up to `totals` (null: not). The mesh's background is not in the
-  /// potential.
+  /// Adds to fields, potentials and forces, and to `totals` unless null. The potential excludes that of the
+  /// neutralizing background.
   template <Kind kind>
   void gather(const Gathered& to, Totals* totals) {
     const auto over_apart2 = static_cast<float>(1 / (tables_.reach * tables_.reach));
@@ -138,7 +139,7 @@ class MeshPart {
   }
 
  private:
-  /// work(Weigher) of the mesh's order.
+  /// Calls work(Weigher) for the mesh's order.
   template <class Work>
   void with_window(Work&& work) const {
     switch (tables_.mesh.order) {
@@ -166,7 +167,7 @@ class MeshPart {
   parallel::Array<float, Executor> factor_;
   parallel::Array<int, Executor> whole_;
   parallel::Array<float, Executor> real_, modes_;
-  parallel::Array<int, Executor> first_, charge_;  ///< of tiles
+  parallel::Array<int, Executor> first_, charge_;  ///< Charges of the tiles: index of the first, and list
   long points_ = 0;
   float unit_ = 1;
   Tiles tiles_{};

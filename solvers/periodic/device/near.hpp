@@ -1,6 +1,6 @@
 #pragma once
 
-// The near part on an executor: each charge adds up the fields of its partners within the cutoff.
+// Near part on an executor: each charge adds up the fields of its partners within the cut-off.
 
 #include <cmath>
 #include <type_traits>
@@ -10,13 +10,13 @@
 
 namespace lichtenberg::periodic::device {
 
-/// A charge of a device: in units of a power of two not below the largest of all.
+/// Position and charge of a source on the device; the unit of charge is a power of two, at least the largest charge.
 struct alignas(16) Charged {
   Turns at;
   float charge = 0;
 };
 
-/// The dipole that goes with a charge, in that unit times a length.
+/// Dipole of a charge, in the unit of charge times a length.
 struct alignas(16) Moment {
   float x = 0, y = 0, z = 0, unused = 0;
 };
@@ -26,8 +26,8 @@ struct alignas(16) Felt {
   float x = 0, y = 0, z = 0, potential = 0;
 };
 
-/// The same while it is added up. Addends are multiples of 2^-31, so that the sum is exact up to 2^22 and its order
-/// does not matter: neither lists nor threads show in its bits.
+/// Accumulator of a `Felt`. Addends are multiples of 2^-31, so that sums up to 2^22 are exact. Their order does not
+/// matter, so results do not depend on the order of lists and threads.
 struct FeltSum {
   double x = 0, y = 0, z = 0, potential = 0;
 
@@ -38,7 +38,8 @@ struct FeltSum {
   friend LICHTENBERG_HOST_DEVICE FeltSum operator+(FeltSum a, const FeltSum& b) { return a += b; }
 };
 
-/// Rounded to a multiple of 2^-31, small ones of 2^-30: from 2^-8 on any float is one.
+/// Rounds to a multiple of 2^-31; small values to a multiple of 2^-30. From 2^-8 on, every float is a multiple of
+/// 2^-31.
 LICHTENBERG_HOST_DEVICE inline float on_grid(float value) {
   constexpr float shift = 0x1.8p-7f;
   return (value + shift) - shift;
@@ -52,7 +53,7 @@ LICHTENBERG_HOST_DEVICE inline float reciprocal_root(float value) {
 #endif
 }
 
-/// A charge and another that it interacts with: the vector from that one, and B_first to B_last.
+/// Pair of a charge and a partner: vector from the partner to the charge, and B_first to B_last.
 template <int terms, int first, int last>
 struct NearPair {
   float x, y, z;
@@ -82,7 +83,7 @@ LICHTENBERG_HOST_DEVICE FeltSum near_felt(const NearTable& table, const Charged&
   return felt;
 }
 
-/// Field, potential, and the force on who feels them, while they are added up: as FeltSum.
+/// Accumulator of field, potential and force on a source; exact like FeltSum.
 struct ForceSum {
   FeltSum felt;
   double x = 0, y = 0, z = 0;
@@ -94,7 +95,7 @@ struct ForceSum {
   friend LICHTENBERG_HOST_DEVICE ForceSum operator+(ForceSum a, const ForceSum& b) { return a += b; }
 };
 
-/// The field of a dipole at another's place.
+/// Field of a dipole at another source's position.
 template <int terms>
 LICHTENBERG_HOST_DEVICE FeltSum near_field(const NearTable& table, const Charged& at, const Charged& from,
                                            const Moment& moment) {
@@ -105,7 +106,8 @@ LICHTENBERG_HOST_DEVICE FeltSum near_field(const NearTable& table, const Charged
           on_grid(along * b.z - moment.z * b.kernel(1)), 0};
 }
 
-/// Field and potential of a charge with its dipole at another, and the force on that one, (q + mu.grad) of the field.
+/// Field and potential of a charge with a dipole at another source, and the force on that source, (q + mu.grad) of the
+/// field.
 template <int terms>
 LICHTENBERG_HOST_DEVICE ForceSum near_force(const NearTable& table, const Charged& at, const Moment& mine,
                                             const Charged& from, const Moment& moment) {
@@ -113,7 +115,8 @@ LICHTENBERG_HOST_DEVICE ForceSum near_force(const NearTable& table, const Charge
   if (!b.near) return {};
   const float q = from.charge, along = b.along(moment), my_along = b.along(mine);
   const float both = mine.x * moment.x + mine.y * moment.y + mine.z * moment.z;
-  const float radial = q * b.kernel(1) + along * b.kernel(2);  // of the field, beside its part along the dipole
+  const float radial = q * b.kernel(1) + along * b.kernel(2);  // Radial part of the field, besides its part along the
+                                                               // dipole
   const float ex = radial * b.x - moment.x * b.kernel(1), ey = radial * b.y - moment.y * b.kernel(1),
               ez = radial * b.z - moment.z * b.kernel(1);
   const float slope = (both - q * my_along) * b.kernel(2) - along * my_along * b.kernel(3);
@@ -129,7 +132,7 @@ LICHTENBERG_HOST_DEVICE inline Felt rounded(const FeltSum& sum) {
           static_cast<float>(sum.potential)};
 }
 
-/// work(number of terms as a constant).
+/// Calls work.operator()<terms>() with the smallest supported number of terms that suffices.
 template <class Work>
 void with_terms(int terms, Work&& work) {
   if (terms <= 9)
@@ -140,7 +143,7 @@ void with_terms(int terms, Work&& work) {
     work.template operator()<most_terms>();
 }
 
-/// Sources and their partners, and fields and forces that are overwritten; `moments` and `force` only with dipoles.
+/// Sources and their partners, and the fields and forces to overwrite; `moments` and `force` only with dipoles.
 struct NearArrays {
   int n;
   TableView partners;
@@ -152,7 +155,7 @@ struct NearArrays {
 template <Kind kind>
 using NearSum = std::conditional_t<kind == Kind::multipoles, ForceSum, FeltSum>;
 
-/// The part of the partner j for the source s.
+/// Contribution of partner j to source s.
 template <Kind kind, bool potential, int terms>
 LICHTENBERG_HOST_DEVICE NearSum<kind> near_part(const NearTable& table, const NearArrays& of, int s, int j) {
   if constexpr (kind == Kind::charges)
@@ -181,8 +184,8 @@ void sum_near(const Executor& run, const NearTable& table, const NearArrays& arr
       [=] LICHTENBERG_HOST_DEVICE(int s, NearSum<kind> sum) { store(arrays, s, sum); });
 }
 
-/// Overwrites the arrays with the near part of charges, dipoles alone, or both. Partners beyond the cutoff change
-/// nothing. Without `potentials` those of charges alone are not computed.
+/// Overwrites the arrays with the near part of charges, dipoles alone, or both. Partners beyond the cut-off do not
+/// change the result. Without `potentials`, potentials of charges without dipoles are not computed.
 template <Kind kind, class Executor>
 void compute_near(const Executor& run, const NearTable& table, const NearArrays& arrays, bool potentials = true) {
   with_terms(table.kernels.terms, [&]<int terms>() {

@@ -1,6 +1,6 @@
 #pragma once
 
-// From charges to a mesh of whole numbers, so that sums have the same bits in any order.
+// Spreading of charges on a mesh of integers, so that sums are bitwise identical in any order.
 
 #include "solvers/periodic/device/near.hpp"
 #include "solvers/periodic/device/tiles.hpp"
@@ -8,11 +8,12 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Adds charges, dipoles or both to a mesh of whole numbers, `unit` of them a charge. A block a tile. A dipole's
-/// potential is mu.grad of a charge's by its own place, so it is spread with mu.grad of the weights.
+/// Adds charges, dipoles or both to a mesh of integers; a unit charge is `unit`. One block handles a tile. The
+/// potential of a dipole is mu.grad of that of a charge, with respect to the source's position, so a dipole is spread
+/// with mu.grad of the weights.
 template <int order, Kind kind = Kind::charges>
 struct Spread {
-  static constexpr int batch = 256;  ///< charges whose weights are kept
+  static constexpr int batch = 256;  ///< Number of charges whose weights are stored at a time
   Tiles tiles;
   Weigher<order> window;
   const Charged* charges;
@@ -25,7 +26,7 @@ struct Spread {
   static std::size_t bytes(const Tiles& tiles) { return sizeof(int) * tiles.region() + batch * sizeof(Weights); }
   struct Weights {
     float weight[3][order];
-    float slope[dipoles ? 3 : 1][dipoles ? order : 1];  ///< times the dipole
+    float slope[dipoles ? 3 : 1][dipoles ? order : 1];  ///< Slopes times the dipole
     int at[3];
     float charge;
   };
@@ -68,10 +69,10 @@ struct Spread {
     }
     to.at[axis] = tiles.local(at.point, from[axis], axis);
   }
-  /// The a-th plane of a charge's points.
+  /// Spreads a charge on the a-th plane of its points.
   LICHTENBERG_HOST_DEVICE void spread(const Weights& of, int a, int* local) const {
     const int plane = tiles.wrapped(of.at[0] + a, 0) * tiles.size[1];
-    float y[order], z[order];  // what is added to might lie where the weights do, for all that a compiler knows
+    float y[order], z[order];  // Copies: without them the compiler must assume that writes to `local` alias the weights
     LICHTENBERG_UNROLL(8)
     for (int c = 0; c < order; ++c) y[c] = of.weight[0][a] * of.weight[1][c], z[c] = of.weight[2][c];
     float moved[dipoles ? order : 1], also[dipoles ? order : 1];

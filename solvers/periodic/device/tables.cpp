@@ -32,7 +32,7 @@ NearTable near_table(const Mesh& mesh, const Cloud& cloud, const std::vector<dou
 }  // namespace
 
 MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
-  checked(mesh, highest_order);  // refuses what it cannot do
+  checked(mesh, highest_order);  // Throws for unsupported meshes
   checked_cutoff(mesh.lengths, cloud.cutoff);
   const std::vector<double> of_charges = cloud_polynomial(cloud, Kind::charges),
                             of_dipoles = cloud_polynomial(cloud, Kind::dipoles);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Tiles of the box, in which charges are spread and gathered.
+// Tiles of the box for spreading and interpolating charges.
 
 #include <algorithm>
 #include <cmath>
@@ -10,13 +10,13 @@
 
 namespace lichtenberg::periodic::device {
 
-/// How many tiles of about `wanted` points there are along an axis.
+/// Returns the number of tiles of about `wanted` points along an axis.
 inline int tiles_along(int points, int wanted) {
   return std::max(1, static_cast<int>(std::lround(static_cast<double>(points) / wanted)));
 }
 
-/// Edges of cells for lists of partners within the cutoff and a little more, as many along an axis as tiles of 16
-/// points make of it.
+/// Returns edges of cells for neighbour lists with the cut-off plus `more`. The number of cells along an axis is a
+/// multiple of that of tiles with 16 points, if possible.
 inline Vec3 cell_edges(const MeshTables& tables, double more) {
   const double range = tables.cutoff + more;
   Vec3 edge{range / 2, range / 2, range / 4};
@@ -28,15 +28,16 @@ inline Vec3 cell_edges(const MeshTables& tables, double more) {
   return edge;
 }
 
-/// Tiles of the box, each a block of cells with the points of the mesh that its charges reach, even if they have moved
-/// by some points since they were sorted into cells.
+/// Tiles of the box: blocks of cells with the mesh points within reach of their charges. They remain valid if charges
+/// have moved by some points since they were sorted by cells.
 struct Tiles {
   CellsView cells;
-  int points[3], group[3], tiles[3];  ///< points of the mesh; cells a tile and tiles along an axis
-  int size[3];                        ///< points that a tile's charges reach
-  int moved[3];                       ///< points that they may have moved
-  const int *first, *charge;          ///< of a tile's charges, all tiles' one after the other; [tiles * runs + 1], [N]
-  float over_plane, over_row;         ///< 1 / points of a region's plane and row, a little more
+  int points[3], group[3], tiles[3];  ///< Mesh points, cells per tile and tiles along an axis
+  int size[3];                        ///< Points within reach of a tile's charges
+  int moved[3];                       ///< Points that the charges may have moved
+  const int *first, *charge;          ///< Index of a tile's first charges, and the charges of all tiles one tile after
+                                      ///< another; [tiles * runs + 1], [N]
+  float over_plane, over_row;         ///< Slightly above 1 / points of a region's plane and row
 
   int count() const { return tiles[0] * tiles[1] * tiles[2]; }
   LICHTENBERG_HOST_DEVICE int region() const { return size[0] * size[1] * size[2]; }
@@ -50,7 +51,7 @@ struct Tiles {
   LICHTENBERG_HOST_DEVICE int low(int tile, int axis) const {
     return static_cast<int>(static_cast<long>(cell(tile, axis)) * points[axis] / cells.cells[axis]) - moved[axis];
   }
-  /// Of a point of the mesh, in a region that begins at `from`.
+  /// Returns the index of a mesh point in a region that begins at `from`.
   LICHTENBERG_HOST_DEVICE int local(int point, int from, int axis) const {
     const int d = point - from;
     return d < 0 ? d + points[axis] : d >= points[axis] ? d - points[axis] : d;
@@ -58,9 +59,9 @@ struct Tiles {
   LICHTENBERG_HOST_DEVICE int wrapped(int local, int axis) const {
     return local >= points[axis] ? local - points[axis] : local;
   }
-  /// Point of the mesh of a region's k-th.
+  /// Returns the index of the mesh point that is the k-th point of a region.
   LICHTENBERG_HOST_DEVICE int global(const int* from, int k) const {
-    // Whole numbers of 20 bits over others, without a division.
+    // Divides integers of 20 bits without an integer division.
     const int plane = static_cast<int>(static_cast<float>(k) * over_plane), in_plane = k - plane * size[1] * size[2];
     const int row = static_cast<int>(static_cast<float>(in_plane) * over_row);
     const int x = wrapped_global(from[0] + plane, 0), y = wrapped_global(from[1] + row, 1),
@@ -68,7 +69,7 @@ struct Tiles {
     return (x * points[1] + y) * points[2] + z;
   }
 
-  /// Of sorted charges: where those of a column of cells within a tile begin, and end.
+  /// Computes the range of sorted charges in a column of cells of a tile.
   LICHTENBERG_HOST_DEVICE void run(int tile, int r, int& begin, int& end) const {
     const int x = cell(tile, 0) + r / group[1], y = cell(tile, 1) + r % group[1], z = cell(tile, 2);
     begin = end = 0;

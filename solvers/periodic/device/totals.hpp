@@ -9,17 +9,17 @@ namespace lichtenberg::periodic::device {
 
 /// Sums over all charges, of terms that are multiples of 2^-26: exact up to 2^27, so that their order does not matter.
 struct Totals {
-  double x = 0, y = 0, z = 0;  ///< charge times field
-  double square = 0;           ///< of charges
+  double x = 0, y = 0, z = 0;  ///< Charge times field, or force with dipoles
+  double square = 0;           ///< Squared charges, or strengths with dipoles
   double charge = 0;
-  double energy = 0;  ///< half charge times potential, without the background
+  double energy = 0;  ///< Half of charge times potential, without the background
 
   LICHTENBERG_HOST_DEVICE Totals& operator+=(const Totals& t) {
     x += t.x, y += t.y, z += t.z, square += t.square, charge += t.charge, energy += t.energy;
     return *this;
   }
   friend LICHTENBERG_HOST_DEVICE Totals operator+(Totals a, const Totals& b) { return a += b; }
-  /// While others do too.
+  /// Adds atomically.
   LICHTENBERG_HOST_DEVICE void add(const Totals& t) {
     parallel::add_atomically(&x, t.x), parallel::add_atomically(&y, t.y), parallel::add_atomically(&z, t.z);
     parallel::add_atomically(&square, t.square), parallel::add_atomically(&charge, t.charge);
@@ -32,15 +32,15 @@ LICHTENBERG_HOST_DEVICE inline double on_fine_grid(double value) {
   return (value + shift) - shift;
 }
 
-/// A charge's terms of Totals.
+/// Returns a charge's terms of Totals.
 LICHTENBERG_HOST_DEVICE inline Totals terms_of(const Charged& charge, const Felt& f) {
   const double q = charge.charge;
   return {on_fine_grid(q * f.x), on_fine_grid(q * f.y), on_fine_grid(q * f.z),
           on_fine_grid(q * q),   on_fine_grid(q),       on_fine_grid(0.5 * q * f.potential)};
 }
 
-/// The same of a charge with its dipole, which is as two charges so far apart (../mesh.cpp). How much of the net force
-/// is taken off it goes where a potential would stand.
+/// Returns the terms of a charge with its dipole, which counts as two charges 1 / sqrt(over_apart2) apart
+/// (../mesh.cpp). Stores the source's share of the subtracted net force in force.potential.
 LICHTENBERG_HOST_DEVICE inline Totals terms_of(const Charged& charge, const Moment& m, const Felt& f, Felt& force,
                                                float over_apart2) {
   const double q = charge.charge;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Weights of a charge's points of the mesh.
+// Weights of a charge's mesh points.
 
 #include <cmath>
 #include <cstdint>
@@ -10,10 +10,11 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Weights of a charge's points along one axis, by how far it lies behind the middle between two of them.
+/// Weights of a charge's points along one axis, as polynomials of its position relative to the middle between two
+/// points.
 template <int order>
 struct Weigher {
-  float term[order][order];  ///< of t^d in the c-th weight: [d][c]
+  float term[order][order];  ///< Coefficient of t^d in the c-th weight: [d][c]
 
   LICHTENBERG_HOST_DEVICE void weights(float t, float* weight) const {
     LICHTENBERG_UNROLL(8)
@@ -24,7 +25,7 @@ struct Weigher {
       weight[c] = value;
     }
   }
-  /// And their derivatives by t.
+  /// Computes the weights and their derivatives with respect to t.
   LICHTENBERG_HOST_DEVICE void weights(float t, float* weight, float* slope) const {
     LICHTENBERG_UNROLL(8)
     for (int c = 0; c < order; ++c) {
@@ -36,7 +37,7 @@ struct Weigher {
   }
 };
 
-/// Second derivatives of these weights.
+/// Computes the second derivatives of these weights.
 template <int order>
 LICHTENBERG_HOST_DEVICE void curvatures(const Weigher<order>& window, float t, float* curvature) {
   LICHTENBERG_UNROLL(8)
@@ -48,8 +49,8 @@ LICHTENBERG_HOST_DEVICE void curvatures(const Weigher<order>& window, float t, f
   }
 }
 
-/// A place on the mesh along one axis: the point before it, and how far behind the middle between that and the next it
-/// lies, from -1/2 to 1/2.
+/// Position on the mesh along one axis: the preceding point, and the offset from the middle between it and the next,
+/// from -1/2 to 1/2.
 struct OnMesh {
   int point = 0;
   float from_middle = 0;

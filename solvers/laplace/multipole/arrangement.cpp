@@ -9,12 +9,12 @@ namespace lichtenberg::laplace::multipole {
 
 namespace {
 
-/// Multipoles alone do as long as no more than this many are needed.
+/// Number of terms up to which multipoles alone are used.
 constexpr double few_terms = 40;
-/// A centre this close to a side, in units of the box, is meant to be on it.
+/// Tolerance, in units of the box, within which a centre counts as lying on a side.
 constexpr double on_side = 1e-12;
-/// Circles at one potential may overlap by this fraction of the smaller radius: what happens in an overlap deeper than
-/// that is no longer below the resolution of the highest order.
+/// Largest overlap of circles at equal potential, as a fraction of the smaller radius. The highest order would resolve
+/// the effects of deeper overlaps.
 constexpr double deepest_overlap = 0.01;
 
 constexpr std::array<const char*, 4> side_name{"left", "right", "bottom", "top"};
@@ -32,7 +32,7 @@ std::vector<Source> circles(const LaplaceProblem& problem) {
   return disks;
 }
 
-/// Distance of p from a side, positive inside the box.
+/// Returns the distance of p from a side, positive inside the box.
 double distance(Complex p, int side, Vec2 size) {
   switch (side) {
     case left:
@@ -62,26 +62,28 @@ void put_on_side(Complex& p, int side, Vec2 size) {
   }
 }
 
-/// The bipolar coordinate alpha of the circle of radius `radius` that has another of radius `other` at a distance `gap`
-/// from surface to surface: images of charges in that other circle accumulate at radius exp(-alpha).
+/// Returns the bipolar coordinate alpha of a circle of radius `radius` at distance `gap`, from surface to surface, from
+/// one of radius `other`. Images of charges in the other circle accumulate at exp(-alpha) times the radius.
 double bipolar_coordinate(double radius, double other, double gap) {
   const double t = gap * (gap + 2 * other) / (2 * (gap + radius + other) * radius);  // cosh(alpha) - 1
   return std::log1p(t + std::sqrt(t * (t + 2)));
 }
 
-/// Whether two groups are known to have one potential before anything is solved.
+/// Returns true if two groups have the same potential for any solution.
 bool same_potential(const LaplaceProblem& problem, int a, int b) {
   const Group &one = problem.groups[a], &other = problem.groups[b];
   return a == b || (!one.floating && !other.floating && one.potential == other.potential);
 }
 
-/// Whether a disk is known to be on the side's potential, or the side insulates and shows it its own image.
+/// Returns true if a disk has the side's potential for any solution, or if the side is insulating and reflects the disk
+/// to its own image.
 bool same_potential(const LaplaceProblem& problem, int group, const Side& side) {
   const Group& own = problem.groups[group];
   return side.kind == Side::Kind::insulating || (!own.floating && own.potential == side.potential);
 }
 
-/// Radius over distance of the nearest corner in which electrodes of different potential meet: the field turns there.
+/// Returns radius over distance for the nearest corner in which electrodes of different potential meet: the field is
+/// singular there.
 double nearest_jump(const LaplaceProblem& problem, const Source& disk) {
   double ratio = 0;
   for (const int x : {left, right})
@@ -95,34 +97,37 @@ double nearest_jump(const LaplaceProblem& problem, const Source& disk) {
   return ratio;
 }
 
-/// -ln of the coefficients that may be left out where they fall off like exp(-alpha k). Potentials and charges lack the
-/// square of what is left out, forces a product of two neighbours, and sums over it 1 / alpha terms (README.md, where
-/// the factor comes from).
+/// Returns -ln of the size below which coefficients that decrease like exp(-alpha k) are neglected. The error of
+/// potentials and charges is the square of the neglected coefficients. The error of forces is a product of two
+/// neighbours, summed over 1 / alpha terms (README.md derives the factor).
 double geometric_digits(Truncation wanted, double alpha) {
   if (!wanted.results_only) return -std::log(wanted.accuracy);
   return -std::log(1.8 * std::sqrt(wanted.accuracy) * std::min(1.0, alpha));
 }
 
-/// The same where circles touch, or are narrowly apart with a field between them: a tenth then (measured: README.md).
+/// Like geometric_digits, for circles in contact or with a field across a narrow gap; a factor of 0.1 in the latter
+/// case (empirical: README.md).
 double contact_digits(Truncation wanted, double narrowness) {
   if (!wanted.results_only) return -std::log(wanted.accuracy);
   const double field_between = narrowness < 1 ? 0.1 * narrowness : 1;
   return -std::log(field_between * std::min(10.0, 1000 * std::sqrt(wanted.accuracy)) * wanted.accuracy);
 }
 
-/// Two charges +-Q have a potential difference of Q / (2 pi eps) times the sum of their circles' bipolar coordinates,
-/// which falls like sqrt(gap / R), and their force goes with its square: an error of potentials weighs the more, the
-/// smaller the sum. The shares of the tolerance are those of gaps of R / 100 and more, whose sum is this.
+/// Returns the factor by which a narrow gap reduces the permitted errors. Two charges +-Q have a potential difference
+/// of Q / (2 pi eps) times the sum of their circles' bipolar coordinates, which decreases like sqrt(gap / R), and their
+/// force varies with its square. Errors of potentials therefore matter more for smaller sums. The permitted errors
+/// refer to gaps of at least R / 100, with the sum `wide`.
 double narrowness_of(double coordinates) {
   constexpr double wide = 0.2;
   return std::min(1.0, coordinates / wide);
 }
 
-/// Terms for coefficients that fall off like exp(-alpha k).
+/// Returns the number of terms for coefficients that decrease like exp(-alpha k).
 double geometric_order(double alpha, Truncation wanted) { return geometric_digits(wanted, alpha) / alpha + 2; }
 
-/// Terms for two circles at the same potential, however close: the field on the first falls off like exp(-beta / theta)
-/// towards the gap with beta = 2 pi / (1 + R / R'), its Fourier coefficients like exp(-sqrt(2 beta k)) (README.md).
+/// Returns the number of terms for two circles at equal potential at any distance. The field on the first decreases
+/// like exp(-beta / theta) towards the gap with beta = 2 pi / (1 + R / R'), its Fourier coefficients like exp(-sqrt(2
+/// beta k)) (README.md).
 double contact_order(double radius, double other, Truncation wanted, double narrowness) {
   const double digits = contact_digits(wanted, narrowness);
   return digits * digits * (1 + radius / other) / (4 * std::numbers::pi) + 2;
@@ -141,7 +146,7 @@ Arrangement::Arrangement(const LaplaceProblem& problem, const Mirrors& mirrors, 
   find_orders(problem, truncation);
 }
 
-/// Puts centres that are meant to be on a side exactly there.
+/// Checks disks against the sides; moves centres within rounding of a side exactly onto it.
 void Arrangement::check_against_sides(const LaplaceProblem& problem) {
   const double tiny = on_side * std::max(problem.size.x, problem.size.y);
   for (int b = 0; b < disks; ++b) {
@@ -149,7 +154,7 @@ void Arrangement::check_against_sides(const LaplaceProblem& problem) {
     for (int s = 0; s < 4; ++s) {
       const double away = distance(disk.centre, s, problem.size);
       if (std::abs(away) > tiny) {
-        // Twice the gap to the side is the gap to the image.
+        // The gap to the image is twice the gap to the side.
         const bool may_touch = same_potential(problem, problem.bodies[b].group, problem.sides[s]);
         if (may_touch ? away < (1 - 0.5 * deepest_overlap) * disk.radius : away <= disk.radius)
           throw InputError(name(b) + " " + (may_touch ? "crosses" : "touches or crosses") + " the " + side_name[s] +
@@ -173,8 +178,8 @@ void Arrangement::check_against_sides(const LaplaceProblem& problem) {
   }
 }
 
-/// Centres inside the box are no farther from each other than from each other's images, and sides are checked before:
-/// an image that overlaps has nothing new to say.
+/// Checks a pair that touches or overlaps. Images need no separate check: centres inside the box are at least as close
+/// to each other as to each other's images, and sides are checked before.
 void Arrangement::check_overlap(const LaplaceProblem& problem, int i, int j, double depth) const {
   const std::string pair = name(i) + " and " + name(j);
   if (!same_potential(problem, problem.bodies[i].group, problem.bodies[j].group))
@@ -188,9 +193,9 @@ void Arrangement::check_overlap(const LaplaceProblem& problem, int i, int j, dou
 void Arrangement::find_orders(const LaplaceProblem& problem, Truncation truncation) {
   for (int i = 0; i < disks; ++i) {
     const Source disk = sources[i];
-    // The charge and the force of a part of a circle go with the coefficients themselves.
+    // Charge and force of a part of a circle are linear in the coefficients.
     const Truncation wanted{truncation.accuracy, truncation.results_only && copies[i] == 1};
-    // Whatever is not near is beyond the window.
+    // Far sources are beyond the window.
     const double window = cells.window * std::min(cells.width, cells.height);
     decay[i] = std::max(disk.radius / (disk.radius + window), nearest_jump(problem, disk));
     double order = geometric_order(-std::log(decay[i]), wanted);
@@ -203,7 +208,7 @@ void Arrangement::find_orders(const LaplaceProblem& problem, Truncation truncati
       double gap = d - disk.radius - other;
       if (!(gap > 0)) {
         if (i != j) check_overlap(problem, i, j, -gap / std::min(disk.radius, other));
-        gap = 0;  // as if they touched: an overlap is below the resolution
+        gap = 0;  // An overlap is below the resolution, so it is treated as contact
       }
       const double alpha = bipolar_coordinate(disk.radius, other, gap);
       const double alpha_other = bipolar_coordinate(other, disk.radius, gap);
@@ -226,8 +231,8 @@ void Arrangement::find_orders(const LaplaceProblem& problem, Truncation truncati
   decay.resize(sources.size(), 0.0);
 }
 
-/// Two disks are met twice, a disk and its image in a side too: once is enough. Images of other disks are no closer
-/// than the disks themselves.
+/// Adds the point charges of a close pair. Each pair of disks, and each disk with its image in a side, occurs twice,
+/// and is added once. Images of other disks are no closer than the disks themselves.
 void Arrangement::add_close_pair(const LaplaceProblem& problem, int i, int j, const Image& image, Complex shift) {
   const int group = problem.bodies[i].group;
   ClosePair pair;
@@ -235,7 +240,8 @@ void Arrangement::add_close_pair(const LaplaceProblem& problem, int i, int j, co
   const Source one = sources[i];
   const Complex other_centre = image.centre(sources[j].centre) + shift;
   if (i == j) {
-    if (image.sign > 0 || image.across_x == image.across_y) return;  // its own potential, or round a corner
+    if (image.sign > 0 || image.across_x == image.across_y) return;  // An image at the same potential, or around a
+                                                                     // corner
     pair.side = image.across_x ? (shift.real() == 0 ? left : right) : (shift.imag() == 0 ? bottom : top);
     if (same_potential(problem, group, problem.sides[pair.side])) return;
   } else {

@@ -7,7 +7,7 @@ namespace lichtenberg::laplace::multipole {
 
 namespace {
 
-/// A far source reaches at most this fraction of the way to a disk: the multipoles of a cell converge like its powers.
+/// Upper bound of `separation`: the multipoles of a cell converge like its powers.
 constexpr double largest_separation = 0.6;
 
 int floor_divide(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
@@ -28,7 +28,7 @@ Cells::Cells(const Mirrors& mirrors, const std::vector<Source>& disks)
     origin = {x_low, y_low};
     size_ = {x_high - x_low, y_high - y_low};
   }
-  // About one disk a cell.
+  // About one disk per cell.
   const double step = std::sqrt(size_.x * size_.y / static_cast<double>(std::max<std::size_t>(1, disks.size())));
   nx = std::max(1, static_cast<int>(std::lround(size_.x / step)));
   ny = std::max(1, static_cast<int>(std::lround(size_.y / step)));
@@ -36,7 +36,7 @@ Cells::Cells(const Mirrors& mirrors, const std::vector<Source>& disks)
   height = size_.y / ny;
 
   members_.resize(static_cast<std::size_t>(nx) * ny);
-  double reach = 0.5 * std::hypot(width, height);  // of a point charge
+  double reach = 0.5 * std::hypot(width, height);  // Extent of a point charge
   for (std::size_t s = 0; s < disks.size(); ++s) {
     const int cell = cell_of(disks[s].centre);
     members_[cell].push_back(static_cast<int>(s));

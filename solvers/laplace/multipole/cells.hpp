@@ -6,29 +6,30 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// What a field comes from: a disk with its charge and multipoles, or a point charge inside one.
+/// Source of a field: a disk with its charge and multipoles, or a point charge inside a disk.
 struct Source {
   Complex centre;
-  double radius = 0;  ///< m, of a disk; coefficients are in powers of it
-  int order = 0;      ///< highest multipole
-  /// Centres of the circles on which its field (with its partner's, for a point charge) is constant: a disk's own
-  /// circle, or the two circles of a close pair.
+  double radius = 0;  ///< Radius of a disk (m), the unit of its multipole coefficients
+  int order = 0;      ///< Highest multipole
+  /// Centres of the circles on which its potential is constant (for a point charge: together with its partner's). For a
+  /// disk this is its own circle, for a point charge the two circles of its close pair.
   std::array<Complex, 2> constant_on;
 };
 
-/// Square-like cells that sort the sources into near ones, which act on each other one by one, and far ones, which act
-/// cell on cell. The mirrors continue the grid: cell (i, j) with any integers is an image of one inside.
+/// Grid of nearly square cells. Sources in near cells act on each other directly, sources in far cells cell by cell.
+/// Mirror images continue the grid: cell (i, j) with any integers is an image of a cell of the box.
 class Cells {
  public:
   Cells(const Mirrors& mirrors, const std::vector<Source>& disks);
-  /// Sorts a point charge that is inside a disk into the grid.
+  /// Adds a point charge inside a disk to the grid.
   void add(int index, const Source& point) { members_[cell_of(point.centre)].push_back(index); }
 
   int nx = 1, ny = 1;
-  Complex origin;                ///< of the grid's lower left corner
-  double width = 0, height = 0;  ///< of a cell
-  int window = 1;                ///< cells as many rows and columns apart are still near
-  double separation = 0;         ///< reach of a source from its cell's centre over its distance from a far disk
+  Complex origin;                ///< Lower left corner of the grid
+  double width = 0, height = 0;  ///< Width and height of a cell
+  int window = 1;                ///< Cells at most this many rows and columns apart are near
+  double separation = 0;         ///< Largest extent of a cell's sources from its centre, over the least distance of a
+                                 ///< far disk from that centre
 
   Complex centre(int i, int j) const { return origin + Complex{(i + 0.5) * width, (j + 0.5) * height}; }
   Complex centre(int cell) const { return centre(cell % nx, cell / nx); }
@@ -37,14 +38,14 @@ class Cells {
   const std::vector<int>& members(int cell) const { return members_[cell]; }
   bool is_near(int i, int j) const { return std::abs(i) <= window && std::abs(j) <= window; }
 
-  /// Calls visit(source, image) for every source and image of one whose cell is near the cell of z; the image maps the
-  /// source's centre to `image.centre(c) + shift`.
+  /// Calls visit(source, image, shift) for each source, or image of a source, in the cells near that of z. The image
+  /// maps the source's centre to `image.centre(c) + shift`.
   template <class Visit>
   void for_each_near(Complex z, Visit visit) const;
 
  private:
   struct Place {
-    int index = -1;  ///< of the cell inside, -1 if there is none
+    int index = -1;  ///< Index of the cell of the box, -1 if there is none
     bool flipped = false;
     double shift = 0, sign = 1;
   };

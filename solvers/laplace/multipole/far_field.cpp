@@ -8,7 +8,7 @@ namespace lichtenberg::laplace::multipole {
 
 namespace {
 
-/// Half a turn over a period of 2n cells where the sign alternates, none where it doesn't.
+/// Returns phase factors over a period of 2n cells: a phase of pi per period if the sign alternates, otherwise 1.
 std::vector<Complex> twists(int period, int sign) {
   std::vector<Complex> twist(period);
   for (int i = 0; i < period; ++i) twist[i] = sign > 0 ? Complex{1} : std::polar(1.0, -std::numbers::pi * i / period);
@@ -44,8 +44,8 @@ bool FarField::fits(const Mirrors& mirrors, const Cells& cells, int order) const
          cells.height == height_ && cells.window == window_ && order == order_;
 }
 
-/// Plan for the two-dimensional transforms, in place, of the first `count` planes. ESTIMATE: measuring would choose by
-/// the clock, and results would differ in their last bits.
+/// Plans two-dimensional in-place transforms of the first `count` planes. FFTW_MEASURE would choose by timing, so that
+/// results would differ in their last bits.
 FftwPlan FarField::plan(int count, int direction) {
   auto* data = reinterpret_cast<fftw_complex*>(data_.get());
   const std::array<int, 2> size{rows_, columns_};
@@ -54,8 +54,8 @@ FftwPlan FarField::plan(int count, int direction) {
                                      direction, FFTW_ESTIMATE));
 }
 
-/// G_0 ... G_(2 order) for two cells (di, dj) apart, less than half a period, where the lattice's Taylor series holds.
-/// Near images are left out.
+/// Computes G_0 ... G_(2 order) for two cells (di, dj) apart, less than half a period, where the lattice's Taylor
+/// series is valid. Near images are excluded.
 void FarField::cell_interaction(const LatticeSum& lattice, const Cells& cells, int di, int dj,
                                 std::vector<Complex>& value) const {
   const int count = static_cast<int>(value.size());
@@ -77,8 +77,9 @@ void FarField::cell_interaction(const LatticeSum& lattice, const Cells& cells, i
   value[0] = value[0].real();
 }
 
-/// Spectra of G_n over all distances of two cells. The lattice is its own mirror image across both axes: a distance to
-/// the left has the conjugate of (-1)^n times the value to the right, one downward the conjugate of that upward.
+/// Computes the spectra of G_n over all displacements of two cells. The lattice is symmetric in both axes: the value at
+/// a displacement to the left is the conjugate of (-1)^n times that to the right, downward the conjugate of that
+/// upward.
 void FarField::make_kernel(const LatticeSum& lattice, const Cells& cells) {
   const int count = 2 * order_ + 1;
   std::vector<Complex> value(count);
@@ -120,11 +121,11 @@ void FarField::apply() {
   collect();
 }
 
-/// The sources and, next to them, their mirror images: one period.
+/// Copies the sources and their mirror images, which together fill one period.
 void FarField::spread() {
   std::fill(plane(0), plane(order_ + 1), Complex{0});
   for (const Image& image : mirrors_.images) {
-    // The image at -x is put one period further, at 2 Lx - x.
+    // The image at -x is stored one period further, at 2 Lx - x.
     const double shifted =
         (image.across_x ? mirrors_.period_sign_x() : 1) * (image.across_y ? mirrors_.period_sign_y() : 1);
     for (int j = 0; j < ny_; ++j)
@@ -138,7 +139,7 @@ void FarField::spread() {
   }
 }
 
-/// beta_m = sum_k G_(m+k) alpha_k, frequency by frequency, in blocks that stay in the cache.
+/// Computes beta_m = sum_k G_(m+k) alpha_k for each frequency, in blocks that fit into the cache.
 void FarField::multiply_spectra() {
   constexpr int block = 16;
   using Block = std::array<double, block>;

@@ -6,21 +6,20 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// What cells do to each other beyond the near ones, with all images: a convolution over the grid, done by FFT. Sources
-/// of a cell are moved to its centre, the field they make arrives as a Taylor series about each cell's centre.
-///
-/// A cell's source is Re sum_k (-1)^(k-1) alpha_k (k-1)! (h/u)^k + alpha_0 ln u with u = z - centre, its local field
-/// Re sum_m beta_m (u/h)^m / m!. In these units beta_m = sum_k G_(m+k) alpha_k, G_n = h^n d^n Lambda / dz^n at the
-/// distance of the two cells: one kernel for each n = m + k, not one for each pair.
+/// Interaction of far cells with all images: a convolution over the grid, by FFT. Sources of a cell are shifted to its
+/// centre; the field arrives as a Taylor series about each cell's centre. The potential of a cell's sources is Re sum_k
+/// (-1)^(k-1) alpha_k (k-1)! (h/u)^k + alpha_0 ln u with u = z - centre, its local field Re sum_m beta_m (u/h)^m / m!.
+/// In these units beta_m = sum_k G_(m+k) alpha_k, G_n = h^n d^n Lambda / dz^n at the displacement of the two cells. The
+/// kernel depends on n = m + k only, not on each pair (m, k).
 class FarField {
  public:
   FarField(const Mirrors& mirrors, const LatticeSum& lattice, const Cells& cells, int order);
 
-  /// True if it is what the constructor would make of these, so that it can be used again.
+  /// Returns true if a new object with these arguments would be equal, so that this one can be used again.
   bool fits(const Mirrors& mirrors, const Cells& cells, int order) const;
   int order() const { return order_; }
-  double scale() const { return scale_; }  ///< h, m
-  /// alpha_0 ... alpha_order of a cell, to be filled before `apply`.
+  double scale() const { return scale_; }  ///< Unit of length h (m)
+  /// Coefficients alpha_0 ... alpha_order of a cell, to be set before `apply`.
   Complex* source(int cell) { return &source_[static_cast<std::size_t>(cell) * (order_ + 1)]; }
   const Complex* local(int cell) const { return &local_[static_cast<std::size_t>(cell) * (order_ + 1)]; }
   void clear_sources();
@@ -45,8 +44,9 @@ class FarField {
   std::vector<Complex> source_, local_;
   FftwNumbers data_;
   FftwPlan forward_, backward_;
-  std::vector<double> kernel_re_, kernel_im_;  ///< spectra of G_0 ... G_(2 order), each of grid() values
-  std::vector<Complex> twist_x_, twist_y_;     ///< make what changes sign from period to period periodic
+  std::vector<double> kernel_re_, kernel_im_;  ///< Spectra of G_0 ... G_(2 order), grid() values each
+  std::vector<Complex> twist_x_, twist_y_;     ///< Phase factors that make functions periodic whose sign alternates
+                                               ///< between periods
 };
 
 }  // namespace lichtenberg::laplace::multipole

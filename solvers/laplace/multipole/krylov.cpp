@@ -15,7 +15,7 @@ struct Eigen::internal::traits<lichtenberg::laplace::multipole::SystemMatrix> : 
 
 namespace lichtenberg::laplace::multipole {
 
-/// What Eigen's solvers ask of a matrix that is known by its product only.
+/// Adapter with the interface that Eigen's solvers require of a matrix known only by its products.
 class SystemMatrix : public Eigen::EigenBase<SystemMatrix> {
  public:
   using Scalar = double;
@@ -90,15 +90,15 @@ KrylovResult solve_krylov(const System& system, const Eigen::VectorXd& right_han
   }
   const double first = x.isZero(0) ? scale : system.precondition(right_hand_side - system * x).norm();
   if (first <= tolerance * scale) return {0, first / scale, scale};
-  // Directions kept: no more than 512 MiB of them, and 80 where the charges are preconditioned and 70 iterations are
-  // many (README.md): Eigen clears room for all before it begins, which took as long as ten iterations.
+  // Number of directions kept: at most 512 MiB of them. With preconditioned charges 80 suffice, as few solves need more
+  // than 70 iterations (README.md). More would cost time, since Eigen initializes memory for all of them at the start.
   const int restart = std::clamp((1 << 26) / system.size(), 20, system.has_preconditioner() ? 80 : 200);
   Eigen::GMRES<SystemMatrix, SystemPreconditioner> gmres;
   const SystemMatrix matrix(system);
   gmres.compute(matrix);
   gmres.set_restart(restart);
   gmres.setMaxIterations(most_iterations);
-  gmres.setTolerance(tolerance * scale / first);  // Eigen measures against the first residual
+  gmres.setTolerance(tolerance * scale / first);  // Eigen's tolerance is relative to the first residual
   x = gmres.solveWithGuess(right_hand_side, x);
   const KrylovResult result{static_cast<int>(gmres.iterations()), gmres.error() * first / scale, scale};
   if (gmres.info() == Eigen::Success) return result;

@@ -12,25 +12,26 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr Complex i_unit{0, 1};
 
-/// The Taylor series is found on a circle of about this radius, in units of half the period's diagonal; lattice vectors
-/// within `near_reach` aren't part of it. Their ratio 0.4 makes 40 terms enough for rounding (0.4^40 = 1e-16).
+/// Approximate radius of the circle on which the Taylor series is computed, and radius within which lattice vectors are
+/// excluded from it, in units of half the period's diagonal. Their ratio 0.4 makes 40 terms sufficient to rounding
+/// (0.4^40 = 1e-16).
 constexpr double taylor_radius = 2, near_reach = 5;
 constexpr int taylor_terms = 40;
-/// Points within half the diagonal have a series of their own, with lattice vectors beyond this reach in it:
-/// 1 / 2.8^40 = 1e-18.
+/// Radius beyond which lattice vectors belong to the separate series for points within half the diagonal: 1 / 2.8^40 =
+/// 1e-18.
 constexpr double inner_reach = 2.8;
-constexpr int taylor_points = 4 * taylor_terms;  // what folds back from order 4 * 40 is 0.4^120
+constexpr int taylor_points = 4 * taylor_terms;  // Aliasing from order 4 * 40 is 0.4^120
 
 Complex point_on_circle(double radius, int j) { return std::polar(radius, 2 * pi * j / taylor_points); }
 
-/// cot u without overflow far from the real axis.
+/// Computes cot u without overflow far from the real axis.
 Complex cotangent(Complex u) {
   if (u.imag() < 0) return std::conj(cotangent(std::conj(u)));
   const Complex e = std::exp(2.0 * i_unit * u);
   return i_unit * (e + 1.0) / (e - 1.0);
 }
 
-/// 1 / sin u without overflow far from the real axis.
+/// Computes 1 / sin u without overflow far from the real axis.
 Complex cosecant(Complex u) {
   if (u.imag() < 0) return std::conj(cosecant(std::conj(u)));
   const Complex e = std::exp(i_unit * u);
@@ -48,8 +49,8 @@ LatticeSum::LatticeSum(const Mirrors& mirrors) : bounded_(mirrors.bounded) {
   period_ = 2 * mirrors.size;
   sign_x_ = mirrors.period_sign_x();
   sign_y_ = mirrors.period_sign_y();
-  // Rows run where signs alternate: then each falls off exponentially. Where none do, they run across a pair of
-  // electrodes: images of opposite sign then lie side by side in a row and cancel its growth.
+  // Rows run along the axis with alternating signs, so that each row's field decreases exponentially. If no signs
+  // alternate, rows run across a pair of electrodes: adjacent images of opposite sign in a row then cancel its growth.
   const bool alternates_y_only = sign_x_ > 0 && sign_y_ < 0;
   const bool electrodes_y_only = mirrors.side_sign[left] > 0 && mirrors.side_sign[bottom] < 0;
   rows_along_y_ = alternates_y_only || (sign_x_ > 0 && sign_y_ > 0 && electrodes_y_only);
@@ -72,13 +73,13 @@ void LatticeSum::find_near(double reach) {
   std::iter_swap(near_.begin(), origin);
 }
 
-/// d Lambda / dz, row by row. A row of equal signs is ln sin, one of alternating signs ln tan.
+/// Computes d Lambda / dz, row by row. A row of equal signs is ln sin, one of alternating signs ln tan.
 Complex LatticeSum::rows_derivative(Complex z) const {
   if (rows_along_y_) z *= -i_unit;
   const double along = rows_along_y_ ? period_.y : period_.x, across = rows_along_y_ ? period_.x : period_.y;
   const int sign_along = rows_along_y_ ? sign_y_ : sign_x_, sign_across = rows_along_y_ ? sign_x_ : sign_y_;
   const auto row = [&](Complex at) { return sign_along > 0 ? cotangent(pi / along * at) : cosecant(pi / along * at); };
-  // Rows beyond: exp(-pi (distance from z) / along) < 1e-17.
+  // Further rows contribute exp(-pi (distance from z) / along) < 1e-17.
   const int rows = static_cast<int>(std::ceil((std::abs(z.imag()) + 12.5 * along) / across));
   Complex sum = row(z);
   for (int m = 1; m <= rows; ++m) {
@@ -88,20 +89,21 @@ Complex LatticeSum::rows_derivative(Complex z) const {
   return (rows_along_y_ ? -i_unit : Complex{1}) * pi / along * sum;
 }
 
-/// The real part at the origin of Lambda without its near vectors. Any constant will do where it cancels among the
-/// images; where the signs of a row alternate, Lambda is a sum of ln tan and none is free.
+/// Returns the real part at the origin of Lambda without its near vectors. The constant is arbitrary if it cancels
+/// among the images. If the signs of a row alternate, Lambda is a sum of ln tan, and the constant is determined.
 double LatticeSum::constant() const {
   const double along = rows_along_y_ ? period_.y : period_.x, across = rows_along_y_ ? period_.x : period_.y;
   const int sign_along = rows_along_y_ ? sign_y_ : sign_x_, sign_across = rows_along_y_ ? sign_x_ : sign_y_;
   if (sign_along > 0) return 0;
-  double sum = std::log(0.5 * pi / along);  // of ln |tan(pi z / 2 along)| - ln |z|
+  double sum = std::log(0.5 * pi / along);  // Limit of ln |tan(pi z / 2 along)| - ln |z| at 0
   for (int m = 1; m <= std::ceil(12.5 * along / across); ++m)
     sum += (m % 2 == 0 ? 2.0 : 2.0 * sign_across) * std::log(std::tanh(0.5 * pi * m * across / along));
   for (std::size_t v = 1; v < near_.size(); ++v) sum -= near_[v].sign * std::log(std::abs(near_[v].shift));
   return sum;
 }
 
-/// A radius near the given one on which no point comes close to a lattice vector: its pole is subtracted there.
+/// Returns a radius close to the given one on which no sample point is close to a lattice vector, because the poles are
+/// subtracted there.
 double LatticeSum::clear_radius(double radius) const {
   double best = radius, largest_clearance = 0;
   for (int step = -5; step <= 5; ++step) {
@@ -117,7 +119,7 @@ double LatticeSum::clear_radius(double radius) const {
   return best;
 }
 
-/// Cauchy's integral for the derivative, from equidistant points on a circle.
+/// Computes the Taylor coefficients by Cauchy's integral for the derivative, from equidistant points on a circle.
 void LatticeSum::find_taylor(double radius) {
   constexpr int points = taylor_points;
   std::vector<Complex> derivative(points);
@@ -167,8 +169,8 @@ void LatticeSum::far_derivatives(Complex z, int count, Complex* value) const {
   }
 }
 
-/// -pi (y + dy)^2 / area, or the same of x: for a step t = dx + i dy, y dy = Re(-i y t). The square of the step is no
-/// harmonic function; it belongs to what cancels.
+/// Adds -pi (y + dy)^2 / area, or the same for x: for a step t = dx + i dy, y dy = Re(-i y t). The square of the step
+/// is not harmonic, and belongs to the part that cancels.
 void LatticeSum::add_background(Complex z, Complex* value) const {
   const double across = rows_along_y_ ? z.real() : z.imag();
   value[0] -= background_ * across * across;
@@ -187,7 +189,7 @@ Complex LatticeSum::reduced(Complex z, double& sign) const {
 double LatticeSum::real_part(Complex z, double least) const {
   double sign = 1;
   z = reduced(z, sign);
-  // One logarithm of a product costs less than many; in units of the period the product can't overflow.
+  // One logarithm of a product costs less than many logarithms; in units of the period the product cannot overflow.
   const double unit = bounded_ ? 1 / norm2(period_) : 1;
   double numerator = unit * std::max(std::norm(z), least * least), denominator = 1, charge = 1;
   for (std::size_t v = 1; v < inner_.size(); ++v) {

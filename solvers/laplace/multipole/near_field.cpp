@@ -8,10 +8,10 @@ namespace lichtenberg::laplace::multipole {
 
 namespace {
 
-constexpr int lane = 8;  // disk orders are worked on in multiples of it
+constexpr int lane = 8;  // Disk orders are processed in multiples of it
 using Lane = Eigen::Array<double, lane, 1>;
 
-/// Terms of a geometric series with ratio q that matter.
+/// Returns the number of significant terms of a geometric series with ratio q.
 int terms(double q, double accuracy, int most) {
   if (q <= 0) return 0;
   if (q >= 1) return most;
@@ -21,7 +21,7 @@ int terms(double q, double accuracy, int most) {
 }  // namespace
 
 NearField::NearField(const Arrangement& arrangement, double accuracy) {
-  std::vector<std::pair<Complex, Image>> seen;  // of each pair: how far apart, which image
+  std::vector<std::pair<Complex, Image>> seen;  // Displacement and image of each pair
   std::size_t powers = 0;
   for (int i = 0; i < arrangement.disks; ++i) {
     const Source& disk = arrangement.sources[i];
@@ -35,7 +35,8 @@ NearField::NearField(const Arrangement& arrangement, double accuracy) {
         return std::abs(image.centre(centre) + shift - disk.centre) < 1e-9 * disk.radius;
       };
       if (!is_here(source.constant_on[0]) && !is_here(source.constant_on[1])) {
-        // Seen from the nearest point of the other circle; a source's singularities end at `decay` of its radius.
+        // Convergence ratios at the nearest point of the other circle. The singularities of a source lie within `decay`
+        // of its radius.
         const double reach = arrangement.decay[j] * source.radius;
         pair.source_order = terms(reach / (distance - disk.radius), accuracy, source.order);
         pair.disk_order = terms(disk.radius / (distance - reach), accuracy, disk.order);
@@ -58,7 +59,7 @@ void NearField::fill_powers(const std::vector<Source>& sources, const Image& ima
   Complex power = 1;
   for (int k = 1; k <= pair.source_order; ++k) {
     power = multiply(power, u);
-    // The image's sign is the same for each term but for (-1)^k: coefficient() of a real number.
+    // The image's sign is the same for each term up to (-1)^k: coefficient() of a real number.
     *at++ = image.coefficient(k, 1).real() * power;
   }
   power = 1;

@@ -4,18 +4,18 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// What sources do to disks nearby, one by one. The source is
-///   -lambda ln(z - c) + sum_k a_k (R_c / (z - c))^k,
-/// the field at the disk sum_m b_m ((z - z_0) / R)^m, and with d = z_0 - c
-///   b_m = (-R/d)^m [sum_k C(k+m-1, m) (R_c/d)^k a_k + lambda / m],   b_0 = -lambda ln d + sum_k (R_c/d)^k a_k
-/// (Greengard & Rokhlin 1987, Lemma 2.4).
+/// Direct interaction of sources with near disks. The complex potential of the source is -lambda ln(z - c) + sum_k a_k
+/// (R_c / (z - c))^k, that at the disk sum_m b_m ((z - z_0) / R)^m. With d = z_0 - c:
+///   b_m = (-R/d)^m [sum_k C(k+m-1, m) (R_c/d)^k a_k + lambda / m],
+///   b_0 = -lambda ln d + sum_k (R_c/d)^k a_k (Greengard & Rokhlin 1987, Lemma 2.4).
 class NearField {
  public:
-  /// Terms that change a field by less than `accuracy` of the source's largest are left out. Of a source whose field
-  /// is constant on a circle only the logarithm's mean over it counts there.
+  /// Neglects terms that change a field by less than `accuracy` of the source's largest term. For a source whose
+  /// potential is constant on the disk's circle, only the mean of the logarithm is kept.
   NearField(const Arrangement& arrangement, double accuracy);
 
-  /// Adds the fields of all near sources to the local coefficients of the disks; both arrays laid out as the sources.
+  /// Adds the fields of all near sources to the local coefficients of the disks; both arrays have the layout of the
+  /// sources.
   void add(const Layout& layout, const Complex* coefficients, Complex* local) const;
 
  private:
@@ -23,9 +23,9 @@ class NearField {
     int disk = 0, source = 0;
     int source_order = 0, disk_order = 0;
     bool conjugates = false;
-    double charge_factor = 0;  ///< sign of the image's charge
-    double minus_log = 0;      ///< minus the mean of ln |z - c| over the circle, with that sign
-    std::size_t power = 0;     ///< where its powers begin
+    double charge_factor = 0;  ///< Sign of the image's charge
+    double minus_log = 0;      ///< Minus the mean of ln |z - c| over the circle, with that sign
+    std::size_t power = 0;     ///< Index of its first power
   };
   void fill_powers(const std::vector<Source>& sources, const Image& image, Complex d, const NearSource& pair);
   void make_binomials();
@@ -33,9 +33,10 @@ class NearField {
 
   int largest_order_ = 0, stride_ = 0;
   std::vector<NearSource> pairs_;
-  /// Of each pair: (2 R_c/d)^k, k = 1 ... source_order, then (-2 R/d)^m, m = 1 ... disk_order.
+  /// Powers of each pair: (2 R_c/d)^k, k = 1 ... source_order, then (-2 R/d)^m, m = 1 ... disk_order.
   std::vector<Complex> power_;
-  /// Row k, column m: C(k+m-1, m) / 2^(k+m), row 0: 1 / (m 2^m). The powers of two keep both factors in range.
+  /// Matrix with row k, column m: C(k+m-1, m) / 2^(k+m), row 0: 1 / (m 2^m). The powers of two keep both factors in
+  /// range.
   std::vector<double> binomial_;
 };
 

@@ -4,7 +4,7 @@ namespace lichtenberg::laplace::multipole {
 
 namespace {
 
-/// Potential at a distance d from the centre of a source's image.
+/// Returns the potential at displacement d from the centre of a source's image.
 double image_potential(const Source& source, const Image& image, const Complex* a, Complex d, double accuracy) {
   const Complex ratio = source.radius / d;
   Complex power = 1;
@@ -16,7 +16,7 @@ double image_potential(const Source& source, const Image& image, const Complex* 
   return sum;
 }
 
-/// Potential of everything that isn't near z's cell.
+/// Returns the potential of all sources that are not near z's cell.
 double far_potential(Complex z, const Cells& cells, const FarField& far) {
   const int cell = cells.cell_of(z);
   const Complex step = (z - cells.centre(cell)) / far.scale();

@@ -8,22 +8,22 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// A solution: everything the potential is made of.
+/// Solution, with all data that determine the potential.
 struct Solved {
   std::unique_ptr<Setting> setting;
-  std::unique_ptr<FarField> far;  ///< with the cells' local fields
+  std::unique_ptr<FarField> far;  ///< Far field with the cells' local fields
   std::vector<Complex> coefficients;
-  Eigen::VectorXd extra;  ///< unknowns other than multipoles
+  Eigen::VectorXd extra;  ///< Unknowns other than multipoles
   std::vector<double> group_potential;
-  double level = 0;  ///< V, to be added to the field of sources and walls
+  double level = 0;  ///< Potential level (V), added to the field of sources and walls
 };
 
 struct PointPotential {
   double value = 0;  ///< V
-  int body = -1;     ///< that covers the point, -1: none
+  int body = -1;     ///< Body that contains the point; -1: none
 };
 
-/// The potential at z, with multipoles left out that change it by less than `accuracy` of their coefficient.
+/// Computes the potential at z; neglects multipoles that contribute less than `accuracy` of their coefficient.
 PointPotential potential_at(Complex z, const Solved& solved, double accuracy);
 
 }  // namespace lichtenberg::laplace::multipole

@@ -15,7 +15,8 @@ struct Arc {
   double from = 0, to = 2 * pi;
 };
 
-/// The part of a circle round `centre` that lies in the box: all, half (centred on a side) or a quarter (in a corner).
+/// Returns the part of a circle around `centre` inside the box: all, half (centred on a side) or a quarter (in a
+/// corner).
 Arc arc_in_box(Complex centre, Vec2 size) {
   const bool on_left = centre.real() == 0, on_right = centre.real() == size.x;
   const bool on_bottom = centre.imag() == 0, on_top = centre.imag() == size.y;
@@ -31,14 +32,14 @@ Arc arc_in_box(Complex centre, Vec2 size) {
   return arc;
 }
 
-/// integral of exp(i n theta) over the arc
+/// Returns the integral of exp(i n theta) over the arc.
 Complex integral(int n, Arc arc) {
   if (n == 0) return arc.to - arc.from;
   return (std::polar(1.0, n * arc.to) - std::polar(1.0, n * arc.from)) / Complex(0, n);
 }
 
-/// A disk's multipoles with those of the point charges in it, about the same centre: sum lambda (z_0/R)^k / k each.
-/// They converge slowly, but what is summed over them costs no more than a term each.
+/// Returns each disk's multipoles with those of the point charges inside it, about the same centre: sum lambda
+/// (z_0/R)^k / k each. They converge slowly, but the sums over them cost one operation per term.
 std::vector<std::vector<Complex>> all_multipoles(const Setting& setting, const std::vector<Complex>& coefficients) {
   const Arrangement& arrangement = setting.arrangement;
   const std::vector<int>& start = setting.layout.start;
@@ -65,7 +66,7 @@ std::vector<std::vector<Complex>> all_multipoles(const Setting& setting, const s
   return multipoles;
 }
 
-/// The multipoles of a disk centred on a side together with those of the images that coincide with it.
+/// Adds the multipoles of the images that coincide with a disk centred on a side.
 void add_coinciding_images(const Mirrors& mirrors, const Source& disk, std::vector<Complex>& a) {
   const std::vector<Complex> own = a;
   const Vec2 size = mirrors.size;
@@ -80,8 +81,8 @@ void add_coinciding_images(const Mirrors& mirrors, const Source& disk, std::vect
   }
 }
 
-/// R dV/dr = -sum_n c_n exp(i n theta) on the circle, from multipoles and local field together: c_0 = lambda,
-/// c_-k = k a_k = conj(c_k). Returns c_-order ... c_order.
+/// Returns the coefficients of R dV/dr = -sum_n c_n exp(i n theta) on the circle, due to multipoles and local field
+/// together: c_0 = lambda, c_-k = k a_k = conj(c_k). Order: c_-order ... c_order.
 std::vector<Complex> surface_charge(const std::vector<Complex>& a) {
   const int order = static_cast<int>(a.size()) - 1;
   std::vector<Complex> c(2 * order + 1);
@@ -100,7 +101,8 @@ double charge_on_arc(const std::vector<Complex>& c, Arc arc) {
   return sum;
 }
 
-/// Fourier coefficients of the square of a real function, from those of the function (-order ... order), by sampling.
+/// Returns the Fourier coefficients of the square of a real function, given those of the function (-order ... order),
+/// by sampling.
 std::vector<Complex> square(const std::vector<Complex>& c) {
   const int order = static_cast<int>(c.size()) / 2;
   const int points = 4 * order + 2;
@@ -118,7 +120,7 @@ std::vector<Complex> square(const std::vector<Complex>& c) {
   return squared;
 }
 
-/// integral of (R dV/dr)^2 exp(i theta) over the arc
+/// Returns the integral of (R dV/dr)^2 exp(i theta) over the arc.
 Complex pull_on_arc(const std::vector<Complex>& c, Arc arc) {
   const std::vector<Complex> squared = square(c);
   const int order = static_cast<int>(squared.size()) / 2;
@@ -127,7 +129,7 @@ Complex pull_on_arc(const std::vector<Complex>& c, Arc arc) {
   return sum;
 }
 
-/// integral of (R dV/dr)^2 exp(i theta) over the whole circle (Blasius' theorem)
+/// Returns the integral of (R dV/dr)^2 exp(i theta) over the whole circle (Blasius' theorem).
 Complex pull_on_circle(const std::vector<Complex>& a) {
   const int order = static_cast<int>(a.size()) - 1;
   Complex sum = 0;
@@ -135,8 +137,8 @@ Complex pull_on_circle(const std::vector<Complex>& a) {
   return 4 * pi * sum;
 }
 
-/// Charge induced on an electrode side over the permittivity: by reciprocity, what the field has at the disks when that
-/// side is at 1 V.
+/// Returns the induced charge of an electrode side over the permittivity. By reciprocity it follows from the field at
+/// the disks with that side at 1 V and all others at 0 V.
 double induced_flux(const WallField& side_at_one, const Setting& setting, const std::vector<Complex>& coefficients) {
   double sum = 0;
   std::vector<Complex> field;
@@ -151,7 +153,7 @@ double induced_flux(const WallField& side_at_one, const Setting& setting, const 
   return 2 * pi * sum;
 }
 
-/// The electrode side that a disk is centred on, -1: none.
+/// Returns the electrode side on which a disk is centred, -1: none.
 int anchor(const Setting& setting, int disk) {
   if (!setting.arrangement.anchored[disk]) return -1;
   const Complex c = setting.arrangement.sources[disk].centre;
@@ -172,7 +174,7 @@ void find_side_charges(const Setting& setting, const std::vector<Complex>& coeff
     solution.side_charge[s] =
         setting.problem.permittivity * (setting.wall.side_flux(s) + induced_flux(side_at_one, setting, coefficients));
   }
-  // What a half-disk covers of its side is no surface of the box: its curved side has taken that charge.
+  // The part of a side inside a half-disk is not a surface of the box: the disk's curved surface carries that charge.
   for (int i = 0; i < setting.arrangement.disks; ++i)
     if (const int s = anchor(setting, i); s >= 0) solution.side_charge[s] -= solution.body_charge[i];
 }

@@ -4,10 +4,10 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Adds the bodies' charges and forces, from the coefficients of all sources.
+/// Appends the bodies' charges and forces, computed from the coefficients of all sources.
 void evaluate_bodies(const Setting& setting, const std::vector<Complex>& coefficients, LaplaceSolution& solution);
 
-/// Charges of the sides and the energy, from these and what the solution has of bodies and groups.
+/// Sets the sides' charges and the energy, computed from the coefficients and from the body and group results.
 void evaluate_sides(const Setting& setting, const std::vector<Complex>& coefficients, LaplaceSolution& solution);
 
 }  // namespace lichtenberg::laplace::multipole

@@ -5,21 +5,21 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Where the coefficients of each source lie in one array: the logarithm's (real) first, then a_1 ... a_order.
+/// Positions of each source's coefficients in one array: the (real) coefficient of the logarithm, then a_1 ... a_order.
 struct Layout {
   explicit Layout(const std::vector<Source>& sources) : start{0} {
     for (const Source& s : sources) start.push_back(start.back() + s.order + 1);
   }
-  std::vector<int> start;  ///< of each source, and the end
+  std::vector<int> start;  ///< Start index of each source, then the total size
   int size() const { return start.back(); }
   int sources() const { return static_cast<int>(start.size()) - 1; }
-  /// Highest multipole of a source, -1 if there is no such source.
+  /// Returns the highest multipole of a source, -1 if there is no such source.
   int order(int source) const { return source < sources() ? start[source + 1] - start[source] - 1 : -1; }
 };
 
-/// A problem in this method's terms; stays where it is, its parts point at each other.
+/// Problem in the data structures of this method. It cannot be copied, because its parts point at each other.
 struct Setting {
-  /// Throws InputError as Arrangement does.
+  /// Throws the exceptions of Arrangement.
   Setting(const LaplaceProblem& p, bool unbounded, Truncation truncation)
       : problem(p),
         mirrors(unbounded ? Mirrors() : Mirrors(problem)),

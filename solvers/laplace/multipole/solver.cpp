@@ -24,13 +24,13 @@ using multipole::Truncation;
 
 namespace {
 
-/// Beyond this rounding stops GMRES.
+/// Bounds of the tolerance; below the lower one rounding stops GMRES. Least relative residual requested of GMRES.
 constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1, finest_residual = 1e-15;
-/// How much each part may leave out where gaps are wide.
+/// Error shares of the parts of the method, for wide gaps.
 struct Parts {
-  Truncation truncation;    ///< multipoles
-  double interactions = 0;  ///< terms of what disks do to each other
-  double krylov = 0;        ///< GMRES's residual
+  Truncation truncation;    ///< Neglected multipoles
+  double interactions = 0;  ///< Neglected terms of interactions between disks
+  double krylov = 0;        ///< Residual of GMRES
 };
 
 Parts parts_of(const MultipoleOptions& options) {
@@ -60,8 +60,8 @@ void check(const LaplaceProblem& problem, bool unbounded) {
   }
 }
 
-/// Estimates what the multipoles beyond the order of some disk add up to, over the largest coefficient of all: a
-/// geometric series from the last ones, with the ratio at which they fell off in the second half.
+/// Estimates the sum of the neglected multipoles of the worst disk over the largest coefficient. The sum is
+/// extrapolated as a geometric series from the last multipoles, with the ratio of their second half.
 double multipoles_left_out(const Solved& solved) {
   constexpr double largest_ratio = 0.999;
   double worst = 0, largest = 0;
@@ -70,7 +70,7 @@ double multipoles_left_out(const Solved& solved) {
     const Complex* a = &solved.coefficients[solved.setting->layout.start[i]];
     const int order = solved.setting->layout.order(i), half = order / 2;
     if (half < 2) continue;
-    // By symmetry every other one may vanish.
+    // By symmetry every second coefficient may vanish, so pairs are compared.
     const double last = std::max(std::abs(a[order]), std::abs(a[order - 1]));
     const double middle = std::max(std::abs(a[half]), std::abs(a[half - 1]));
     if (last == 0) continue;
@@ -80,9 +80,9 @@ double multipoles_left_out(const Solved& solved) {
   return largest > 0 ? worst / largest : 0.0;
 }
 
-/// Estimates what the largest force lacks for the multipoles left out. The last ones add p (p - 1) conj(a_(p-1)) a_p,
-/// the first that are left out p (p + 1) conj(a_p) a_(p+1): two steps of the decay less, times (p + 1) / (p - 1), which
-/// counts where orders are low.
+/// Estimates the effect of the neglected multipoles on the largest force. The last multipoles contribute p (p - 1)
+/// conj(a_(p-1)) a_p, the first neglected ones p (p + 1) conj(a_p) a_(p+1). The ratio is two steps of the decay times
+/// (p + 1) / (p - 1), which matters for low orders.
 double forces_left_out(const Solved& solved, const LaplaceSolution& solution) {
   const multipole::Setting& setting = *solved.setting;
   std::vector<Complex> shorter = solved.coefficients;
@@ -100,15 +100,15 @@ double forces_left_out(const Solved& solved, const LaplaceSolution& solution) {
   return worst;
 }
 
-/// Of the field as well: errors of potentials and forces are up to ten times GMRES's residual (measured; gaps down to
-/// 1e-4 R).
+/// Estimates the error of the field and the results. Errors of potentials and forces are up to ten times GMRES's
+/// residual (empirical, for gaps down to 1e-4 R).
 double estimate_with_reserve(const Solved& solved, const KrylovResult& krylov) {
   return std::max(10 * krylov.residual, multipoles_left_out(solved));
 }
 
-/// Of charges, potentials and forces alone: GMRES's residual in units of the smaller of what they are measured by, and
-/// what is left out, times what is seldom exceeded (README.md). Charges that are all 0 are given, and exact. 0 if
-/// everything has the same potential.
+/// Estimates the error of charges, potentials and forces only. GMRES's residual is relative to the smaller of their
+/// scales; empirical factors make the estimate an upper bound in most cases (README.md). Charges that are all 0 are
+/// given, and exact. Returns 0 if everything has the same potential.
 double estimate_of_results(const Solved& solved, const KrylovResult& krylov, const LaplaceSolution& solution) {
   const LaplaceProblem& problem = solved.setting->problem;
   const Scales scales = scales_of(problem, solution);
@@ -126,14 +126,14 @@ double estimate_of_results(const Solved& solved, const KrylovResult& krylov, con
 
 struct MultipoleSolver::Implementation {
   MultipoleOptions options;
-  Solved last;  ///< without a setting until something has been solved
+  Solved last;  ///< Last solution; without a setting until a problem has been solved
 
   LaplaceSolution solve(const LaplaceProblem& problem);
   void make_far_field(Solved& next);
   const Solved& solved() const;
 };
 
-/// Takes over the last one, with its kernel, if it fits.
+/// Makes the far field, or takes over the last one with its kernel if it fits.
 void MultipoleSolver::Implementation::make_far_field(Solved& next) {
   const Cells& cells = next.setting->arrangement.cells;
   const double terms = std::log(parts_of(options).interactions) / std::log(cells.separation);

@@ -7,33 +7,36 @@
 namespace lichtenberg::laplace {
 
 struct MultipoleOptions {
-  double tolerance = 1e-10;   ///< error of potentials, charges and forces, relative to the largest; 1e-13 to 0.1
-  bool results_only = false;  ///< it is asked of these alone, which allows half the multipoles; else of the field, too
-  bool unbounded = false;     ///< no box: the plane, V bounded at infinity. `sides` must be insulating.
-  int cells = 512;            ///< cells of `field()` along the longer side of the box
+  double tolerance = 1e-10;   ///< Relative error of potentials, charges and forces, relative to the largest; 1e-13 to
+                              ///< 0.1
+  bool results_only = false;  ///< True: the tolerance holds for these results only, which halves the multipoles; false:
+                              ///< for the field too
+  bool unbounded = false;     ///< True: no box but the unbounded plane, with V bounded at infinity; `sides` must be
+                              ///< insulating
+  int cells = 512;            ///< Number of cells of `field()` along the longer side of the box
 };
 
-/// Spectral solution for disks: each has a logarithm and Fourier multipoles, the walls are mirrors (README.md). Disks
-/// lie inside the box or are centred on a side. Where both have one potential they may touch each other, or a side, and
-/// overlap by up to 1 % of the smaller radius, as elastic bodies in contact do. Sides are insulating or electrodes of
-/// constant potential. Where two electrodes of different potential meet in a corner, their charges and the energy are
-/// infinite, and are reported so.
-///
-/// `residual` estimates the relative error: the larger of ten times GMRES's relative residual and what the multipoles
-/// left out add up to, extrapolated from the last ones, for the worst disk over the largest coefficient of all. It
-/// exceeds `tolerance` where order 1000 is not enough: a disk beside one 50 times smaller, or less. With `results_only`
-/// it is what the last multipoles add to forces and what GMRES may lack, and mostly of the size of the error.
+/// Spectral solver for disks: each disk has a logarithm and Fourier multipoles, and the walls are mirrors (README.md).
+/// Disks lie inside the box or are centred on a side. Disks at equal potential may touch each other or a side, and
+/// overlap by up to 1 % of the smaller radius, like elastic bodies in contact. Sides are insulating or electrodes of
+/// constant potential. If two electrodes of different potential meet in a corner, their charges and the energy are
+/// infinite and reported as such.
+/// `residual` estimates the relative error. It is the larger of two terms: ten times GMRES's relative residual, and the
+/// neglected multipoles of the worst disk over the largest coefficient. The neglected multipoles are extrapolated from
+/// the last ones. The estimate exceeds `tolerance` if order 1000 does not suffice: for a disk next to one at least 50
+/// times smaller. With `results_only` the estimate is the contribution of the last multipoles to forces plus that of
+/// GMRES's residual, and is mostly of the size of the error.
 class MultipoleSolver : public LaplaceSolver {
  public:
   /// Throws InputError for options out of range.
   explicit MultipoleSolver(MultipoleOptions options = {});
   ~MultipoleSolver() override;
 
-  /// Throws InputError also for bodies that are no disks, disks of different potential without a gap between them,
-  /// disks cut by a side off their centre, and sides of varying potential.
+  /// Also throws InputError for bodies that are not disks and for disks of different potential without a gap between
+  /// them. Also throws it for disks that a side cuts off-centre, and for sides of varying potential.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
-  /// Potential of the last solve anywhere in the box (anywhere in the unbounded plane), V. Like `field`, throws Failure
-  /// if nothing has been solved.
+  /// Returns the potential (V) of the last solve at any point of the box, or of the unbounded plane. Like `field`,
+  /// throws Failure if nothing has been solved.
   double potential(Vec2 p) const;
   Field field() const override;
   void forget() override;
@@ -43,7 +46,7 @@ class MultipoleSolver : public LaplaceSolver {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// Unknowns that a solve of this problem will have, without solving it. Throws what MultipoleSolver throws.
+/// Returns the number of unknowns of this problem without solving it. Throws the exceptions of MultipoleSolver.
 long multipole_unknowns(const LaplaceProblem& problem, const MultipoleOptions& options);
 
 }  // namespace lichtenberg::laplace

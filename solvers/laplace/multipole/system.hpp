@@ -7,25 +7,24 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Unknown are the multipole coefficients a_k of every disk and, after them, the charges that the problem doesn't give
-/// (as lambda = Q / 2 pi eps, V; less what is in point charges), the potentials of floating groups with several
-/// members, the level of the potential if no wall fixes it, and the point charges of close pairs. Here is which is
-/// where.
+/// Positions of the unknowns in their vector. The multipole coefficients a_k of all disks come first. The charges that
+/// the problem does not give follow (as lambda = Q / 2 pi eps, in V, less the point charges). The potentials of
+/// floating groups with several members are next, then the level of the potential if no wall fixes it. The point
+/// charges of close pairs are the last.
 struct Unknowns {
   Unknowns(const LaplaceProblem& problem, const Mirrors& mirrors, const Arrangement& arrangement);
 
-  int multipoles = 0, others = 0;  ///< real numbers
-  std::vector<bool> given_charge;  ///< of each disk
-  std::vector<int> charge;         ///< of each disk, -1 if given or an electrode's
-  std::vector<int> potential;      ///< of each group, -1 if given or found afterwards
+  int multipoles = 0, others = 0;  ///< Number of real unknowns
+  std::vector<bool> given_charge;  ///< Per disk: true if its charge is given
+  std::vector<int> charge;         ///< Per disk: index of its charge, -1 if given or determined by an electrode
+  std::vector<int> potential;      ///< Per group: index of its potential, -1 if given or computed afterwards
   std::vector<int> close_pair;
-  int level = -1;  ///< -1: fixed by a wall, or free
+  int level = -1;  ///< Index of the potential level, -1: fixed by a wall, or undetermined
 };
 
-/// The linear system. Equations: on each circle the terms cos k theta and sin k theta vanish,
-///   a_k + conj(b_k) = 0   (k >= 1),
-/// the disks whose charge is unknown have their group's potential, members' charges add up to their group's, all
-/// charges to zero where no wall takes any, and a close pair's potential difference is that of its point charges.
+/// Linear system. On each circle the terms cos k theta and sin k theta vanish: a_k + conj(b_k) = 0 (k >= 1). Disks of
+/// unknown charge have their group's potential. Members' charges add up to their group's. All charges add up to zero if
+/// no wall takes any. The potential difference of a close pair is that of its point charges.
 class System {
  public:
   System(const Setting& setting, FarField& far, double accuracy);
@@ -33,24 +32,26 @@ class System {
   int size() const { return unknown_.multipoles + unknown_.others; }
   Eigen::VectorXd right_hand_side() const;
   Eigen::VectorXd operator*(const Eigen::VectorXd& x) const;
-  /// Approximate inverse: identity for the multipoles, the other unknowns by the charges' direct interaction.
+  /// Approximate inverse: identity for the multipoles; for the other unknowns the inverse of the charges' direct
+  /// interaction.
   Eigen::VectorXd precondition(const Eigen::VectorXd& residual) const;
 
-  /// Whether it is more than the identity for the other unknowns, of which there may be too many.
+  /// Returns true if the other unknowns are preconditioned too; they are not if there are too many.
   bool has_preconditioner() const { return extra_inverse_.rows() == unknown_.others; }
 
-  /// x with the multipoles of another solution, as far as it has them, and its other unknowns if they are as many.
+  /// Returns an initial guess: the multipoles of another solution as far as it has them, and its other unknowns if
+  /// their number is equal.
   Eigen::VectorXd first_guess(const Layout& past_layout, const std::vector<Complex>& past_coefficients,
                               const Eigen::VectorXd& past_extra) const;
-  /// The unknowns of x other than multipoles.
+  /// Returns the unknowns of x other than multipoles.
   Eigen::VectorXd extra(const Eigen::VectorXd& x) const { return x.tail(unknown_.others); }
-  /// Coefficients of every source, the given charges included.
+  /// Returns the coefficients of every source, given charges included.
   std::vector<Complex> coefficients(const Eigen::VectorXd& x) const;
   struct Potentials {
     std::vector<double> group;  ///< V
-    double level = 0;           ///< V, to be added to the field of sources and walls
+    double level = 0;           ///< Potential level (V), added to the field of sources and walls
   };
-  /// Of the solution x with its coefficients; leaves their far field in `far`.
+  /// Computes the potentials of the solution x with its coefficients; leaves their far field in `far`.
   Potentials potentials(const Eigen::VectorXd& x, const std::vector<Complex>& coefficients) const;
 
  private:
@@ -71,9 +72,9 @@ class System {
   const Setting* setting_;
   FarField* far_;
   NearField near_;
-  std::vector<Complex> shifts_;  ///< of each source: ((centre of its cell - centre) / h)^j / j!
-  std::vector<Complex> wall_;    ///< local coefficients of the electrodes' field, laid out as the sources
-  std::vector<double> given_;    ///< lambda of each disk as far as given, else 0
+  std::vector<Complex> shifts_;  ///< Per source: ((centre of its cell - centre) / h)^j / j!
+  std::vector<Complex> wall_;    ///< Local coefficients of the electrodes' field, with the layout of the sources
+  std::vector<double> given_;    ///< Per disk: lambda if its charge is given, otherwise 0
   Unknowns unknown_;
   Eigen::PartialPivLU<Eigen::MatrixXd> extra_inverse_;
 };

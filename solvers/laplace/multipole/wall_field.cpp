@@ -39,7 +39,7 @@ void WallField::find_linear(const std::array<Side, 4>& sides) {
   } else if (sign[left] > 0 && sign[right] > 0 && sign[bottom] < 0 && sign[top] < 0) {
     slope_ = -i_unit * (sides[top].potential - sides[bottom].potential) / y;
   } else {
-    // No field along an electrode, none across an insulating side.
+    // The field component along an electrode, and that across an insulating side, is zero.
     const auto field_at = [&](SideIndex side) {
       std::array<Complex, 2> value;
       local(middle[side], 1, 2, value.data());
@@ -56,7 +56,7 @@ void WallField::find_linear(const std::array<Side, 4>& sides) {
     }
 }
 
-/// Lambda(z - corner) with arguments that are continuous in the box: each is measured from the box's middle.
+/// Returns Lambda(z - corner) with arguments that are continuous in the box: each is relative to the middle of the box.
 Complex WallField::logarithm(Complex z, Complex corner) const {
   Complex sum = 0;
   lattice_->far_derivatives(z - corner, 1, &sum);
@@ -106,7 +106,8 @@ double WallField::side_flux(SideIndex side) const {
       divergence += std::copysign(std::numeric_limits<double>::infinity(),
                                   corner.before == side ? -corner.strength : corner.strength);
   if (divergence != 0) return divergence;
-  // Im W, the stream function, grows by the flux to the left of the way: -dV/dn along the side, the box to its left.
+  // The stream function Im W increases by the flux to the left of the path: -dV/dn along the side, with the box to its
+  // left.
   const auto stream = [&](Complex z) {
     double sum = (slope_ * z).imag();
     for (const Corner& corner : corners_) sum -= corner.strength * logarithm(z, corner.at).real();

@@ -64,8 +64,8 @@ namespace {
 
 constexpr double finest_tolerance = 1e-12;
 
-/// Error of charges and forces that no solution exceeds at a tolerance of one, in units of the largest: the potential
-/// scale V makes charges of 4 pi eps R V on a sphere, and fields of V / R at its charge and V / R^2 at its dipole.
+/// Bound on the errors of charges and forces at a tolerance of 1, in units of the largest. The potential scale V makes
+/// charges of 4 pi eps R V on a sphere, and fields of V / R at its charge and V / R^2 at its dipole.
 double sensitivity(const SphereProblem& problem, const SphereSolution& solution, const Scales& scales) {
   std::vector<int> members(problem.groups.size());
   for (const Sphere& sphere : problem.spheres) ++members[sphere.group];
@@ -82,10 +82,10 @@ double sensitivity(const SphereProblem& problem, const SphereSolution& solution,
                   force / std::max(scales.force, scales.force_rounding));
 }
 
-/// Errors that solutions have are this share of what the sensitivity says, or less.
+/// Upper bound of actual errors, as a share of the sensitivity.
 constexpr double likely_share = 1e-3;
 
-/// Solves to `finer` of the accuracy asked or better. Returns nothing if the method refuses the harmonics.
+/// Solves to `finer` times the accuracy or better. Returns nothing if the method refuses the harmonics.
 std::optional<SphereSolution> finer_solution(const SphereProblem& problem, double accuracy, double coarser,
                                              double finer, const std::function<SphereSolver(double)>& solver_for) {
   constexpr double most_finer = 1e-3;
@@ -105,8 +105,8 @@ std::optional<SphereSolution> finer_solution(const SphereProblem& problem, doubl
   return std::nullopt;
 }
 
-/// The reference for a solution at the tolerance `coarser`: ten times as accurate as asked, or at least twice where the
-/// method refuses more. Throws InputError if it refuses that, too.
+/// Returns the reference for a solution at the tolerance `coarser`: ten times as accurate as `accuracy`, or at least
+/// twice if the method refuses more. Throws InputError if it refuses that, too.
 SphereSolution reference_for(const SphereProblem& problem, double accuracy, double coarser,
                              const std::function<SphereSolver(double)>& solver_for) {
   for (const double finer : {0.1, 0.3, 0.5})
@@ -130,7 +130,7 @@ SphereSolution reference_for(const SphereProblem& problem, double accuracy, doub
 AccurateSpheres solve_to_accuracy(const SphereProblem& problem, double accuracy,
                                   const std::function<SphereSolver(double)>& solver_for) {
   constexpr double margin = 0.8, least_finer = 0.5, most_finer = 1e-2;
-  // With the few harmonics of a coarser tolerance the difference of two solutions is no measure of their errors.
+  // With the few harmonics of a coarser tolerance, the difference of two solutions does not measure their errors.
   constexpr double coarsest = 1e-2;
   for (double tolerance = std::min(accuracy, coarsest);;) {
     AccurateSpheres found{tolerance, accuracy, solver_for(tolerance), {}};
@@ -142,7 +142,7 @@ AccurateSpheres solve_to_accuracy(const SphereProblem& problem, double accuracy,
       if (found.estimate <= margin * accuracy) return found;
       if (tolerance == finest_tolerance) refuse(accuracy, found.estimate);
       finer = std::clamp(margin * accuracy / found.estimate, most_finer, least_finer);
-    } catch (const Failure&) {  // what a coarse tolerance leaves out can make the matrix indefinite
+    } catch (const Failure&) {  // The truncation at a coarse tolerance can make the matrix indefinite
       if (tolerance == finest_tolerance) throw;
     }
     tolerance = std::max(finer * tolerance, finest_tolerance);

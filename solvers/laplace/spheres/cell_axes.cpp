@@ -13,7 +13,7 @@ double trigonometric(bool odd, double phase) { return odd ? std::sin(phase) : st
 
 namespace {
 
-/// Between mirrors of two kinds only odd ones; of axes without mirrors all, or half of them.
+/// Returns the modes of an axis: odd ones only between mirrors of different kinds; all or half of them without mirrors.
 std::vector<int> modes_of(const Cells& cells, int axis, bool half) {
   const int n = cells.count[axis], period = cells.period[axis];
   std::vector<int> modes;
@@ -26,14 +26,14 @@ std::vector<int> modes_of(const Cells& cells, int axis, bool half) {
   return modes;
 }
 
-/// Of a wave at a cell's centre.
+/// Returns the phase of a wave at a cell's centre.
 double phase_of(int mode, int cell, int period) { return 2 * std::numbers::pi / period * mode * (cell + 0.5); }
 
 bool is_its_own_conjugate(int mode, int period) { return mode == 0 || 2 * mode == period; }
 
 void add_real_waves(CellAxis& axis, int count, int period) {
   const auto modes = static_cast<Eigen::Index>(axis.mode.size());
-  const double copies = static_cast<double>(period) / count;  // of each cell in a period
+  const double copies = static_cast<double>(period) / count;  // Copies of each cell in a period
   for (int odd = 0; odd < 2; ++odd) {
     axis.to[odd].resize(modes, count);
     axis.from[odd].resize(count, modes);
@@ -73,7 +73,7 @@ bool has_complex_waves(const Cells& cells) { return last_axis_without_mirrors(ce
 std::array<CellAxis, 3> cell_axes(const Cells& cells) {
   std::array<CellAxis, 3> axes;
   for (int k = 0; k < 3; ++k) {
-    // Waves that go the other way are the complex conjugates: of all axes together, so half of one axis will do.
+    // Opposite waves are complex conjugates (for all axes together), so half of the modes of one axis suffices.
     const bool half = k == last_axis_without_mirrors(cells);
     axes[k].mode = modes_of(cells, k, half);
     if (cells.mirrored[k])

@@ -9,13 +9,14 @@
 namespace lichtenberg::laplace::spheres {
 namespace {
 
-/// How terms fall off with l + t: two charges at the rims of their cells have 2 reach / range, but most are nearer to
-/// the middle. Root mean squares of spheres that are spread evenly in square cells of one layer are .59 of the reach,
-/// two of them 1.2; the rest is a margin. README.md has errors for this and for 1.6.
+/// Ratio at which terms decrease with l + t. Two charges at the rims of their cells have 2 reach / range, but most are
+/// nearer to the centre. The root mean square distance for spheres that are spread evenly in square cells of one layer
+/// is 0.59 of the reach, 1.2 for two of them. The rest is a margin. README.md has errors for this ratio and for 1.6.
 double fall_off(const Cells& cells) { return 1.3 * cells.reach / cells.range; }
 
-/// Below degree 4 nothing is saved that counts beside near pairs. 40 is what 1e-12 takes where cells are near up to
-/// their reach times three (33), and a margin: memory goes with its square, products with its third to fourth power.
+/// Bounds of the degree. Below 4 the savings are negligible compared to the near pairs. 1e-12 needs degree 33 if cells
+/// are near up to three times their reach; 40 includes a margin. Memory grows with the degree squared, products with
+/// its third to fourth power.
 constexpr int least_degree = 4, most_degree = 40;
 
 int degree_for(double accuracy, const Cells& cells) {
@@ -41,7 +42,8 @@ CellConvolution::CellConvolution(const Mirrors& mirrors, const Cells& cells, dou
       volume_(mirrors.bounded ? mirrors.volume() : 0),
       axis_(cell_axes(cells)),
       kernel_(
-          cell_kernel(mirrors, cells, axis_, degree, unit_, 0.1 * accuracy)) {  // a tenth of all errors, as far_field
+          cell_kernel(mirrors, cells, axis_, degree, unit_, 0.1 * accuracy)) {  // A tenth of the total error, as in
+                                                                                // far_field
   for (int l = 0; l <= degree_; ++l)
     for (int m = -l; m <= l; ++m) odd_.push_back(odd_axes(l, m));
   const Coupling coupling(degree_);
@@ -58,12 +60,13 @@ bool CellConvolution::fits(const Mirrors& mirrors, const Cells& cells, double ac
          cells.period == cells_.period && accuracy == accuracy_;
 }
 
-/// A multipole is odd across a mirror if its harmonic is, or if the mirror turns its sign.
+/// Returns true if the sum uses sines: a multipole is odd across a mirror if its harmonic is, or if the mirror inverts
+/// its sign.
 bool CellConvolution::is_sine(int axis, int odd) const {
   return (odd >> axis & 1) != (cells_.low_sign(axis) < 0 ? 1 : 0);
 }
 
-/// A sine times a sine is minus a cosine; along axes without mirrors a sine is -i times an odd function.
+/// A product of two sines is minus a cosine; along axes without mirrors a sine is -i times an odd function.
 CellConvolution::Product CellConvolution::product(const Coupling::Term& term) const {
   double factor = term.factor;
   int turns = 0;
@@ -117,7 +120,7 @@ void CellConvolution::transform_back(int harmonic, const Scalar* in_waves, doubl
   Eigen::Map<RowMatrix<double>>(in_cells, nx * ny, nz) = (z * from_waves<Scalar>(2, odd).transpose()).real();
 }
 
-/// Modes from `first` on.
+/// Multiplies `size` modes from `first` on.
 template <class Scalar>
 void CellConvolution::multiply(Eigen::Index first, Eigen::Index size, const Scalar* source, Scalar* field) const {
   const Eigen::Index total = kernel_.cols();
@@ -138,7 +141,7 @@ void CellConvolution::multiply(Eigen::Index first, Eigen::Index size, const Scal
 template <class Scalar>
 void CellConvolution::convolve(const std::vector<double>& multipoles, std::vector<double>& local,
                                parallel::Team& team) const {
-  // So many modes of all harmonics are some hundred kilobytes, what a core's second cache holds.
+  // This many modes of all harmonics take some hundred kilobytes, which fit into a core's second-level cache.
   constexpr Eigen::Index block = 128;
   const int all = harmonics(degree_);
   const std::ptrdiff_t cells = cells_.cells();
@@ -160,7 +163,7 @@ void CellConvolution::apply(const std::vector<double>& multipoles, std::vector<d
   if (bounded_) add_background(multipoles, local);
 }
 
-/// As FarField's, against the dipoles of cells.
+/// Adds the background's field, like that of FarField, for the dipoles of cells.
 void CellConvolution::add_background(const std::vector<double>& multipoles, std::vector<double>& local) const {
   const int n = cells_.cells();
   const std::array<int, 3> row{at(1, 1), at(1, -1), at(1, 0)};

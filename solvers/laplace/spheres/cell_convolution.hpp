@@ -9,27 +9,28 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// What cells that are not near do to each other, images included: the multipoles of a cell's spheres are moved to its
-/// centre, their field arrives as local coefficients about each cell's centre. From cell to cell that is a convolution
-/// on the continued grid, a product of Fourier coefficients. A mirror makes each multipole even or odd, so that an axis
-/// with mirrors needs cosines or sines of the cells inside only.
+/// Interaction of far cells, images included. The multipoles of a cell's spheres are shifted to its centre, and their
+/// field arrives as local coefficients about each cell's centre. The interaction of cells is a convolution on the
+/// continued grid, hence a product of Fourier coefficients. A mirror makes each multipole even or odd, so an axis with
+/// mirrors needs only cosines or sines of the cells inside.
 class CellConvolution {
  public:
   CellConvolution(const Mirrors& mirrors, const Cells& cells, double accuracy);
-  /// Up to a degree, and no better than that: for a preconditioner.
+  /// Makes a convolution of a given degree and of matching accuracy, for a preconditioner.
   CellConvolution(const Mirrors& mirrors, const Cells& cells, int degree);
 
   int degree() const { return degree_; }
-  double unit() const { return unit_; }  ///< length, in powers of which the coefficients are
-  /// Both [harmonics(degree)][cell]. Multipoles are moments over unit^(l+1), local ones potentials times unit^l.
+  double unit() const { return unit_; }  ///< Unit of length of the coefficients
+  /// Computes local coefficients from multipoles, both [harmonics(degree)][cell]. Multipoles are moments over
+  /// unit^(l+1), local coefficients potentials times unit^l.
   void apply(const std::vector<double>& multipoles, std::vector<double>& local, parallel::Team& team) const;
-  /// Whether it would be the same for other cells.
+  /// Returns true if a convolution for these cells would be equal.
   bool fits(const Mirrors& mirrors, const Cells& cells, double accuracy) const;
 
  private:
   using Complex = std::complex<double>;
-  /// A product of coefficients, for all modes: local[target] += factor kernel[derivative] multipoles[source], times -i
-  /// if it is `turned`.
+  /// Product of coefficients, for all modes: local[target] += factor kernel[derivative] multipoles[source], times -i if
+  /// `turned`.
   struct Product {
     int target = 0, source = 0, derivative = 0;
     double factor = 0;
@@ -62,8 +63,8 @@ class CellConvolution {
   std::array<CellAxis, 3> axis_;
   std::vector<int> odd_;  ///< odd_axes of each harmonic
   std::vector<Product> products_;
-  RowMatrix<double> kernel_;             ///< as cell_kernel gives it
-  mutable std::vector<double> scratch_;  ///< that is large, and would be cleared for each product
+  RowMatrix<double> kernel_;             ///< Kernel in the layout of cell_kernel
+  mutable std::vector<double> scratch_;  ///< Kept between products, because its initialization takes time
 };
 
 }  // namespace lichtenberg::laplace::spheres

@@ -6,7 +6,7 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// What cells that are not near do to each other, between spheres or from spheres to points.
+/// Field of sources in far cells, at spheres or at points.
 class CellField {
  public:
   CellField(std::shared_ptr<const CellConvolution> convolution, const Cells& cells, const std::vector<Site>& targets,
@@ -16,7 +16,7 @@ class CellField {
  private:
   struct Member {
     int site = 0, cell = 0, degree = 0;
-    Vec3 way;  ///< from the cell's centre to the site's
+    Vec3 way;  ///< Displacement from the cell's centre to that of the site
   };
   struct Batch {
     int degree = 0;
@@ -37,8 +37,8 @@ class CellField {
   int cells_;
   std::vector<Batch> up_, down_;
   std::shared_ptr<const Translation> translation_;
-  mutable std::vector<double> up_values_, down_values_;  ///< [harmonic][cell]
-  mutable std::vector<Lanes> moved_;                     ///< [batch][harmonic]
+  mutable std::vector<double> up_values_, down_values_;  ///< Layout [harmonic][cell]
+  mutable std::vector<Lanes> moved_;                     ///< Layout [batch][harmonic]
 };
 
 }  // namespace lichtenberg::laplace::spheres

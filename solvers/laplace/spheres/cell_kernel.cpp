@@ -10,7 +10,7 @@ namespace {
 
 using Place = std::array<int, 3>;
 
-/// The kernel in one octant of a period, which symmetry continues: first at the grid's points, then at its waves.
+/// Kernel in one octant of a period, continued by symmetry: first at the grid's points, then at its waves.
 class Octant {
  public:
   Octant(const Mirrors& mirrors, const Cells& cells, int degree, double accuracy)
@@ -20,7 +20,7 @@ class Octant {
     turn_into_waves();
     if (mirrors_.bounded) add_long_waves();
   }
-  /// At any wave numbers of a period.
+  /// Returns the value at any wave numbers of a period.
   double at_wave(int l, int m, const Place& mode) const {
     const int odd = odd_axes(l, m);
     Place folded = mode;
@@ -51,7 +51,7 @@ class Octant {
   int degree_;
   EwaldSplit split_;
   Place half_{};
-  RowMatrix<double> value_;  ///< [harmonics][index]
+  RowMatrix<double> value_;  ///< Layout [harmonics][index]
 };
 
 void Octant::fill_grid() {
@@ -71,7 +71,7 @@ Eigen::VectorXd Octant::in_free_space(const Place& at) const {
   return value;
 }
 
-/// Of all copies of a charge that lie this many cells away, up to whole periods.
+/// Returns the real-space part of Ewald's sum at this cell offset: all copies of a charge, up to whole periods.
 Eigen::VectorXd Octant::screened_copies(const Place& at) const {
   std::vector<double> term(harmonics(degree_));
   Eigen::VectorXd value = Eigen::VectorXd::Zero(harmonics(degree_));
@@ -92,7 +92,7 @@ Eigen::VectorXd Octant::screened_copies(const Place& at) const {
   return value;
 }
 
-/// Sums over a period with cosines or sines, from its first half: [wave number][cell].
+/// Returns the matrix of sums over a period with cosines or sines, from its first half: [wave number][cell].
 RowMatrix<double> Octant::sums(int axis, bool odd) const {
   const int half = half_[axis], period = cells_.period[axis];
   RowMatrix<double> sum(half + 1, half + 1);
@@ -102,7 +102,7 @@ RowMatrix<double> Octant::sums(int axis, bool odd) const {
   return sum;
 }
 
-/// Axis by axis.
+/// Transforms axis by axis.
 void Octant::turn_into_waves() {
   std::array<std::array<RowMatrix<double>, 2>, 3> sum;
   for (int k = 0; k < 3; ++k)
@@ -123,7 +123,7 @@ void Octant::turn_into_waves() {
     }
 }
 
-/// The part of Ewald's sums that is waves: those that look alike on the grid are one.
+/// Adds the reciprocal-space part of Ewald's sum; waves that are aliases on the grid are added up.
 void Octant::add_long_waves() {
   std::array<double, 3> unit;
   Place high;

@@ -5,9 +5,10 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// What a unit charge in one cell makes in those that are not near, as derivatives for Coupling in powers of `unit`:
-/// its Fourier coefficients on the continued grid, [harmonics(degree)][mode, z fastest], over (-i)^(number of axes in
-/// which the harmonic is odd), which leaves real numbers. Between sides and on periodic axes by Ewald's sums.
+/// Computes the field of a unit charge in one cell at all far cells, as derivatives for Coupling in powers of `unit`.
+/// The result holds Fourier coefficients on the continued grid, [harmonics(degree)][mode, z fastest]. They are divided
+/// by (-i)^(number of axes in which the harmonic is odd), which makes them real. In a bounded box Ewald's sums include
+/// the images.
 RowMatrix<double> cell_kernel(const Mirrors& mirrors, const Cells& cells, const std::array<CellAxis, 3>& axes,
                               int degree, double unit, double accuracy);
 

@@ -20,14 +20,16 @@ Cells::Cells(const SphereProblem& problem, const std::vector<Site>& sites)
     origin = low;
     for (int k = 0; k < 3; ++k) lengths_[k] = std::max(high[k] - low[k], 1e-3 * largest);
   }
-  // One sphere a cell: fewer, and waves grow with no near pair saved; more, and near pairs grow with the cell. Nor are
-  // cells much smaller than spheres of any use, since what is near goes by the reach, which is a radius at least.
+  // Cells with about one sphere each. Fewer spheres per cell mean more waves without fewer near pairs; more mean more
+  // near pairs. Cells much smaller than spheres save nothing, because the near range depends on the reach, which is at
+  // least a radius.
   const double volume = lengths_.x * lengths_.y * lengths_.z;
   double wanted = std::max(std::cbrt(volume / sites.size()), 1.5 * largest);
-  for (int k = 0; k < 3; ++k) {  // a flat box has one layer
+  for (int k = 0; k < 3; ++k) {  // A flat box has one layer
     if (lengths_[k] < wanted) wanted = std::max(std::sqrt(volume / lengths_[k] / sites.size()), 1.5 * largest);
   }
-  // In steps, as the reach below: cells up to 5 % longer, 2.5 % in the mean, so that 8 % more spheres are in each.
+  // Edges take discrete values, like the reach below. Cells become up to 5 % longer, 2.5 % on average, and hold 8 %
+  // more spheres.
   if (!bounded_) wanted = std::exp(0.05 * std::ceil(std::log(wanted) / 0.05));
   for (int k = 0; k < 3; ++k) {
     const double cells = lengths_[k] / wanted;
@@ -46,15 +48,15 @@ Cells::Cells(const SphereProblem& problem, const std::vector<Site>& sites)
     members[number(at)].push_back(static_cast<int>(i));
     reach = std::max(reach, norm(sites[i].centre - centre(at)) + sites[i].radius);
   }
-  if (bounded_) reach = std::max(reach, 0.5 * norm(edge));  // fields are asked for at any point
-  // In steps, so that what is known of the cells serves while spheres move: it is made anew when the farthest has moved
-  // by a twentieth of a cell. The reach is a cell's half diagonal and more, .87 of its edge, so that it grows by 3 % in
-  // the mean, and near pairs, which go with its cube, by a tenth.
+  if (bounded_) reach = std::max(reach, 0.5 * norm(edge));  // Fields may be requested at any point
+  // The reach takes discrete values, so that tables of the cells remain valid while spheres move. They are recomputed
+  // when the farthest sphere has moved by 5 % of a cell. The reach is at least half of a cell's diagonal, 0.87 of its
+  // edge, so that it grows by 3 % on average. Near pairs grow with its cube, by 10 %.
   const double spacing = std::min({edge.x, edge.y, edge.z}), step = 0.05 * spacing;
   reach = step * std::ceil(reach / step);
-  // Multipoles within the reach of a cell's centre make on the nearest charges of a cell beyond three reaches a field
-  // whose terms halve from one degree to the next. A cell is never far from its neighbours. The irrational factor keeps
-  // the range from being a distance of two cells, so that rounding decides nothing.
+  // For multipoles within the reach of a cell's centre and charges of a cell beyond three reaches, terms at least halve
+  // from one degree to the next. A cell's neighbours are always near. The irrational factor keeps the range away from
+  // distances between cells, so that rounding has no effect.
   range = std::max(3 * reach, 1.01 * spacing) * (1 + 1e-4 * std::sqrt(2.0));
 }
 
@@ -99,7 +101,7 @@ std::vector<NearPair> Cells::near_pairs(const std::vector<Site>& targets, const 
         const Vec3 c = sources[s].centre;
         const Vec3 way =
             targets[t].centre - Vec3{image.x * c.x + x.shift, image.y * c.y + y.shift, image.z * c.z + z.shift};
-        if (norm2(way) == 0) continue;  // itself
+        if (norm2(way) == 0) continue;  // The sphere itself
         pairs.push_back({static_cast<int>(t), s, mask, x.sign * y.sign * z.sign, way});
       }
     }

@@ -7,19 +7,20 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Cells of the box, or around all spheres in free space, each with one centre. Mirrors and periods continue the grid:
-/// cell (x, y, z) with any integers is an image of one inside. Two cells are near each other by the distance of their
-/// centres.
+/// Cells of the box or, in free space, around all spheres. Mirrors and periods continue the grid: cell (x, y, z) with
+/// any integers is an image of a cell inside. Two cells are near each other if the distance of their centres is below
+/// `range`.
 struct Cells {
-  /// About one sphere a cell.
+  /// Makes cells with about one sphere each.
   Cells(const SphereProblem& problem, const std::vector<Site>& sources);
 
   std::array<int, 3> count{1, 1, 1};
   Vec3 origin, edge;
-  std::array<int, 3> period{};     ///< cells after which all images repeat; in free space twice the cells, and no image
-  std::array<bool, 3> mirrored{};  ///< axes with mirrors
-  double reach = 0;                ///< of the farthest charge from its cell's centre
-  double range = 0;                ///< cells less apart are near
+  std::array<int, 3> period{};     ///< Number of cells after which all images repeat; in free space twice the cells,
+                                   ///< without images
+  std::array<bool, 3> mirrored{};  ///< Axes with mirrors
+  double reach = 0;                ///< Largest distance of a charge from its cell's centre
+  double range = 0;                ///< Distance of cell centres below which cells are near
   std::vector<std::vector<int>> members;
 
   int cells() const { return count[0] * count[1] * count[2]; }
@@ -31,14 +32,14 @@ struct Cells {
   Vec3 way(int x, int y, int z) const { return {x * edge.x, y * edge.y, z * edge.z}; }
   bool is_near(int x, int y, int z) const { return norm2(way(x, y, z)) < range * range; }
 
-  double low_sign(int axis) const { return side_sign_[2 * axis]; }  ///< of images at the low side
+  double low_sign(int axis) const { return side_sign_[2 * axis]; }  ///< Sign of images at the low side
 
-  /// All sources, and images of sources, in cells near the target's.
+  /// Returns all sources, and images of sources, in cells near the targets.
   std::vector<NearPair> near_pairs(const std::vector<Site>& targets, const std::vector<Site>& sources) const;
 
  private:
   struct Place {
-    int index = -1;  ///< of the cell inside, -1 if there is none
+    int index = -1;  ///< Index of the cell inside, -1 if there is none
     bool turned = false;
     double shift = 0, sign = 1;
   };

@@ -6,14 +6,15 @@
 namespace lichtenberg::laplace::spheres {
 namespace {
 
-/// The place of each axis among harmonics of degree one.
+/// Index of each axis among harmonics of degree one.
 constexpr std::array<int, 3> axis_at{at(1, 1), at(1, -1), at(1, 0)};
 
-/// Factors take (4 N)^3 / 3 products with dipoles, a fifth of a second for 324 spheres, and N^3 / 3 without.
+/// Numbers of spheres up to which dipoles, or charges alone, are included. The factorization takes (4 N)^3 / 3 products
+/// with dipoles and N^3 / 3 without.
 constexpr std::size_t few_spheres = 500, many_spheres = 2000;
 
-/// Of a sphere in its cell: what its charge and dipole are about the cell's centre, and by reciprocity what the field
-/// about that is at the sphere. The factor R of both is left out.
+/// Returns the matrix that shifts a sphere's charge and dipole to its cell's centre; by reciprocity its transpose
+/// shifts local coefficients to the sphere. The factor R of both is omitted.
 Eigen::MatrixXd to_cell(const Site& site, Vec3 centre, int degree, double unit) {
   Eigen::MatrixXd result = Eigen::MatrixXd::Identity(harmonics(degree), harmonics(degree));
   const Vec3 way = site.centre - centre;
@@ -90,7 +91,7 @@ void ChargesAndDipoles::add_far(const Mirrors& mirrors, const Cells& cells, para
     moved.push_back(to_cell(site, cells.centre(place), degree_, convolution.unit()));
   }
   std::vector<double> multipoles(static_cast<std::size_t>(all) * places), local(multipoles.size());
-  Eigen::MatrixXd field(n * places, n);  // of unit multipoles of one cell
+  Eigen::MatrixXd field(n * places, n);  // Field of unit multipoles of one cell
   for (int c = 0; c < places; ++c) {
     if (cells.members[c].empty()) continue;
     for (int h = 0; h < n; ++h) {

@@ -8,29 +8,30 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// The equations of the spheres' charges and dipoles alone (of charges alone where spheres are many), all images
-/// included, as one factorized matrix: near pairs exactly, cells that are apart by charges and dipoles of theirs. These
-/// are what conjugate gradients are slow with, since they reach far; higher harmonics see their neighbours only.
+/// Coarse equations for the spheres' charges and dipoles only (for many spheres: charges only), all images included, as
+/// one factorized matrix. Near pairs are exact; far cells interact by their charges and dipoles. Conjugate gradients
+/// converge slowly for these long-range parts; higher harmonics act on near neighbours only.
 class ChargesAndDipoles {
  public:
-  /// Whether there are so few spheres that the matrix pays.
+  /// Returns true if the number of spheres is small enough for the matrix to save time.
   static bool pays(std::size_t spheres);
   ChargesAndDipoles(const Mirrors& mirrors, const Cells& cells, const std::vector<Site>& sites,
                     const std::vector<NearPair>& pairs, parallel::Team& team);
 
-  /// A sum of images cut off at a degree need not be; then it is of no use.
+  /// Returns true if the matrix is positive definite. A sum of images truncated at a degree need not be; the matrix is
+  /// useless then.
   bool is_positive() const { return positive_; }
-  /// Whether spheres are where they were, to a radius. As a preconditioner it need not be exact: where all have moved
-  /// by some radii an iteration or two are added to six, and to make it takes as long as twenty.
+  /// Returns true if no sphere has moved by more than its radius. A preconditioner need not be exact: displacements by
+  /// some radii add an iteration or two, while a new matrix costs as much as many iterations.
   bool serves(const std::vector<Site>& sites) const;
 
-  /// Unknowns a sphere.
+  /// Returns the number of unknowns per sphere.
   int of_each() const { return harmonics(degree_); }
-  /// [sphere][harmonic], in the scaling of System: x for x + sqrt(R) b.
+  /// Solves x + sqrt(R) b = values for x, in the scaling of System; both [sphere][harmonic].
   Eigen::VectorXf solve(const Eigen::VectorXf& values, parallel::Team& team) const;
-  /// x where only the spheres' charges have values.
+  /// Solves for x if only the spheres' charges have values.
   Eigen::VectorXf solve_charges(const Eigen::VectorXf& values) const { return of_charges_ * values; }
-  /// The charges among that, for a unit value on one sphere: a column a sphere.
+  /// Charges of x for a unit value on one sphere; one column per sphere.
   const Eigen::MatrixXd& charges() const { return charges_; }
 
  private:
@@ -40,26 +41,27 @@ class ChargesAndDipoles {
   int degree_;
   std::vector<Site> sites_;
   bool positive_ = false;
-  // In single precision: that is enough to precondition, and reading them is what a solve costs.
+  // Single precision suffices for a preconditioner, and reading the matrices dominates the cost of a solve.
   Eigen::MatrixXf inverse_, of_charges_;
   Eigen::MatrixXd charges_;
 };
 
-/// The same among the x that do not change given charges: of all right-hand sides that differ in the groups' potentials
-/// only it makes one x.
+/// Coarse equations restricted to changes x that keep given charges: right-hand sides that differ only in the groups'
+/// potentials yield the same x.
 class ConstrainedCharges {
  public:
   ConstrainedCharges(std::shared_ptr<const ChargesAndDipoles> equations, const std::vector<Site>& sites,
                      const std::vector<Given>& given);
 
-  /// Solves for the charges and dipoles in `values`, whose spheres begin at `start`, and leaves what else there is.
+  /// Solves for the charges and dipoles in `values`, with spheres starting at `start`; leaves other harmonics
+  /// unchanged.
   void apply(const std::vector<int>& start, double* values, parallel::Team& team) const;
 
  private:
   std::shared_ptr<const ChargesAndDipoles> equations_;
-  std::vector<int> given_;               ///< of each sphere; -1: its charge is not given
-  std::vector<double> share_;            ///< of its charge in that: the root of its radius
-  Eigen::LLT<Eigen::MatrixXd> factors_;  ///< of the given charges for unit potentials
+  std::vector<int> given_;               ///< Per sphere: index of its charge constraint; -1: none
+  std::vector<double> share_;            ///< Per sphere: factor of its charge in the constraint, the root of its radius
+  Eigen::LLT<Eigen::MatrixXd> factors_;  ///< Factors of the given charges at unit potentials
 };
 
 }  // namespace lichtenberg::laplace::spheres

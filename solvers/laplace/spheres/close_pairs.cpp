@@ -29,7 +29,7 @@ double narrowness(double radius, double other, double gap) {
 
 namespace {
 
-/// Image charges for one sphere at potential 1 and the other at 0, as multipoles of the first and of the second.
+/// Adds image charges for one sphere at potential 1 and the other at 0, as multipoles of both spheres.
 void add_images(double first, double second, double distance, double accuracy, std::vector<double>& of_first,
                 std::vector<double>& of_second) {
   double charge = first, place = 0, own = first, other = second;
@@ -48,10 +48,11 @@ void add_images(double first, double second, double distance, double accuracy, s
   }
 }
 
-/// A tail's degree and the number of images grow like sqrt(R / gap), and their product is a second's work here.
+/// Largest degree of a correction. The degree and the number of images grow like sqrt(R / gap), so the work grows with
+/// their product.
 constexpr double largest_tail = 30000;
 
-/// Up to where a pair's tail goes on. Throws Failure for a gap that takes too long.
+/// Returns the degree of a pair's correction. Throws Failure for a gap that takes too long.
 int tail_degree(const NearPair& gap, double width, double degree) {
   if (degree <= largest_tail) return static_cast<int>(degree);
   const std::string who = gap.source == gap.target ? fmt::format("sphere {} and its image in a side are", gap.target)
@@ -62,8 +63,8 @@ int tail_degree(const NearPair& gap, double width, double degree) {
       who, width, degree, largest_tail));
 }
 
-/// What multipoles of a source up to its degree make on a target, both axial about the way to each other: all signs are
-/// plus. C(l+t, l) (R_s/d)^(l+1) (R_t/d)^t goes from one l to the next.
+/// Returns the harmonic t of the field of a source's multipoles on a target, both axial about the line between them,
+/// where all signs are plus. The factor C(l+t, l) (R_s/d)^(l+1) (R_t/d)^t is updated from one l to the next.
 double axial_field(const std::vector<double>& source, int source_degree, double source_ratio, double target_ratio,
                    int t) {
   double sum = 0, factor = source_ratio;
@@ -80,14 +81,15 @@ double axial_field(const std::vector<double>& source, int source_degree, double 
 std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy) {
   const double distance = gap + radius + other;
   const std::vector<double> none(degree + 1);
-  std::array<std::vector<double>, 2> first{none, none}, second{none, none};  // either sphere at potential 1
+  std::array<std::vector<double>, 2> first{none, none}, second{none, none};  // Solutions with either sphere at
+                                                                             // potential 1
   add_images(radius, other, distance, accuracy, first[0], first[1]);
   add_images(other, radius, distance, accuracy, second[1], second[0]);
   const auto charge = [&](const std::array<std::vector<double>, 2>& of) {
     return radius * of[0][0] + other * of[1][0];
   };
   const double a = charge(first), b = charge(second);
-  const double potential = b / (a + b);  // of the first; the second has one less
+  const double potential = b / (a + b);  // Potential of the first sphere; that of the second is lower by 1
   std::array<PairSolution, 2> result;
   for (int k = 0; k < 2; ++k) {
     result[k].multipoles.resize(degree + 1);
@@ -100,13 +102,13 @@ std::array<PairSolution, 2> pair_solution(double radius, double other, double ga
 
 namespace {
 
-/// How far the exact pair's multipoles and image charges are followed.
+/// Truncation of the exact pair's multipoles and image charges.
 struct Followed {
   int degree = 0;
   double left_out = 0;
 };
 
-/// Throws as tail_degree does.
+/// Chooses the truncation. Throws the exceptions of tail_degree.
 Followed followed(const std::vector<Site>& sites, const NearPair& gap, double asked) {
   const Site &a = sites[gap.target], &b = sites[gap.source];
   const double width = norm(gap.way) - a.radius - b.radius;
@@ -115,14 +117,14 @@ Followed followed(const std::vector<Site>& sites, const NearPair& gap, double as
       std::min(bispherical_coordinate(a.radius, b.radius, width), bispherical_coordinate(b.radius, a.radius, width));
   const int degree =
       tail_degree(gap, width, std::max(a.degree, b.degree) + 2 + std::floor(-std::log(0.01 * accuracy) / slowest));
-  // The charges fall off like exp(-2 alpha n): those left out add up to the last one over alpha. A tail begins where
-  // multipoles have fallen to the accuracy, so that its energy, which the matrix is divided by, goes with that
-  // squared.
+  // The charges decrease like exp(-2 alpha n), so those neglected add up to the last one over alpha. A correction
+  // begins where multipoles have decreased to the accuracy. Its energy, a divisor in the matrix, is of the order of the
+  // accuracy squared.
   return {degree, std::max(0.01 * accuracy * accuracy, 1e-16) * slowest};
 }
 
-/// What the multipoles of both sides make on a tail's sphere, whose potential in the exact pair is `potential`, up to
-/// its degree, and of that the pair's energy.
+/// Sets the potential on a correction's sphere, up to the sphere's degree. It is the difference between `potential`,
+/// that of the exact pair, and the potential due to the multipoles of both sides. Adds the share in the pair's energy.
 void add_own(ClosePair& pair, Tail& tail, const Site& site, double potential) {
   std::vector<double> harmonic(harmonics(site.degree));
   regular_harmonics(tail.axis, site.degree, harmonic.data());
@@ -173,7 +175,7 @@ std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::ve
   for (const NearPair& gap : gaps) how.push_back(followed(sites, gap, accuracy));
   std::vector<ClosePair> pairs(gaps.size());
   team.for_each(static_cast<int>(gaps.size()), [&](int k) { pairs[k] = close_pair(sites, gaps[k], how[k]); });
-  std::erase_if(pairs, [&](const ClosePair& pair) {  // less than rounding of the energy: the harmonics are enough
+  std::erase_if(pairs, [&](const ClosePair& pair) {  // Energies at the level of rounding: the harmonics suffice
     const Tail& tail = pair.tails[0];
     return !(pair.energy > 1e-13 * sites[tail.sphere].radius * tail.multipoles[0] * tail.multipoles[0]);
   });
@@ -182,7 +184,7 @@ std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::ve
 
 namespace {
 
-/// Legendre's polynomials of increasing degree at u, and their slopes.
+/// Legendre polynomials of increasing degree at u, and their slopes.
 struct Legendre {
   explicit Legendre(double cosine) : u(cosine) {}
   double u, value = 1, slope = 0;
@@ -198,8 +200,9 @@ struct Legendre {
   double below = 0;
 };
 
-/// The potential in harmonics beyond the sphere's degree that the tails at a gap make on it, up to `size` of them: with
-/// the harmonics up to the degrees they make none, so that it is the negative of what those of the other side make.
+/// Returns the potential of the corrections at a gap on a sphere, in harmonics beyond the sphere's degree, up to `size`
+/// of them. Together with the harmonics up to the degrees these vanish, so they are the negative of those due to the
+/// other side's multipoles.
 std::vector<double> potential_beyond(const Tail& tail, const Site& site, std::size_t size) {
   std::vector<double> potential(size);
   double largest = 0;
@@ -207,13 +210,13 @@ std::vector<double> potential_beyond(const Tail& tail, const Site& site, std::si
     potential[l] = -axial_field(tail.facing, tail.facing_degree, tail.facing_radius / tail.distance,
                                 site.radius / tail.distance, static_cast<int>(l));
     largest = std::max(largest, std::abs(potential[l]));
-    if (std::abs(potential[l]) < 1e-17 * largest) break;  // from its largest on it falls off
+    if (std::abs(potential[l]) < 1e-17 * largest) break;  // Beyond its largest value it decreases
   }
   return potential;
 }
 
-/// Energy of two tails of one sphere, with those that face them: p (q + T q') + q T p', of which the first and the
-/// second, p + T p', are what potential_beyond knows.
+/// Returns the energy of two corrections of one sphere, including those on the facing sides: p (q + T q') + q T p'. The
+/// sums q + T q' and p + T p' follow from potential_beyond.
 double meeting(const Tail& p, const Tail& q, const Site& site, const std::vector<double>& on_p,
                const std::vector<double>& on_q) {
   const std::size_t size = std::min(p.multipoles.size(), q.multipoles.size());
@@ -226,14 +229,14 @@ double meeting(const Tail& p, const Tail& q, const Site& site, const std::vector
   return site.radius * p.sign * q.sign * sum;
 }
 
-/// From the source to the target as the source has it in its own frame.
+/// Returns the displacement from the source to the target, in the source's own frame.
 Vec3 way_of_source(const NearPair& pair) { return mirrored(pair.way, pair.mask); }
 
 bool leads_across(const Tail& tail, Vec3 way) {
   return norm2(tail.axis * tail.distance - way) < 1e-20 * tail.distance * tail.distance;
 }
 
-/// Whether harmonics beyond either sphere's degree are felt by the other: tails that meet do so both ways.
+/// Returns true if harmonics beyond either sphere's degree affect the other: interactions of corrections are mutual.
 bool reaches(const NearPair& pair, const std::vector<Site>& sites, double accuracy) {
   const auto reach = [&](const Site& source, const Site& target) {
     const double closest = norm(pair.way) - target.radius;
@@ -243,8 +246,8 @@ bool reaches(const NearPair& pair, const std::vector<Site>& sites, double accura
   return reach(source, target) || reach(target, source);
 }
 
-/// Up to which degree l a tail is felt by harmonics up to t of a sphere beside it: until C(l+t, l) (R_s/d)^l (R_t/d)^t,
-/// which rises up to where (l+t)/l = d/R_s, has fallen below the accuracy.
+/// Returns the degree l up to which a correction affects harmonics up to t of a nearby sphere. The factor C(l+t, l)
+/// (R_s/d)^l (R_t/d)^t rises up to (l+t)/l = d/R_s, and is followed until it is below the accuracy.
 int degree_felt(const NearPair& pair, const std::vector<Site>& sites, double accuracy) {
   const Site &source = sites[pair.source], &target = sites[pair.target];
   const double distance = norm(pair.way), ratio = source.radius / distance;
@@ -264,8 +267,8 @@ struct TailOfPair {
   const Tail* tail = nullptr;
 };
 
-/// How fast the slowest of these tails falls off, those apart that lead across this way: the factor from one harmonic
-/// to the next, 0 where there is none.
+/// Returns the ratio of successive harmonics of the most slowly decreasing of these corrections, without those across
+/// this gap; 0 if there is none.
 double slowest_ratio(const std::vector<TailOfPair>& tails, Vec3 way, const std::vector<Site>& sites) {
   double ratio = 0;
   for (const auto& [pair, tail] : tails) {
@@ -276,8 +279,9 @@ double slowest_ratio(const std::vector<TailOfPair>& tails, Vec3 way, const std::
   return ratio;
 }
 
-/// Up to which degree the tails of two spheres beside each other feel each other. Terms C(l+t, l) x^l y^t of l + t = n
-/// add up to (x + y)^n, most of it where l / t = x / y; x and y are radii over the distance, less what tails fall off.
+/// Returns the degree up to which the corrections of two nearby spheres interact. Terms C(l+t, l) x^l y^t of l + t = n
+/// add up to (x + y)^n, mostly near l / t = x / y; x and y are radii over the distance times the ratios of the
+/// corrections.
 int degree_of_tails(const NearPair& pair, const std::vector<std::vector<TailOfPair>>& tails,
                     const std::vector<Site>& sites, double accuracy) {
   const double distance = norm(pair.way);
@@ -289,7 +293,7 @@ int degree_of_tails(const NearPair& pair, const std::vector<std::vector<TailOfPa
                    : largest_degree;
 }
 
-/// What a tail makes beyond its gap: on spheres, and with the tails of other pairs.
+/// Effects of a correction beyond its gap: on spheres, and on the corrections of other pairs.
 struct Beyond {
   std::vector<ClosePair::Elsewhere> elsewhere;
   struct Met {
@@ -299,7 +303,7 @@ struct Beyond {
   std::vector<Met> met;
 };
 
-/// The tail's multipoles beyond its sphere's degree, up to `degree`.
+/// Returns the correction's multipoles beyond its sphere's degree, up to `degree`.
 std::vector<double> tail_alone(const Tail& tail, int own_degree, int degree) {
   std::vector<double> multipoles(harmonics(degree));
   regular_harmonics(tail.axis, degree, multipoles.data());
@@ -310,7 +314,7 @@ std::vector<double> tail_alone(const Tail& tail, int own_degree, int degree) {
   return multipoles;
 }
 
-/// Energy of a tail in a potential `made` on its sphere, in harmonics up to `degree`.
+/// Returns the energy of a correction in a potential `made` on its sphere, in harmonics up to `degree`.
 double energy_in(const Tail& tail, const Site& site, const double* made, int degree) {
   std::vector<double> harmonic(harmonics(degree));
   regular_harmonics(tail.axis, degree, harmonic.data());
@@ -320,7 +324,8 @@ double energy_in(const Tail& tail, const Site& site, const double* made, int deg
   return site.radius * tail.sign * energy;
 }
 
-/// Of a tail on the spheres beside its own, those at its gap apart, as harmonics up to `degree`.
+/// Computes the effects of a correction on the spheres near its own, without the one across its gap, as harmonics up to
+/// `degree`.
 Beyond beyond(const Tail& tail, const std::vector<std::vector<TailOfPair>>& tails, const std::vector<Site>& sites,
               const std::vector<NearPair>& beside, int degree) {
   std::vector<NearPair> pairs, ways;
@@ -338,7 +343,7 @@ Beyond beyond(const Tail& tail, const std::vector<std::vector<TailOfPair>>& tail
   const std::vector<double> multipoles = tail_alone(tail, source.degree, degree);
   std::vector<double> local(targets.size() * multipoles.size());
   source.degree = degree;
-  // Nothing is left out at a distance: that would not be the same for both directions of tails that meet.
+  // No distant terms are neglected: that would differ between the two directions of an interaction.
   NearField(targets, {source}, pairs, 1e-300, parallel::Team::single())
       .add(multipoles.data(), local.data(), parallel::Team::single());
   for (std::size_t k = 0; k < ways.size(); ++k) {
@@ -346,13 +351,14 @@ Beyond beyond(const Tail& tail, const std::vector<std::vector<TailOfPair>>& tail
     const int sphere = ways[k].target;
     result.elsewhere.push_back({sphere, {made, made + harmonics(sites[sphere].degree)}});
     for (const TailOfPair& other : tails[sphere])
-      if (!leads_across(*other.tail, ways[k].way * -1.0))  // else met where both have a tail
+      if (!leads_across(*other.tail, ways[k].way * -1.0))  // Corrections across this gap are included where both
+                                                           // spheres have one
         result.met.push_back({other.pair, energy_in(*other.tail, sites[sphere], made, degree)});
   }
   return result;
 }
 
-/// Meetings of the tails of one sphere.
+/// Adds the interactions between the corrections of one sphere.
 void add_meetings(std::vector<ClosePair>& close, const std::vector<TailOfPair>& tails, const Site& site) {
   std::vector<std::vector<double>> potential;
   if (tails.size() < 2) return;
@@ -431,7 +437,7 @@ Vec3 force_between(const Tail& one, const Tail& other, int degree) {
 
 namespace {
 
-/// Multipoles about an axis, of which those above the degree count.
+/// Multipoles about an axis; only those above the degree count.
 struct AxialTail {
   const std::vector<double>& multipoles;
   int degree;
@@ -439,7 +445,8 @@ struct AxialTail {
   Vec3 axis;
 };
 
-/// Adds `scale` times the potential sum over l > degree of a_l (R/r)^(l+1) P_l, and less its gradient.
+/// Adds `scale` times the potential sum over l > degree of a_l (R/r)^(l+1) P_l, and subtracts its gradient from the
+/// field.
 void add_axial(const AxialTail& tail, double scale, Vec3 r, double& potential, Vec3& field) {
   const auto [multipoles, degree, radius, axis] = tail;
   const double distance = norm(r), ratio = radius / distance, u = std::clamp(dot(r, axis) / distance, -1.0, 1.0);

@@ -14,14 +14,14 @@ constexpr std::array<int, 3> first_degree = {at(1, 1), at(1, -1), at(1, 0)};
 }  // namespace
 
 FarImages images_beyond(double range, double target_radius, double source_radius, double accuracy) {
-  // Terms fall off like ((R_s + R_t) / range)^(l + t).
+  // Terms decrease like ((R_s + R_t) / range)^(l + t).
   const double reach = (target_radius + source_radius) / range;
   const int degree = std::clamp(static_cast<int>(std::ceil(std::log(0.1 * accuracy) / std::log(reach))), 3, 40);
   return {range, degree, ewald_split(range, 0.1 * accuracy)};
 }
 
 FarImages all_images(const Mirrors& mirrors, double largest_radius, int degree, double accuracy) {
-  // An image within the cut-off costs as much as seven waves, and their numbers have a fixed product.
+  // An image within the cut-off costs as much as seven waves, and the product of their numbers is fixed.
   constexpr double images = 24;
   const double cutoff = std::cbrt(images * 3 / (4 * std::numbers::pi * mirrors.density()));
   return {0, 2 * degree + 1, ewald_split_of_all(std::max(cutoff, 8 * largest_radius), 0.1 * accuracy)};
@@ -41,7 +41,8 @@ FarField::FarField(const Mirrors& mirrors, const std::vector<Site>& targets, con
   for (const int mask : masks_) find_derivatives(mask, images.beyond == 0 && &targets == &sources);
 }
 
-/// Images without mirrors have the same derivatives on the way back, odd degrees with the opposite sign.
+/// Computes the derivatives for one mask. Without mirrors the reverse displacement has the same derivatives, with the
+/// opposite sign for odd degrees.
 void FarField::find_derivatives(int mask, bool same_sites) {
   const bool once = same_sites && mask == 0;
   std::vector<Vec3> from, places;
@@ -67,8 +68,9 @@ void FarField::find_derivatives(int mask, bool same_sites) {
   derivatives_.push_back(std::move(both));
 }
 
-/// What is beyond the range is harmonic but for the background -1/V of a charge (LatticeSum), whose potential about a
-/// distance d is 2 pi / 3 V |d|^2: cancelled by opposite charges but for a uniform field against the sum of dipoles.
+/// Adds the background's field. The field of images beyond the range is harmonic except for the background -1/V of a
+/// charge (LatticeSum), whose potential at a distance d is 2 pi / 3 V |d|^2. Opposite charges cancel it up to a uniform
+/// field opposite to the sum of dipoles.
 template <class T>
 void FarField::add_background(const T* multipoles, const std::vector<int>& target_start, T* local) const {
   std::array<T, 3> sum{};

@@ -5,26 +5,27 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Images that a far field sums, and the parameters of the sum.
+/// Images that a far field includes, and the parameters of their sum.
 struct FarImages {
-  double beyond = 0;  ///< length: nearer images are left out; 0: none
-  int degree = 0;     ///< of the derivatives: a source's l plus a target's t
+  double beyond = 0;  ///< Distance (length) below which images are excluded; 0: all images
+  int degree = 0;     ///< Degree of the derivatives: sum of a source's l and a target's t
   EwaldSplit split;
 };
 
-/// Images beyond a range, which is several times the largest radius of targets and of sources (lengths).
+/// Returns the parameters for images beyond a range, which must be several times the largest radii of targets and
+/// sources (lengths).
 FarImages images_beyond(double range, double target_radius, double source_radius, double accuracy);
-/// All images of sources up to `degree`, for targets of one degree more.
+/// Returns the parameters for all images of sources up to `degree`, at targets of one degree more.
 FarImages all_images(const Mirrors& mirrors, double largest_radius, int degree, double accuracy);
 
-/// Fields of images, source by source and target by target.
+/// Fields of images, computed for each pair of source and target.
 class FarField {
  public:
-  /// `past` may have tables that serve again.
+  /// `past`: earlier field whose tables are used again if possible.
   FarField(const Mirrors& mirrors, const std::vector<Site>& targets, const std::vector<Site>& sources,
            const FarImages& images, const FarField* past = nullptr);
-  /// Adds to the targets' local coefficients, which reach `beyond` degrees above the targets' own.
-  /// `T`: double, or Lanes for eight fields at once.
+  /// Adds to the targets' local coefficients, which extend `beyond` degrees above the targets' own. `T`: double, or
+  /// Lanes for eight fields at once.
   template <class T>
   void add(const T* multipoles, T* local, parallel::Team& team, int beyond = 0) const;
 
@@ -38,7 +39,7 @@ class FarField {
   std::vector<int> source_start_, masks_;
   std::shared_ptr<const Coupling> coupling_;
   std::shared_ptr<const LatticeSum> lattice_;
-  std::vector<Eigen::MatrixXd> derivatives_;  ///< [mask]: columns [target][source]
+  std::vector<Eigen::MatrixXd> derivatives_;  ///< Layout [mask]: columns [target][source]
 };
 
 }  // namespace lichtenberg::laplace::spheres

@@ -34,28 +34,28 @@ WallPotential::WallPotential(const SphereProblem& problem) {
 
 namespace {
 
-/// Harmonics that a gap calls for, and the accuracy that so many of them are enough for.
+/// Degree that a gap requires, and the accuracy for which the largest degree suffices.
 struct Harmonics {
   double degree = 0, possible = 0;
 };
 
-/// They fall off like exp(-alpha l).
+/// Returns the requirement of a gap between different potentials: harmonics decrease like exp(-alpha l).
 Harmonics beside(double radius, double other, double gap, double accuracy) {
   if (gap <= 0) return {INFINITY, 1};
   const double alpha = bispherical_coordinate(radius, other, gap);
   return {-std::log(accuracy) / alpha, std::exp(-largest_degree * alpha)};
 }
 
-/// The same where both sides have one potential: however small the gap, harmonics fall off like exp(-sqrt(2 beta l)),
-/// beta = 2 pi / (1 + R / R') (README.md).
+/// Returns the requirement of a gap at equal potential: however small the gap, harmonics decrease like exp(-sqrt(2 beta
+/// l)), beta = 2 pi / (1 + R / R') (README.md).
 Harmonics at_contact(double radius, double other, double accuracy) {
   const double digits = std::log(accuracy), share = (1 + radius / other) / (4 * std::numbers::pi);
   return {digits * digits * share, std::exp(-std::sqrt(largest_degree / share))};
 }
 
-/// Beside a dielectric, however small the gap: each reflection takes a factor k = (eps - 1) / (eps + 1) off what the
-/// n-th image has in harmonic l, which is some k^n (1 - 1/n)^l. The largest, at n = sqrt(l / -ln k), is exp(-2 sqrt(l
-/// (-ln k))); but the first image alone, in the middle of the radius, takes 2^-l.
+/// Returns the requirement next to a dielectric, for any gap. Each reflection multiplies by k = (eps - 1) / (eps + 1),
+/// so the n-th image has about k^n (1 - 1/n)^l in harmonic l. The maximum, at n = sqrt(l / -ln k), is exp(-2 sqrt(l
+/// (-ln k))). The first image alone, at half of the radius, contributes 2^-l.
 Harmonics of_dielectrics(const Sphere& one, const Sphere& other, double accuracy) {
   const auto reflected = [](const Sphere& sphere) {
     return sphere.is_conductor() ? 1 : (sphere.relative_permittivity - 1) / (sphere.relative_permittivity + 1);
@@ -89,14 +89,15 @@ NearPair reversed(NearPair pair) {
   return pair;
 }
 
-/// Degree that the small sphere of a lopsided pair takes; a difference of potential gets no tail.
+/// Returns the degree of the small sphere of a pair of very different radii; it has no correction for a potential
+/// difference.
 double degree_of_small(const SphereProblem& problem, const NearPair& to_small, double accuracy) {
   const double gap = gap_of(problem, to_small), r = problem.spheres[to_small.target].radius;
   if (have_one_potential(problem, to_small)) return fewest(problem, to_small, gap, accuracy).degree;
   return beside(r, problem.spheres[to_small.source].radius, gap, accuracy).degree;
 }
 
-/// Whether the large sphere, the source, would take too many harmonics and can reflect the small one in place of them.
+/// Returns true if the large sphere, the source, would need too many harmonics and can reflect the small one instead.
 bool is_lopsided(const SphereProblem& problem, const NearPair& pair, double accuracy) {
   constexpr double largest_of_small = 100;
   const Sphere &small = problem.spheres[pair.target], &large = problem.spheres[pair.source];
@@ -108,8 +109,8 @@ bool is_lopsided(const SphereProblem& problem, const NearPair& pair, double accu
          degree_of_small(problem, pair, accuracy) <= largest_of_small;
 }
 
-/// The lopsided pairs, each with its small sphere as the target. Of large spheres that several small ones are beside,
-/// those between which the harmonics up to the largest degree carry all.
+/// Returns the pairs for reflection, each with its small sphere as the target. A large sphere with several small
+/// neighbours is excluded if harmonics beyond the largest degree matter between them.
 std::vector<NearPair> lopsided_pairs(const SphereProblem& problem, const std::vector<Site>& sites,
                                      const std::vector<NearPair>& pairs, double accuracy) {
   std::vector<NearPair> found;
@@ -131,29 +132,29 @@ bool contains(const std::vector<NearPair>& pairs, const NearPair& pair) {
   });
 }
 
-/// Distance from which images of one charge act together, where pairs are few.
+/// Returns the distance beyond which images of a charge are summed together, for few pairs.
 double choose_range(const Mirrors& mirrors, const std::vector<Site>& sites) {
   double largest = 0;
   for (const Site& site : sites) largest = std::max(largest, site.radius);
-  // Some hundred near images a sphere cost little beside few waves.
+  // Several hundred near images per sphere cost little, and reduce the number of waves.
   const double most = 400 / std::max(1.0, sites.size() / 4.0);
   const double range = std::cbrt(std::max(60.0, most) * 3 / (4 * std::numbers::pi * mirrors.density()));
   return std::max(range, 7 * largest);
 }
 
-/// So many spheres, and pairs of all with all cost more than cells.
+/// Number of spheres above which cells cost less than direct interactions of all pairs.
 constexpr std::size_t many_spheres = 48;
 
 constexpr int least_degree = 2;
 
-/// Up to this fixed degree one sum over all images of a pair costs less than near images one by one.
+/// Fixed degree up to which one sum over all images of a pair costs less than direct near images.
 constexpr int low_degree = 8;
 
 double largest_radius(const std::vector<Site>& sites) {
   return sites.empty() ? 0 : std::ranges::max(sites, {}, &Site::radius).radius;
 }
 
-/// Two images of one sphere that face each other the same way: one stands for both.
+/// Returns true for two images of one sphere in opposite directions: one of them represents both.
 bool are_twins(const NearPair& a, const NearPair& b) {
   return a.target == a.source && b.target == a.target && b.source == a.source && b.mask == a.mask && a.mask == 0 &&
          norm2(a.way + b.way) < 1e-20 * norm2(a.way);
@@ -166,7 +167,7 @@ void Fields::Wanted::raise(double to, double possible_then) {
   possible = std::max(possible, possible_then);
 }
 
-/// Degrees for the accuracy, from the neighbours of each sphere, and the gaps at which they are not enough.
+/// Chooses the degrees for the accuracy, from the neighbours of each sphere, and the gaps that need corrections.
 void Fields::choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs, parallel::Team& team) {
   if (fixed_degree_ > 0) {
     for (Site& site : sites_) site.degree = fixed_degree_;
@@ -184,7 +185,8 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
   let_tails_meet(close_pairs_, sites_, pairs, accuracy_, team);
 }
 
-/// A large sphere has the harmonics that others may feel, or that small ones feel of each other.
+/// Raises degrees for reflections. A large sphere needs the harmonics that affect other spheres, or transmit between
+/// small ones.
 void Fields::choose_reflecting(const SphereProblem& problem, const std::vector<NearPair>& lopsided,
                                std::vector<Wanted>& wanted) {
   std::vector<int> beside_large(sites_.size());
@@ -198,11 +200,11 @@ void Fields::choose_reflecting(const SphereProblem& problem, const std::vector<N
   }
 }
 
-/// Gaps between different potentials beside which no harmonics that gaps of one potential ask for are enough, each in
-/// one direction; raises the degrees to what each pair asks for.
+/// Returns the gaps between different potentials for which the degrees of gaps at equal potential do not suffice, each
+/// in one direction. Raises the degrees to the requirements of each pair.
 std::vector<NearPair> Fields::narrow_gaps(const SphereProblem& problem, const std::vector<NearPair>& pairs,
                                           const std::vector<NearPair>& lopsided, std::vector<Wanted>& wanted) {
-  // Of gaps for which the least degree is enough: nearly all pairs, told without a logarithm.
+  // The least degree suffices for nearly all pairs; this bound detects them without a logarithm.
   const double least = std::cosh(-std::log(accuracy_) / least_degree) - 1;
   std::vector<NearPair> gaps;
   for (const NearPair& pair : pairs) {
@@ -231,9 +233,9 @@ std::vector<NearPair> Fields::narrow_gaps(const SphereProblem& problem, const st
 
 namespace {
 
-/// The accuracy that would do, by the keys that ask for it.
+/// Returns the accuracy that is possible, in terms of the keys that set it.
 std::string in_words(double possible) {
-  constexpr double coarsest = 0.1, rounded_up = 1.06;  // for two digits
+  constexpr double coarsest = 0.1, rounded_up = 1.06;  // Rounds up to two digits
   if (rounded_up * possible > coarsest) return "no field.accuracy";
   return fmt::format("field.accuracy = {:.1e}, or so large a field.tolerance and field.moving_tolerance",
                      rounded_up * possible);
@@ -241,7 +243,7 @@ std::string in_words(double possible) {
 
 }  // namespace
 
-/// Throws InputError for a degree that no sphere may have.
+/// Sets the degrees. Throws InputError for a degree above the largest.
 void Fields::take(const std::vector<Wanted>& wanted) {
   for (std::size_t i = 0; i < sites_.size(); ++i) {
     const auto [degree, possible] = wanted[i];
@@ -254,7 +256,7 @@ void Fields::take(const std::vector<Wanted>& wanted) {
   }
 }
 
-/// Whether both spheres have the harmonics that this gap asks for, as a narrower one may have made them.
+/// Returns true if both spheres have the degrees that this gap requires, possibly because of a narrower one.
 bool Fields::is_enough_for(const NearPair& pair) const {
   const Site &target = sites_[pair.target], &source = sites_[pair.source];
   const double gap = norm(pair.way) - target.radius - source.radius;

@@ -10,14 +10,15 @@ double length(const std::vector<double>& x) {
   return Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size())).norm();
 }
 
-/// Of those given together.
+/// Returns the total charge of the spheres of a constraint.
 double charge(const Given& given, const Past& past, const std::vector<int>& start) {
   double sum = 0;
   for (const int i : given.spheres) sum += std::sqrt(past.sites[i].radius) * past.x[start[i]];
   return sum;
 }
 
-/// Of each site's potential: from the one that is fixed, or from the mean of its group.
+/// Returns the deviation of each site's potential from its fixed value (potentials of fixed sites are returned as they
+/// are), or from the mean of its group.
 std::vector<double> missed_potentials(const Wanted& wanted, const std::vector<double>& potential) {
   std::vector<double> sum(potential.size()), count(potential.size()), missed(potential);
   for (std::size_t i = 0; i < potential.size(); ++i) sum[wanted.group[i]] += potential[i], ++count[wanted.group[i]];
@@ -26,9 +27,9 @@ std::vector<double> missed_potentials(const Wanted& wanted, const std::vector<do
   return missed;
 }
 
-/// What a mixture is to match, all as lengths of changes of x: charges, each as that of one sphere of the group's
-/// weight, potentials, and displacements since the latest solution, of which one by a radius changes all of a sphere's
-/// x. Farther ones are jumps across a periodic box and say nothing.
+/// Conditions of the linear combination, all in units of the length of x. These are charges, each like that of one
+/// sphere of the constraint's weight, and potentials. Displacements since the latest solution are further conditions;
+/// one by a radius changes all of a sphere's x. Larger displacements are jumps across a periodic box and are ignored.
 class Conditions {
  public:
   Conditions(const Wanted& wanted, const Past& latest)
@@ -84,7 +85,7 @@ std::vector<double> mixture(const History& history, const Wanted& wanted, double
   Eigen::MatrixXd squares = past.transpose() * past;
   squares.diagonal() += error.cwiseAbs2();
   const Eigen::VectorXd share = squares.ldlt().solve(past.transpose() * now);
-  if (!share.allFinite()) return std::vector<double>(history.size());  // all of it is zero
+  if (!share.allFinite()) return std::vector<double>(history.size());  // All past solutions are zero
   return {share.begin(), share.end()};
 }
 

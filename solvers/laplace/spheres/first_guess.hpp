@@ -7,41 +7,41 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// A solution of a similar scene.
+/// Solution of a similar scene, kept for initial guesses.
 struct Past {
   std::vector<Site> sites;
-  std::vector<double> x;             ///< sqrt(R) a, harmonics of all sites
-  std::vector<double> potential;     ///< V, of each site
-  std::vector<double> wall;          ///< V, what the sides' potentials make at its centre
-  std::vector<double> difference{};  ///< V, across each coupling
+  std::vector<double> x;             ///< Unknowns sqrt(R) a, harmonics of all sites
+  std::vector<double> potential;     ///< Potential of each site (V)
+  std::vector<double> wall;          ///< Potential of the sides at each site's centre (V)
+  std::vector<double> difference{};  ///< Potential difference across each coupling (V)
 };
 
-/// The last ones, the latest first.
+/// Latest solutions, the most recent first.
 using History = std::deque<Past>;
 constexpr std::size_t longest_history = 4;
 
-/// Spheres whose charges together are given: those of a floating group, or of all fixed ones where nothing takes what
-/// is left.
+/// Charge constraint: spheres whose total charge is given. They are those of a floating group or, if nothing absorbs
+/// the remaining charge, all fixed ones.
 struct Given {
   std::vector<int> spheres;
   double charge = 0;  ///< Q / (4 pi eps), the sum of R a_00
-  double weight = 0;  ///< sum of radii
+  double weight = 0;  ///< Sum of radii
 };
 
-/// What a solution is wanted for: places, charges and potentials.
+/// Target of a solve: positions, charges and potentials.
 struct Wanted {
   const std::vector<Site>& sites;
   const std::vector<Given>& given;
-  std::vector<int> group;     ///< of each site: sites of one group are to have one potential
-  std::vector<double> fixed;  ///< V, of each site whose potential is fixed; else not a number
-  std::vector<double> wall;   ///< as in Past
+  std::vector<int> group;     ///< Group of each site; sites of one group have one potential
+  std::vector<double> fixed;  ///< Potential of each site if fixed (V); otherwise not a number
+  std::vector<double> wall;   ///< Potential of the sides at each site's centre (V)
 };
 
-/// How much of each past solution makes the best guess: x is linear in charges and potentials and smooth in positions,
-/// so that the mixture is chosen whose charges, potentials and displacements are nearest to those wanted, and whose
-/// potentials differ least within groups. No time is needed, and a step that was taken back is as good as any.
-/// `noise`: error of each past x, over its length; mixtures that would magnify it are not taken. All have as many sites
-/// as are wanted.
+/// Returns the coefficients of past solutions in the best initial guess. x is linear in charges and potentials and
+/// smooth in positions. The linear combination is therefore chosen that comes closest to the target's charges,
+/// potentials and displacements, with the least potential differences within groups. It does not use times, so a step
+/// that was rolled back serves as well as any other. `noise`: relative error of each past x; it limits combinations
+/// that would amplify it. All solutions must have as many sites as the target.
 std::vector<double> mixture(const History& history, const Wanted& wanted, double noise);
 
 }  // namespace lichtenberg::laplace::spheres

@@ -27,8 +27,9 @@ GivenCharges::GivenCharges(const SphereProblem& problem, const std::vector<int>&
   }
   std::vector<double> ground(charge_.size());
   std::vector<NetworkLink> network;
-  // The ends of a coupling r times the spheres' capacitance differ by 1 / r of the potentials, and what it has of its
-  // supply is known to sqrt(r) roundings: where both are the same it is a wire, and a larger one no better.
+  // Largest capacitance in use. The end potentials of a coupling r times the spheres' capacitance differ by 1 / r of
+  // the potentials, and its contribution to the right-hand side has a rounding error of sqrt(r). Where both are equal
+  // the coupling acts as a wire, and a larger capacitance improves nothing.
   double wire = 0;
   for (const Sphere& sphere : problem.spheres)
     wire += sphere.radius * std::pow(std::numeric_limits<double>::epsilon(), -2.0 / 3);
@@ -56,7 +57,7 @@ GivenCharges::GivenCharges(const SphereProblem& problem, const std::vector<int>&
   factors_ = NetworkFactors(std::move(ground), network);
 }
 
-/// N x.
+/// Returns N x.
 std::vector<double> GivenCharges::flows(const double* x) const {
   std::vector<double> flow(charge_.size());
   for (std::size_t i = 0; i < root_.size(); ++i)
@@ -69,7 +70,7 @@ std::vector<double> GivenCharges::flows(const double* x) const {
   return flow;
 }
 
-/// x += sign N' potential.
+/// Adds N' potential: x += sign N' potential.
 void GivenCharges::spread(const std::vector<double>& potential, double sign, double* x) const {
   const auto of = [&](int node) { return node < 0 ? 0 : potential[node]; };
   for (std::size_t i = 0; i < root_.size(); ++i)

@@ -7,11 +7,11 @@ namespace lichtenberg::laplace::spheres {
 
 namespace {
 
-/// The factors of the recursion of regular_harmonics.
+/// Factors of the recursion of regular_harmonics.
 struct Recursion {
-  static constexpr int most = 48;  ///< degree; higher ones compute them anew
+  static constexpr int most = 48;  ///< Largest tabulated degree; factors of higher ones are computed when needed
   std::array<double, most + 1> up{};
-  std::array<double, harmonics(most)> below{}, over{};  ///< [at(l, m)], m >= 0
+  std::array<double, harmonics(most)> below{}, over{};  ///< At [at(l, m)], m >= 0
 
   static double up_of(int l) { return std::sqrt((2 * l - 1) / (2.0 * l)) * (l == 1 ? std::sqrt(2.0) : 1); }
   static double below_of(int l, int m) { return std::sqrt(static_cast<double>(l - 1 - m) * (l - 1 + m)); }
@@ -33,7 +33,7 @@ void regular_harmonics(Vec3 r, int degree, double* value) {
   value[0] = 1;
   for (int l = 1; l <= degree; ++l) {
     const bool known = l <= Recursion::most;
-    // Sectoral ones from the degree below, times (x + i y).
+    // Sectoral harmonics follow from the degree below, times (x + i y).
     const double up = known ? factors.up[l] : Recursion::up_of(l);
     const double cosine = value[at(l - 1, l - 1)], sine = l == 1 ? 0 : value[at(l - 1, 1 - l)];
     value[at(l, l)] = up * (r.x * cosine - r.y * sine);
@@ -52,14 +52,14 @@ void regular_harmonics(Vec3 r, int degree, double* value) {
 
 namespace {
 
-/// d^l_(m', m) (pi/2) for m' = 0 ... l and m = 0 ... l, from those with m' = l (Trapani and Navaza, Acta Cryst. A 62,
-/// 262 (2006)): stable to thousands.
+/// Wigner functions d^l_(m', m) (pi/2) for m' = 0 ... l and m = 0 ... l, from those with m' = l (Trapani and Navaza,
+/// Acta Cryst. A 62, 262 (2006)): stable up to degrees of thousands.
 class HalfTurns {
  public:
   explicit HalfTurns(int degree) : side_(degree + 1), top_(side_), delta_(static_cast<std::size_t>(side_) * side_) {
     top_[0] = 1;
   }
-  /// To be called with l = 0, 1, 2, ...
+  /// Advances to degree l; to be called with l = 0, 1, 2, ...
   void advance(int l) {
     if (l > 0) advance_top(l);
     for (int m = 0; m <= l; ++m) delta_[index(l, m)] = top_[m];
@@ -92,14 +92,14 @@ QuarterTurn::QuarterTurn(int degree) : degree_(degree) {
     half.advance(l);
     for (int m = -l; m <= l; ++m) {
       const bool odd_in_x = (m < 0) != ((m & 1) != 0), odd_in_z = ((l + m) & 1) != 0;
-      const bool sine = odd_in_z;  // odd in y before the turn
+      const bool sine = odd_in_z;  // Odd in y before the rotation
       const int parity = sine != odd_in_x ? 1 : 0;
       const int first = parity == 1 ? 1 : sine ? 2 : 0;
       start_.push_back({sine, first, value_.size()});
       const int row = std::abs(m);
       for (int k = first; k <= l; k += 2) {
-        // A turn about y mixes them by d^l(pi/2); quarter turns about z before and after make it one about x, and leave
-        // these signs.
+        // A rotation about y mixes the harmonics by d^l(pi/2). Rotations by pi/2 about z before and after it make it
+        // one about x, and leave these signs.
         const double scale = (row == 0 ? 1 : std::sqrt(2.0)) * (k == 0 ? 1 : std::sqrt(2.0));
         const int halves = (m < 0 && !sine ? row - k - 1 : sine && m >= 0 ? k - row - 1 : row - k) / 2;
         value_.push_back((halves & 1 ? -scale : scale) * half(row, k));

@@ -7,15 +7,16 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Real solid harmonics C_lm, normalized such that sum_m C_lm(n)^2 = 1 for a unit vector n (Schmidt): m > 0 goes with
-/// cos(m phi), m < 0 with sin(|m| phi). They stand in arrays at l (l + 1) + m.
+/// Number of real solid harmonics C_lm up to a degree. They are normalized such that sum_m C_lm(n)^2 = 1 for a unit
+/// vector n (Schmidt); m > 0 goes with cos(m phi), m < 0 with sin(|m| phi). Arrays hold them at l (l + 1) + m.
 constexpr int harmonics(int degree) { return (degree + 1) * (degree + 1); }
 constexpr int at(int l, int m) { return l * (l + 1) + m; }
 
-/// r^l C_lm at r, all up to the degree; [harmonics(degree)].
+/// Computes r^l C_lm at r for all degrees up to `degree`; [harmonics(degree)].
 void regular_harmonics(Vec3 r, int degree, double* value);
 
-/// (-1) to the number of axes of `mask` (bits x, y, z) in which C_lm is odd: what mirrors across these axes do to it.
+/// Returns (-1) to the number of axes of `mask` (bits x, y, z) in which C_lm is odd: the factor of C_lm under mirrors
+/// across these axes.
 inline int mirror_sign(int l, int m, int mask) {
   const bool sine = m < 0, odd = (m & 1) != 0;
   const bool x = sine != odd, y = sine, z = ((l + m) & 1) != 0;
@@ -26,13 +27,13 @@ inline int mirror_sign(int l, int m, int mask) {
   return negative ? -1 : 1;
 }
 
-/// What turns z into y, (x, y, z) -> (x, -z, y), does to coefficients: a matrix a degree, of which each row meets only
-/// every other m of the cosines or of the sines.
+/// Rotation that takes z to y, (x, y, z) -> (x, -z, y), applied to coefficients: one matrix per degree. Each row
+/// involves only every other m, of either the cosines or the sines.
 class QuarterTurn {
  public:
   explicit QuarterTurn(int degree);
 
-  /// The coefficients of one row, those of source_m, source_m + 2, ... up to l; the sines are those of -m.
+  /// Coefficients of one row, for m = first_m, first_m + 2, ... up to l; sines are those of -m.
   struct Row {
     bool sine = false;
     int first_m = 0;
@@ -55,7 +56,7 @@ class QuarterTurn {
   std::vector<double> value_;
 };
 
-/// The same as complex coefficients of C_lm with the phase of Condon and Shortley, m from -l to l.
+/// Converts to complex coefficients of C_lm with the Condon-Shortley phase, m from -l to l.
 std::vector<std::complex<double>> to_complex(const double* real, int degree);
 
 }  // namespace lichtenberg::laplace::spheres

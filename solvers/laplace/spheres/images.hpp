@@ -8,10 +8,10 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// r with its sign changed along the axes of `mask` (bits x, y, z).
+/// Returns r with its sign changed along the axes of `mask` (bits x, y, z).
 inline Vec3 mirrored(Vec3 r, int mask) { return {mask & 1 ? -r.x : r.x, mask & 2 ? -r.y : r.y, mask & 4 ? -r.z : r.z}; }
 
-/// Of a charge at c: one of `sign` times it at mirrored(c, mask) + shift.
+/// Image of a charge at c: `sign` times the charge at mirrored(c, mask) + shift.
 struct MirrorImage {
   int mask = 0;
   Vec3 shift;
@@ -20,25 +20,25 @@ struct MirrorImage {
   friend bool operator==(const MirrorImage&, const MirrorImage&) = default;
 };
 
-/// The sides as mirrors: an insulating one reflects a charge to one of the same sign, an electrode at 0 V to the
-/// opposite one. To and fro between two of a kind that makes images with a period of 2 L, between two of different
-/// kinds of 4 L; a periodic axis has its own length. Free space has none.
+/// Sides as mirrors: an insulating side reflects a charge to one of equal sign, an electrode at 0 V to the opposite
+/// one. Repeated reflections between two sides of one kind make images with a period of 2 L, between sides of different
+/// kinds of 4 L. A periodic axis has its own length as the period. Free space has no mirrors.
 struct Mirrors {
   explicit Mirrors(const SphereProblem& problem);
 
   bool bounded = false;
-  Vec3 period;                       ///< of all images
-  std::vector<MirrorImage> images;   ///< in one period, the charge itself first
-  std::array<bool, 3> alternates{};  ///< axes along which half a period changes the sign
+  Vec3 period;                       ///< Period of all images
+  std::vector<MirrorImage> images;   ///< Images in one period, the charge itself first
+  std::array<bool, 3> alternates{};  ///< Axes along which half a period changes the sign
 
   friend bool operator==(const Mirrors&, const Mirrors&) = default;
   double volume() const { return period.x * period.y * period.z; }
-  /// Images of one charge a volume.
+  /// Returns the number of images of one charge per volume.
   double density() const { return static_cast<double>(images.size()) / volume(); }
-  /// Calls visit(way) for the way to p from every copy of `first`, whole periods apart, that is closer than `range`.
+  /// Calls visit(displacement) with the displacement to p from every periodic copy of `first` closer than `range`.
   template <class Visit>
   void for_each_copy(Vec3 p, Vec3 first, double range, Visit visit) const;
-  /// Calls visit(image, way) for the way to p from every image of a charge at c that is closer than `range`.
+  /// Calls visit(image, displacement) with the displacement to p from every image of a charge at c closer than `range`.
   template <class Visit>
   void for_each_near(Vec3 p, Vec3 c, double range, Visit visit) const {
     for (const MirrorImage& image : images)

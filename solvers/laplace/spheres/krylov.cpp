@@ -17,7 +17,7 @@ namespace {
 
 using parallel::check_petsc;
 
-/// Calls f(values of x, values of y), of which y is overwritten.
+/// Calls f(values of x, values of y); f overwrites y.
 PetscErrorCode with_arrays(::Vec x, ::Vec y, const auto& f) {
   const PetscScalar* from = nullptr;
   PetscScalar* to = nullptr;
@@ -88,9 +88,9 @@ double length(const std::vector<double>& x) {
   return std::sqrt(sum);
 }
 
-/// Of the right hand side, from which a potential that all of a floating group, or all fixed groups of an insulated
-/// box, are given is taken off: some roundings of it stay. Of a neutral sphere in a box of one potential, and of
-/// spheres at one potential that nothing else surrounds, nothing else does.
+/// Returns the rounding error of the right-hand side. Subtracting a potential common to a whole floating group, or to
+/// all fixed groups of an insulated box, leaves rounding errors. They are all that remains for a neutral sphere in a
+/// box of one potential, and for spheres at one potential without other conductors.
 double rounding(const System& system) {
   const SphereProblem& problem = system.problem();
   double sum = 0;
@@ -102,7 +102,7 @@ double rounding(const System& system) {
   return 4 * std::numeric_limits<double>::epsilon() * std::sqrt(sum);
 }
 
-/// Its length.
+/// Computes the residual and returns its norm.
 double residual_of(const System& system, const std::vector<double>& x, const std::vector<double>& given,
                    std::vector<double>& residual) {
   residual.resize(x.size());
@@ -115,7 +115,7 @@ double residual_of(const System& system, const std::vector<double>& x, const std
 struct Objects {
   KSP ksp = nullptr;
   Mat matrix = nullptr;
-  ::Vec x = nullptr, b = nullptr, left = nullptr, step = nullptr;  ///< the last two for other methods than CG
+  ::Vec x = nullptr, b = nullptr, left = nullptr, step = nullptr;  ///< The last two serve methods other than CG
   ~Objects() {
     KSPDestroy(&ksp);
     MatDestroy(&matrix);
@@ -134,8 +134,8 @@ struct Shell {
   PetscErrorCode (*precondition)(PC, ::Vec, ::Vec) = nullptr;
 };
 
-/// Whether options leave conjugate gradients that stop by the length of the residual. Gives another method a norm that
-/// it supports.
+/// Returns true if the options leave conjugate gradients that stop by the norm of the residual. For another method,
+/// sets a norm that it supports.
 bool stops_by_residual(KSP ksp) {
   KSPNormType norm = KSP_NORM_DEFAULT;
   PetscBool cg = PETSC_FALSE;
@@ -147,7 +147,7 @@ bool stops_by_residual(KSP ksp) {
 struct Ended {
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscInt iterations = 0;
-  PetscReal residual = 0;  ///< length
+  PetscReal residual = 0;  ///< Norm of the residual
 };
 
 Ended end_of_solve(KSP ksp) {
@@ -158,8 +158,8 @@ Ended end_of_solve(KSP ksp) {
   return ended;
 }
 
-/// Solves by a method of the user's that stops by a norm of its own: again for the residual that is left, until the
-/// length of that is `goal` or a start no longer halves it.
+/// Solves by a user-chosen method that stops by a norm of its own. Repeats it for the remaining residual, until its
+/// norm is at most `goal` or a repetition no longer halves it.
 Ended refine(Objects& petsc, double goal) {
   constexpr double margin = 0.3, progress = 0.5;
   check_petsc(VecDuplicate(petsc.b, &petsc.left));
@@ -188,7 +188,7 @@ Ended refine(Objects& petsc, double goal) {
   return ended;
 }
 
-/// Solves from 0 until the residual is `goal`; the result's residual is relative to `scale`.
+/// Solves from x = 0 until the residual is at most `goal`; the result's residual is relative to `scale`.
 KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, double* x, double goal, double scale) {
   Objects petsc;
   auto* context = const_cast<System*>(shell.system);
@@ -205,7 +205,7 @@ KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, do
   check_petsc(PCSetType(pc, PCSHELL));
   check_petsc(PCShellSetContext(pc, context));
   check_petsc(PCShellSetApply(pc, shell.precondition));
-  check_petsc(PCShellSetApplyTranspose(pc, shell.precondition));  // symmetric, as the matrix
+  check_petsc(PCShellSetApplyTranspose(pc, shell.precondition));  // Symmetric, like the matrix
   check_petsc(KSPSetNormType(petsc.ksp, KSP_NORM_UNPRECONDITIONED));
   check_petsc(KSPSetOperators(petsc.ksp, petsc.matrix, petsc.matrix));
   check_petsc(KSPSetTolerances(petsc.ksp, 0, goal, PETSC_DEFAULT, 2000));
@@ -234,7 +234,7 @@ KrylovResult solve_krylov(const System& system, double tolerance, std::vector<do
   system.project(given.data());
   const double scale = std::hypot(length(given), length(cold));
   double first = residual_of(system, x, given, residual);
-  if (first > scale) {  // what is known is of another size: of charges that have gone to ground, say
+  if (first > scale) {  // The initial guess is of another size, for example after charges have flowed to ground
     x = cold;
     first = residual_of(system, x, given, residual);
   }
@@ -248,13 +248,13 @@ KrylovResult solve_krylov(const System& system, double tolerance, std::vector<do
 
 namespace {
 
-/// Solutions for eight groups, one after the other at 1 V, and what is left of the right-hand sides.
+/// Solutions for eight groups, each at 1 V in its own column, and the remaining residuals.
 struct EightColumns {
   std::vector<Lanes> x, residual;
 };
 
-/// Groups beyond the last one have columns of 0. Each right-hand side is taken over its length, so that all are found
-/// to the tolerance.
+/// Solves for the groups from `first` on; columns beyond the last group are 0. Each right-hand side is normalized, so
+/// that all columns reach the tolerance.
 EightColumns solve_eight(const System& system, int first, double tolerance) {
   const auto n = static_cast<std::size_t>(system.size());
   const int count = std::min(lanes, static_cast<int>(system.problem().groups.size()) - first);
@@ -267,7 +267,8 @@ EightColumns solve_eight(const System& system, int first, double tolerance) {
     const double whole = length(column);
     system.project(column.data());
     const double left = length(column);
-    if (left <= 100 * std::numeric_limits<double>::epsilon() * whole) continue;  // all that is in an insulated box
+    if (left <= 100 * std::numeric_limits<double>::epsilon() * whole) continue;  // The group is everything in an
+                                                                                 // insulated box
     lengths[lane] = left;
     squares += 1;
     for (std::size_t k = 0; k < n; ++k) given[k][lane] = column[k] / left;
@@ -275,7 +276,7 @@ EightColumns solve_eight(const System& system, int first, double tolerance) {
   if (squares == 0) return eight;
   std::vector<double> from(n * lanes), to(n * lanes);
   std::memcpy(from.data(), given.data(), n * sizeof(Lanes));
-  // The residual of a single column, as if all that is left were in it.
+  // Bound on the residual of a single column, as if it contained the whole residual.
   const double goal = std::max(tolerance, 4 * std::numeric_limits<double>::epsilon() * std::sqrt(squares));
   conjugate_gradients({&system, static_cast<PetscInt>(n * lanes), multiply_eight, precondition_eight}, from.data(),
                       to.data(), goal, 1);
@@ -289,8 +290,8 @@ EightColumns solve_eight(const System& system, int first, double tolerance) {
   return eight;
 }
 
-/// Tolerance of the iteration of unit_charges, whose errors are squares of residuals over the smallest eigenvalue (some
-/// hundredth).
+/// Returns the tolerance of the iteration of unit_charges, whose errors are squares of residuals over the smallest
+/// eigenvalue (about 0.01).
 double second_order_tolerance(double tolerance) { return std::max(tolerance, 0.1 * std::sqrt(tolerance)); }
 
 }  // namespace
@@ -299,7 +300,7 @@ std::vector<double> unit_charges(const System& system, double tolerance) {
   parallel::start_petsc();
   const int groups = static_cast<int>(system.problem().groups.size());
   const Eigen::Index n = system.size();
-  constexpr double most_numbers = 2e7;  // some 300 MB
+  constexpr double most_numbers = 2e7;  // About 300 MB
   const bool second_order = static_cast<double>(n) * groups <= most_numbers;
   Eigen::MatrixXd x(n, second_order ? groups : 1), residual(n, x.cols());
   Eigen::MatrixXd charge(groups, groups);

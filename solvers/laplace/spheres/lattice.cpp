@@ -18,9 +18,9 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// C_lm / r^(l+1) about a point a becomes regular harmonics of r - a:
-///   I_lm(a + b) = sum_tn (-1)^(t+n) sqrt(C(l+t+m-n, l+m) C(l+t-m+n, l-m)) I_(l+t),(m-n)(a) R_tn(b)
-/// in complex harmonics with the phase of Condon and Shortley.
+/// Returns the factor of the expansion of C_lm / r^(l+1) about a point a in regular harmonics of r - a: I_lm(a + b) =
+/// sum_tn (-1)^(t+n) sqrt(C(l+t+m-n, l+m) C(l+t-m+n, l-m)) I_(l+t),(m-n)(a) R_tn(b). Harmonics are complex, with the
+/// Condon-Shortley phase.
 double coupling_factor(int l, int m, int t, int n) {
   const auto log_binomial = [](int a, int b) {
     return std::lgamma(a + 1) - std::lgamma(b + 1) - std::lgamma(a - b + 1);
@@ -29,7 +29,7 @@ double coupling_factor(int l, int m, int t, int n) {
   return ((t + n) & 1 ? -1 : 1) * std::exp(size);
 }
 
-/// A real harmonic in complex ones: the coefficients of m and -m.
+/// Returns the coefficients of complex harmonics m and -m in a real harmonic.
 std::array<Complex, 2> of_real(int m) {
   const double half = std::sqrt(0.5);
   const Complex minus = m == 0 ? Complex{0.5} : m > 0 ? Complex{half} : Complex{0, half};
@@ -48,14 +48,14 @@ Coupling::Coupling(int degree) : degree_(degree), terms_((degree + 1) * (degree 
           for (const int k : {std::abs(std::abs(m) - std::abs(n)), std::abs(m) + std::abs(n)}) {
             if (k > l + t) continue;
             for (const int derivative : {k, -k}) {
-              // The real value of derivative k stands in the complex ones of k and -k as its harmonic does.
+              // The real derivative k contributes to the complex ones of k and -k like its harmonic.
               Complex sum = 0;
               const auto source = of_real(m), target = of_real(n);
               for (const int sm : {1, -1})
                 for (const int sn : {1, -1}) {
                   const int cm = sm * std::abs(m), cn = sn * std::abs(n);
                   if (std::abs(cm - cn) != k) continue;
-                  // Values of a real harmonic in the complex one: conjugates of its coefficients.
+                  // The coefficients in the complex harmonics are the conjugates of those of the real harmonic.
                   const auto value = of_real(derivative);
                   const Complex v = k == 0 ? Complex{1} : std::conj(cm - cn > 0 ? value[0] : value[1]);
                   sum += source[sm > 0 ? 0 : 1] * coupling_factor(l, cm, t, cn) * v * std::conj(target[sn > 0 ? 0 : 1]);
@@ -128,7 +128,7 @@ void LatticeSum::make_waves() {
   for (std::size_t w = 0; w < wave_.size(); ++w) {
     const double k2 = norm2(wave_[w]);
     regular_harmonics(wave_[w], degree_, value.data());
-    // Twice, for the wave that goes the other way; i^l of the derivatives and (-1)^l of their definition together.
+    // Factor 2 for the opposite wave; the sign combines i^l of the derivatives and (-1)^l of their definition.
     double factor =
         2 * copies * 4 * std::numbers::pi / mirrors_.volume() / k2 * std::exp(-k2 / (4 * split_.alpha * split_.alpha));
     int even = 0, odd = 0;
@@ -148,12 +148,12 @@ void LatticeSum::make_waves() {
 void add_screened(Vec3 r, const Screened& screened, int degree, double* term, double* value) {
   const auto [alpha, without, sign] = screened;
   const double t = alpha * alpha * norm2(r);
-  if (t < 1e-12) {  // the charge itself: its cloud's potential in the middle
+  if (t < 1e-12) {  // The charge itself: potential of its cloud at the centre
     value[0] -= sign * 2 * alpha / std::sqrt(std::numbers::pi);
     return;
   }
   irregular_harmonics(r, degree, term);
-  // Q(l + 1/2, t) upwards: Q(a + 1, t) = Q(a, t) + t^a exp(-t) / Gamma(a + 1).
+  // Upward recursion of Q(l + 1/2, t): Q(a + 1, t) = Q(a, t) + t^a exp(-t) / Gamma(a + 1).
   double upper = std::erfc(std::sqrt(t)), step = std::exp(-t) * std::sqrt(t / std::numbers::pi) * 2;
   for (int l = 0; l <= degree; ++l) {
     const double factor = sign * (without ? upper - 1 : upper);

@@ -25,8 +25,8 @@ namespace {
 
 constexpr int targets_a_chunk = 32;
 
-/// Degrees of a pair: beyond them (reach / distance)^l is below the accuracy. The same for both directions, so that the
-/// matrix stays symmetric.
+/// Degrees of a pair, beyond which (reach / distance)^l is below the accuracy. They are the same for both directions,
+/// so that the matrix stays symmetric.
 class DegreesByDistance {
  public:
   explicit DegreesByDistance(double accuracy) {
@@ -42,7 +42,7 @@ class DegreesByDistance {
   std::array<double, largest_degree> largest_ratio_{};
 };
 
-/// What pairs of one batch have in common, then the pair, as one number that can be sorted.
+/// Properties that the pairs of a batch share, followed by the pair's index, packed into one sortable number.
 struct Key {
   int source_degree = 0, target_degree = 0, mask = 0;
   std::uint32_t pair = 0;
@@ -57,7 +57,7 @@ struct Key {
   }
 };
 
-/// In what order pairs are taken: by degrees and mirrors.
+/// Returns the pairs sorted by degrees and mirrors.
 std::vector<std::uint64_t> order_of(std::span<const NearPair> pairs, const std::vector<Site>& targets,
                                     const std::vector<Site>& sources, double accuracy) {
   const DegreesByDistance degrees(accuracy);
@@ -75,7 +75,7 @@ std::vector<std::uint64_t> order_of(std::span<const NearPair> pairs, const std::
   return order;
 }
 
-/// Where the pairs of each chunk of targets begin.
+/// Returns the index of the first pair of each chunk of targets.
 std::vector<std::size_t> chunk_starts(const std::vector<NearPair>& pairs, std::size_t targets) {
   std::vector<std::size_t> start;
   for (std::size_t first = 0; first < targets; first += targets_a_chunk)
@@ -84,8 +84,8 @@ std::vector<std::size_t> chunk_starts(const std::vector<NearPair>& pairs, std::s
   return start;
 }
 
-/// One harmonic of eight sources. Built in a register: eight numbers that are stored one by one cannot be loaded as one
-/// vector until all stores are through.
+/// Returns one harmonic of eight sources. It is built in a register, because a vector load after eight scalar stores
+/// must wait for all of them.
 Lanes gathered(const std::array<const double*, lanes>& from, int harmonic) {
   Lanes value;
   for (int k = 0; k < lanes; ++k) value[k] = from[k][harmonic];

@@ -9,10 +9,11 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Of harmonics: a sphere has 40401 of them then, and equal ones at contact take 85 for 1e-10.
+/// Largest degree of harmonics. A sphere has 40401 coefficients then; equal spheres in contact need degree 85 for
+/// 1e-10.
 inline constexpr int largest_degree = 200;
 
-/// What has harmonics about its centre: a sphere with its degree, or a point at which a field is wanted (degree 1, and
+/// Centre of an expansion in harmonics: a sphere with its degree, or a point at which a field is computed (degree 1,
 /// any length as its radius).
 struct Site {
   Vec3 centre;
@@ -20,27 +21,27 @@ struct Site {
   int degree = 0;
 };
 
-/// Where the coefficients of each site, to its degree and `beyond` degrees more, stand in one array.
+/// Returns the start of each site's coefficients in one array, for its degree and `beyond` more, and the total size.
 std::vector<int> starts(const std::vector<Site>& sites, int beyond = 0);
 
-/// A source, or an image of one, that acts on a target one by one.
+/// Source, or image of a source, that acts directly on a target.
 struct NearPair {
   int target = 0, source = 0, mask = 0;
   double sign = 1;
-  Vec3 way;  ///< from the source (its image) to the target
+  Vec3 way;  ///< Displacement from the source (or its image) to the target
 };
 
-/// Fields of near sources, one by one: exact but for the degrees. About a target of radius R the field is sum b_lm
-/// (r/R)^l C_lm, a source's a_lm (R/r)^(l+1) C_lm.
+/// Fields of near sources, pair by pair; exact up to the truncation of degrees. About a target of radius R the
+/// potential is sum b_lm (r/R)^l C_lm, that of a source sum a_lm (R/r)^(l+1) C_lm.
 class NearField {
  public:
-  /// `pairs` by ascending target. Terms below `accuracy` times the largest coefficient are left out at a distance.
+  /// `pairs`: by ascending target. Neglects distant terms below `accuracy` times the largest coefficient.
   NearField(const std::vector<Site>& targets, const std::vector<Site>& sources, const std::vector<NearPair>& pairs,
             double accuracy, parallel::Team& team);
 
-  /// Adds to the targets' local coefficients what the sources' multipoles make there.
+  /// Adds the fields of the sources' multipoles to the targets' local coefficients.
   void add(const double* multipoles, double* local, parallel::Team& team) const;
-  /// Does so for eight fields at once, [harmonic][field].
+  /// Adds eight fields at once, [harmonic][field].
   void add(const Lanes* multipoles, Lanes* local, parallel::Team& team) const;
 
  private:
@@ -48,7 +49,7 @@ class NearField {
     int source_degree = 0, target_degree = 0, mask = 0, count = 0;
     Ways ways;
     std::array<int, lanes> target{}, source{};
-    Lanes sign{}, source_factor{}, target_factor{};  ///< sign R_s/d, 2 R_s/d, 2 R_t/d; 0 in lanes that are empty
+    Lanes sign{}, source_factor{}, target_factor{};  ///< sign R_s/d, 2 R_s/d, 2 R_t/d; 0 in empty lanes
   };
   std::vector<Batch> batches(std::span<const NearPair> pairs, const std::vector<Site>& targets,
                              const std::vector<Site>& sources, double accuracy) const;
@@ -58,13 +59,13 @@ class NearField {
                 Lanes* scratch) const;
 
   std::vector<int> target_start_, source_start_;
-  std::vector<std::vector<Batch>> chunks_;  ///< by targets, so that no two threads add to one
+  std::vector<std::vector<Batch>> chunks_;  ///< Batches by targets, so that no two threads add to one target
   int largest_degree_ = 0;
-  std::vector<double> signs_;  ///< [mask][harmonic]: mirror_sign
+  std::vector<double> signs_;  ///< Layout [mask][harmonic]: mirror_sign
   std::shared_ptr<const Translation> translation_;
 };
 
-/// Tables of translations up to a degree at least, shared by all that need them.
+/// Returns shared tables of translations up to at least this degree.
 std::shared_ptr<const Translation> translation_up_to(int degree);
 
 }  // namespace lichtenberg::laplace::spheres

@@ -10,7 +10,7 @@
 namespace lichtenberg::laplace {
 namespace {
 
-/// Of each group whether it, or one that it is coupled to, has a sphere.
+/// Returns for each group whether it, or a group that it is coupled to, has a sphere.
 std::vector<char> reached_by_field(const SphereProblem& problem) {
   const std::vector<int> set = coupled_sets(static_cast<int>(problem.groups.size()), problem.couplings);
   std::vector<char> has_sphere(set.size()), reached;
@@ -100,7 +100,7 @@ void check_groups(const SphereProblem& problem) {
     charge += problem.groups[g].charge;
     magnitude += std::abs(problem.groups[g].charge);
   }
-  // Rounding of a sum of given charges.
+  // Tolerance for the rounding of a sum of given charges.
   if (!problem.has_ground() && std::abs(charge) > 1e-10 * magnitude)
     refuse(fmt::format(
         "no side is an electrode and no group has a given potential, so the charges must sum to zero, not {:.6g} C",

@@ -8,7 +8,7 @@
 namespace lichtenberg::laplace::spheres {
 namespace {
 
-/// g_tl of one m, for t from m to the degree and increasing l.
+/// Factors g_tl of one m, for t from m to the degree and increasing l.
 class Links {
  public:
   Links(const Site& small, const Site& large, double distance, int m, int l)
@@ -33,7 +33,7 @@ class Links {
   std::vector<double> g_;
 };
 
-/// sum over l of g_tl g_t'l, to rounding, into sum[t][t'].
+/// Computes the sum over l of g_tl g_t'l, to rounding, into sum[t][t'].
 void add_products(Links links, int m, int degree, double* sum) {
   constexpr double rounding = 1e-18;
   const int side = degree + 1;
@@ -46,7 +46,7 @@ void add_products(Links links, int m, int degree, double* sum) {
   }
 }
 
-/// Local coefficients that the source's multipoles make on the target, up to its degree.
+/// Returns the target's local coefficients due to the source's multipoles, up to the target's degree.
 std::vector<double> made_on(const Site& target, const Site& source, Vec3 way, const double* multipoles) {
   std::vector<double> local(harmonics(target.degree));
   NearField({target}, {source}, {{.way = way}}, 1e-300, parallel::Team::single())

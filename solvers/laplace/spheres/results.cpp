@@ -27,8 +27,8 @@ double face(const SphereProblem& problem, int axis) {
   return l.x * l.y * l.z / l[axis];
 }
 
-/// By reciprocity: side s at 1 V and all else at 0 makes a potential u in the empty box; then the side's charge is -sum
-/// of integral sigma u, beside what the sides do to each other.
+/// Sets the charges of electrodes by reciprocity. With side s at 1 V and all else at 0, the empty box has a potential
+/// u. The side's charge is -sum of integral sigma u, plus the charge that the sides induce on each other.
 void add_side_charges(const SphereProblem& problem, const WallPotential& wall, SphereSolution& solution) {
   std::vector<int> held;
   if (!problem.free_space)
@@ -73,7 +73,7 @@ void add_charges_and_forces(const SphereProblem& problem, const std::vector<Site
     solution.energy += 0.5 * solution.sphere_charge[i] * solution.group_potential[problem.spheres[i].group];
   }
   add_side_charges(problem, wall, solution);
-  if (wall.axis < 0) {  // one potential, however many sides
+  if (wall.axis < 0) {  // All electrodes have the same potential
     solution.energy += 0.5 * solution.electrode_charge * wall.constant;
     return;
   }

@@ -4,21 +4,22 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Force over 4 pi eps of the local field b = -answer on charges with the multipoles a:
-///   F_z = sum sqrt(l^2 - m^2) a_(l-1),m e_lm,    F_x + i F_y = sum sqrt((l-m)(l-m-1)) conj(a_(l-1),(m+1)) e_lm
-/// (the second in complex harmonics), l from 1 to the degree of the answer e: the negative derivative of the energy at
-/// fixed a, converged or not, if e reaches one degree beyond a. Without that last degree the product of the highest a
-/// and its field is missing.
-/// `multipoles`: [harmonics(degree)], `answer`: [harmonics(answer_degree)], answer_degree <= degree + 1.
+/// Returns the force over 4 pi eps of the local field b = -answer on charges with the multipoles a:
+///   F_z = sum sqrt(l^2 - m^2) a_(l-1),m e_lm,
+///   F_x + i F_y = sum sqrt((l-m)(l-m-1)) conj(a_(l-1),(m+1)) e_lm
+/// (the second in complex harmonics), with e the answer and l from 1 to its degree. If e extends one degree beyond a,
+/// this is the negative derivative of the energy at fixed a, converged or not. Without that last degree the product of
+/// the highest a and its field is missing. `multipoles`: [harmonics(degree)], `answer`: [harmonics(answer_degree)],
+/// answer_degree <= degree + 1.
 Vec3 force(const double* multipoles, int degree, const double* answer, int answer_degree);
 
-/// The multipoles (l > 0) that would make each sphere a conductor in the field of all others, by sphere.
+/// Response multipoles: those (l > 0) that would make each sphere a conductor in the field of all others.
 struct Answer {
-  int beyond = 0;              ///< degrees by which it exceeds the spheres' own
-  std::vector<double> values;  ///< [sphere][harmonic]
+  int beyond = 0;              ///< Degrees by which they exceed the spheres' own
+  std::vector<double> values;  ///< Layout [sphere][harmonic]
 };
 
-/// Charges, dipoles, forces and energy, from the multipoles and the groups' potentials in the solution.
+/// Sets charges, dipoles, forces and energy, from the multipoles and the groups' potentials in the solution.
 void add_charges_and_forces(const SphereProblem& problem, const std::vector<Site>& sites,
                             const std::vector<double>& multipoles, const Answer& answer, const WallPotential& wall,
                             SphereSolution& solution);

@@ -14,9 +14,9 @@ using namespace spheres;
 
 struct SphereSolver::Implementation {
   SphereOptions options;
-  std::unique_ptr<parallel::Team> own_team;  ///< null: somebody else's
+  std::unique_ptr<parallel::Team> own_team;  ///< Null if the team belongs to the caller
   parallel::Team* team = nullptr;
-  std::unique_ptr<System> system;  ///< of the last solve
+  std::unique_ptr<System> system;  ///< System of the last solve
   std::vector<double> x;
   History history;
   SphereSolution solution;
@@ -24,10 +24,11 @@ struct SphereSolver::Implementation {
 
 namespace {
 
-/// Of the residual over x = sqrt(R) a, of the largest: a charge q on the smallest sphere has x = q / sqrt(R), and what
-/// dipole that may leave wrong on the largest, R', beside it makes there a field that is sqrt(R' / R) as wrong; and
-/// narrow gaps ask for more. Not below fifty roundings, or what is asked for. A fifth of the accuracy: forces are no
-/// better with a tenth, whose error is that of the harmonics, and twice as wrong with three tenths (README.md).
+/// Returns the tolerance for the norm of the residual of x = sqrt(R) a. A charge q on the smallest sphere (R) has x = q
+/// / sqrt(R). An error in the dipole of the largest sphere (R') causes a field error there larger by sqrt(R' / R).
+/// Narrow gaps tighten the tolerance further. It is bounded below by about fifty roundings or the requested value. The
+/// factor 0.2 is empirical: with 0.1 the truncation of the harmonics limits the forces, with 0.3 their error doubles
+/// (README.md).
 double tolerance_for(const System& system, double accuracy) {
   const double asked = 0.2 * accuracy;
   if (system.sites().empty()) return asked;

@@ -12,116 +12,123 @@
 
 namespace lichtenberg::laplace {
 
-/// A ball: where it is and the group whose potential it has. Spheres of one group need not touch. A ball of finite
-/// relative permittivity is a dielectric, alone in its floating group, whose charge is spread evenly on it.
+/// Sphere: its position and the group whose potential it has. Spheres of one group need not touch. A sphere of finite
+/// relative permittivity is a dielectric, the only member of its floating group, with a uniformly distributed charge.
 struct Sphere {
-  Vec3 centre;        ///< m
-  double radius = 0;  ///< m
+  Vec3 centre;        ///< Centre (m)
+  double radius = 0;  ///< Radius (m)
   int group = 0;
   double relative_permittivity =
-      std::numeric_limits<double>::infinity();  ///< over that outside; a conductor's is infinite
+      std::numeric_limits<double>::infinity();  ///< Permittivity relative to that outside; infinite for a conductor
 
   bool is_conductor() const { return relative_permittivity == std::numeric_limits<double>::infinity(); }
 };
 
-/// Spheres may overlap by so much of the smaller radius, and reach so far into a side that insulates: contacts do.
+/// Largest overlap of two spheres, and of a sphere and an insulating side, over the smaller radius; contacts overlap.
 inline constexpr double deepest_contact = 0.01;
 
 /// Laplace's equation div(eps grad V) = 0 outside conducting and in dielectric spheres, in the box [0, lengths] or in
-/// free space, where V tends to 0. Unlike in `LaplaceProblem` nothing is per metre of depth: `Group::charge` is in C,
+/// free space, where V tends to 0. Unlike in `LaplaceProblem`, nothing is per metre of depth: `Group::charge` is in C,
 /// energies are in J.
 struct SphereProblem {
-  /// Sides in the order of `side_names`: x = 0, x = lengths.x, y = 0, ... A wall insulates, an electrode has its
-  /// potential below, an axis is periodic on both its sides. Not looked at in free space.
+  /// Box with sides in the order of `side_names`: x = 0, x = lengths.x, y = 0, ... A wall is insulating, an electrode
+  /// has its potential below, and a periodic axis is periodic on both sides. Ignored in free space.
   Box<3> box;
-  std::array<double, 6> side_potential{};  ///< V, of the electrodes
+  std::array<double, 6> side_potential{};  ///< Potential (V) of the electrodes
   bool free_space = false;
-  Vec3 uniform_field{};     ///< V/m, far away in free space
-  double permittivity = 0;  ///< F/m; has to be given
+  Vec3 uniform_field{};     ///< Field (V/m) at infinity in free space
+  double permittivity = 0;  ///< Permittivity (F/m); required
   std::vector<Sphere> spheres;
   std::vector<Group> groups;
-  std::vector<Coupling> couplings;  ///< as in LaplaceProblem, capacitance in F
-  int movable = -1;                 ///< as in LaplaceProblem, spheres
+  std::vector<Coupling> couplings;  ///< As in LaplaceProblem, with capacitances in F
+  int movable = -1;                 ///< As in LaplaceProblem, for spheres
 
-  /// Whether an electrode or free space (whose V is 0 far away) takes what charge there is.
+  /// Returns true if an electrode, or infinity in free space (where V is 0), absorbs the remaining charge.
   bool grounded() const;
-  /// Whether that does, or a sphere has a given potential or is coupled to one: else charges must sum to zero.
+  /// Returns true if grounded(), or if a sphere has a given potential or is coupled to one; otherwise charges must sum
+  /// to zero.
   bool has_ground() const;
-  /// Throws InputError, with one sentence, for what is no problem: a length, a radius or the permittivity not positive,
-  /// an axis periodic on one side only, a sphere on or through a side (periodic axes apart), a sphere of no group, a
-  /// floating group of no sphere that is coupled to none with one, a coupling that joins no two groups; spheres of
-  /// different groups that touch, or of one group that overlap by more than 1 % of the smaller radius; a dielectric
-  /// that is not alone in a floating group or has no permittivity above 1; charges that do not sum to zero without
-  /// ground.
+  /// Throws InputError for an invalid problem:
+  /// - a length, radius or permittivity that is not positive;
+  /// - an axis that is periodic on one side only, or a sphere on or through a side of another axis;
+  /// - a sphere without a group, or a coupling that does not join two groups;
+  /// - a floating group without a sphere or a coupling to a group with one;
+  /// - touching spheres of different groups, or an overlap above 1 % of the smaller radius in one group;
+  /// - a dielectric that is not alone in a floating group or has no relative permittivity above 1;
+  /// - charges that do not sum to zero without ground.
   void check() const;
 };
 
-/// What a solve would take, from its set-up alone.
+/// Size of a solve, estimated from its set-up alone.
 struct SphereForecast {
-  int least_degree = 0, largest_degree = 0;  ///< of the spheres' harmonics
+  int least_degree = 0, largest_degree = 0;  ///< Degrees of the spheres' harmonics
   long unknowns = 0;
 };
 
 struct SphereSolution {
-  /// V, a group; where nothing fixes their level the spheres' mean is 0. Of a dielectric the mean over its surface.
+  /// Potential (V) of each group; if nothing fixes the level, the mean over the spheres is 0. For a dielectric: the
+  /// mean over its surface.
   std::vector<double> group_potential;
-  std::vector<double> sphere_charge;  ///< C, a sphere
-  std::vector<Vec3> sphere_dipole;    ///< C m, a sphere: integral of sigma (x - centre)
-  std::vector<Vec3> sphere_force;     ///< N, a sphere: eps/2 integral of E^2 n
-  /// C, of each electrode; not a number where electrodes of one box meet at an edge, of which only the sum is known.
+  std::vector<double> sphere_charge;  ///< Charge (C) of each sphere
+  std::vector<Vec3> sphere_dipole;    ///< Dipole moment (C m) of each sphere: integral of sigma (x - centre)
+  std::vector<Vec3> sphere_force;     ///< Force (N) on each sphere: eps/2 integral of E^2 n
+  /// Charge (C) of each electrode; not a number if electrodes meet at an edge, where only the sum is known.
   std::array<double, 6> side_charge{};
-  double electrode_charge = 0;  ///< C, of all electrodes together
-  /// C, through each coupling from a to b. Floating groups balance to rounding of what the strongest one could carry.
+  double electrode_charge = 0;  ///< Charge (C) of all electrodes together
+  /// Charge (C) through each coupling from a to b. Charges of floating groups balance to the rounding of the largest
+  /// possible charge through a coupling.
   std::vector<double> coupling_charge;
-  double energy = 0;    ///< J, eps/2 integral of E^2: 1/2 sum of charge and potential
-  double residual = 0;  ///< of the iteration, relative to the right-hand side and the given charges
-  int degree = 0;       ///< of the highest harmonic on any sphere
+  double energy = 0;    ///< Energy (J), eps/2 integral of E^2: half of the sum of charge times potential
+  double residual = 0;  ///< Residual of the iteration, relative to the right-hand side and the given charges
+  int degree = 0;       ///< Degree of the highest harmonic on any sphere
   long unknowns = 0;
   int iterations = 0;
   Timings seconds;
 };
 
-/// Potential and field at a point; inside a sphere its potential and no field.
+/// Potential and field at a point; inside a sphere its potential and zero field.
 struct PointField {
-  double potential = 0;  ///< V
-  Vec3 field;            ///< V/m, -grad V
-  int sphere = -1;       ///< that covers the point, -1: none
+  double potential = 0;  ///< Potential (V)
+  Vec3 field;            ///< Field (V/m), -grad V
+  int sphere = -1;       ///< Sphere that contains the point, -1: none
 };
 
 struct SphereOptions {
-  /// Error of potentials, charges and forces that is aimed at, relative to the largest difference of potentials, charge
-  /// and force; 1e-12 to 0.1. Where forces all but cancel it is some times as much: solve_to_accuracy (accuracy.hpp)
-  /// measures what comes out and keeps it.
+  /// Target for the errors of potentials, charges and forces, relative to the largest potential difference, charge and
+  /// force; 1e-12 to 0.1. Errors exceed it several times if forces nearly cancel; solve_to_accuracy (accuracy.hpp)
+  /// measures and bounds the error.
   double accuracy = 1e-3;
   int degree =
-      0;  ///< of the harmonics on all spheres, up to 200; 0: what the accuracy takes. Gaps are not treated apart then
+      0;  ///< Degree of the harmonics on all spheres, up to 200, without close-pair corrections; 0: chosen for the
+          ///< accuracy
 };
 
-/// Conducting and dielectric spheres by real solid harmonics on each (README.md). Degrees follow from the accuracy and
-/// the neighbours of each sphere. Different potentials of electrodes that meet at an edge are refused. What speeds up
-/// the next solve of a similar scene is kept: a mixture of the last solutions is the first guess, and what
-/// preconditions serves until a sphere has moved by its radius, so that the scene may move, be charged and regroup.
+/// Solver for conducting and dielectric spheres by real solid harmonics on each (README.md). Degrees follow from the
+/// accuracy and the neighbours of each sphere. Electrodes of different potential that meet at an edge are not
+/// supported. The solver keeps data for the next solve of a similar scene. The initial guess is a linear combination of
+/// the last solutions. The preconditioner serves until a sphere has moved by its radius. The scene may move, be charged
+/// and regroup between solves.
 class SphereSolver {
  public:
-  /// Throws InputError for an accuracy or a degree out of range. `team` must outlive the solver; results are the same
-  /// bits for any number of threads.
+  /// Throws InputError for an accuracy or a degree out of range. `team` must outlive the solver; results are bitwise
+  /// identical for any number of threads.
   explicit SphereSolver(SphereOptions options = {}, parallel::Team& team = parallel::Team::single());
-  /// Has a team of its own.
+  /// Makes a solver that owns its team.
   SphereSolver(SphereOptions options, std::unique_ptr<parallel::Team> team);
   ~SphereSolver();
   SphereSolver(SphereSolver&&) noexcept;
 
-  /// Throws InputError as SphereProblem::check does, and where the accuracy would take a degree beyond what double
-  /// precision or memory hold (the sentence says which); Failure if the iteration does not converge.
+  /// Throws the exceptions of SphereProblem::check. Throws InputError if the accuracy needs a degree beyond double
+  /// precision or memory. Throws Failure if the iteration does not converge.
   SphereSolution solve(const SphereProblem& problem);
-  /// Throws as solve does before it solves.
+  /// Estimates the size of a solve. Throws the exceptions that solve throws before it iterates.
   SphereForecast forecast(const SphereProblem& problem) const;
-  /// Of the last solve. Throws Failure if nothing has been solved.
+  /// Returns potential and field of the last solve at the points. Throws Failure if nothing has been solved.
   std::vector<PointField> field(std::span<const Vec3> points) const;
-  /// C (row-major, groups x groups; F): charge on group i when group j is at 1 V, all other groups and the electrodes
-  /// at 0. Where nothing is grounded its rows sum to zero.
+  /// Returns the capacitance matrix C (row-major, groups x groups; F): charge on group i with group j at 1 V, all other
+  /// groups and the electrodes at 0. If nothing is grounded its rows sum to zero.
   std::vector<double> capacitance_matrix(const SphereProblem& problem);
-  /// The next solve depends on its problem alone.
+  /// Discards all kept data, so that the next solve depends on its problem only.
   void forget();
 
  private:

@@ -9,7 +9,7 @@
 namespace lichtenberg::laplace::spheres {
 namespace {
 
-/// Whether the spheres' fields on each other are the same, whatever their charges and potentials are.
+/// Returns true if the interactions of the spheres are the same for any charges and potentials.
 bool same_geometry(const SphereProblem& a, const SphereProblem& b) {
   const auto same_sphere = [](const Sphere& one, const Sphere& other) {
     return one.centre == other.centre && one.radius == other.radius && one.group == other.group &&
@@ -34,7 +34,8 @@ System::System(const SphereProblem& problem, const SphereOptions& options, paral
       team_(&team),
       given_(problem_, start_, first_coupling()) {
   const bool conductors = std::ranges::all_of(problem.spheres, &Sphere::is_conductor);
-  if (!conductors || given_.coupling_count() > 0) return;  // of which the charges and dipoles alone know nothing
+  if (!conductors || given_.coupling_count() > 0) return;  // The coarse equations for charges and dipoles do not
+                                                           // include dielectrics and couplings
   charges_and_dipoles_ = fields_->charges_and_dipoles(past ? past->charges_and_dipoles_ : nullptr, team);
   if (charges_and_dipoles_) coarse_.emplace(charges_and_dipoles_, sites_, given_.on_spheres({}));
 }
@@ -62,7 +63,8 @@ void System::apply(const T* x, T* y) const {
 template void System::apply(const double*, double*) const;
 template void System::apply(const Lanes*, Lanes*) const;
 
-/// The tails of a pair act on the harmonics of its spheres and of those beside, these on them, and tails on each other.
+/// Adds the corrections of close pairs: their action on the harmonics of their own and nearby spheres, the reaction,
+/// and their action on each other.
 template <class T>
 void System::add_close_pairs(const T* x, const T* multipoles, T* y) const {
   for (std::size_t p = 0; p < fields_->close_pairs().size(); ++p) {
@@ -175,7 +177,8 @@ std::vector<double> System::group_charges(const double* x) const {
 
 void System::add_tail_forces(const double* x, const double* multipoles, SphereSolution& solution) const {
   const double scale = 4 * std::numbers::pi * problem_.permittivity;
-  std::vector<std::vector<std::pair<const Tail*, double>>> before(sites_.size());  // with their amplitudes
+  std::vector<std::vector<std::pair<const Tail*, double>>> before(sites_.size());  // Corrections of earlier pairs, with
+                                                                                   // amplitudes
   for (std::size_t p = 0; p < fields_->close_pairs().size(); ++p)
     for (const Tail& tail : fields_->close_pairs()[p].tails) {
       const int degree = sites_[tail.sphere].degree;
@@ -188,8 +191,8 @@ void System::add_tail_forces(const double* x, const double* multipoles, SphereSo
     }
 }
 
-/// -b, that of the sides included. Degrees that follow from the accuracy are enough for forces; a given degree takes
-/// the field one degree beyond.
+/// Returns the response -b, including the sides' field. Degrees chosen for the accuracy suffice for forces; a given
+/// degree needs the field one degree beyond.
 Answer System::answer(const std::vector<double>& x, const std::vector<double>& multipoles,
                       const std::vector<double>& missed) const {
   Answer answer;

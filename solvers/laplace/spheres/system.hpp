@@ -14,41 +14,42 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// The potential that the sides' own potentials make in the empty box: so far constant or linear along one axis.
+/// Potential of the sides in the empty box: constant, or linear along one axis.
 struct WallPotential {
   explicit WallPotential(const SphereProblem& problem);
   double constant = 0;
   Vec3 slope;
-  int axis = -1;  ///< along which it is linear
+  int axis = -1;  ///< Axis along which it is linear
   double at(Vec3 p) const { return constant + dot(slope, p); }
 };
 
 struct Answer;
 
-/// What the multipoles of spheres make at the spheres and at points: near images one by one; of all others, where
-/// spheres are few, pair by pair, and else cell by cell.
+/// Fields of the spheres' multipoles at the spheres and at points. Near images act directly. All others act pair by
+/// pair for few spheres, otherwise cell by cell.
 class Fields {
  public:
-  /// Chooses the spheres' degrees, unless the options give one. `past` may have what serves again. Throws InputError
-  /// where a degree is out of reach.
+  /// Chooses the spheres' degrees unless the options give one. `past`: earlier fields whose tables are used again if
+  /// possible. Throws InputError if a required degree is too large.
   Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
          parallel::Team& team);
 
   const std::vector<Site>& sites() const { return sites_; }
   const std::vector<ClosePair>& close_pairs() const { return close_pairs_; }
   const std::vector<Reflection>& reflections() const { return reflections_; }
-  double narrowness() const { return narrowness_; }  ///< close_pairs.hpp
+  double narrowness() const { return narrowness_; }  ///< Factor for narrow gaps (close_pairs.hpp)
   void add(const double* multipoles, double* local, parallel::Team& team) const;
-  /// Does so for eight fields at once, [harmonic][field].
+  /// Adds eight fields at once, [harmonic][field].
   void add(const Lanes* multipoles, Lanes* local, parallel::Team& team) const;
-  /// Local coefficients one degree above the sites' own, [site][harmonic].
+  /// Returns local coefficients one degree above the sites' own, [site][harmonic].
   std::vector<double> one_degree_beyond(const double* multipoles, parallel::Team& team) const;
-  /// Whether SphereOptions::degree is given.
+  /// Returns true if SphereOptions::degree is given.
   bool has_fixed_degree() const { return fixed_degree_ > 0; }
-  /// The same at points: 4 local coefficients a point, in powers of `unit`.
+  /// Adds the field at points: 4 local coefficients per point, in powers of `unit`.
   void add_at(std::span<const Vec3> points, double unit, const double* multipoles, double* local,
               parallel::Team& team) const;
-  /// Null where they do not pay. `past`: those of a solve before, which may serve again.
+  /// Returns the coarse equations, null if they do not save time. `past`: those of an earlier solve, used again if
+  /// possible.
   std::shared_ptr<const ChargesAndDipoles> charges_and_dipoles(std::shared_ptr<const ChargesAndDipoles> past,
                                                                parallel::Team& team) const;
 
@@ -56,10 +57,10 @@ class Fields {
   std::vector<NearPair> near_pairs(const std::vector<Site>& targets) const;
   FarImages far_images(double target_radius, double accuracy) const;
   void choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs, parallel::Team& team);
-  /// Harmonics that the neighbours of a sphere ask for.
+  /// Degree that the neighbours of a sphere require.
   struct Wanted {
     double degree = 0;
-    double possible = 0;  ///< accuracy that the largest degree is enough for
+    double possible = 0;  ///< Accuracy for which the largest degree suffices
     void raise(double to, double possible_then);
   };
   void choose_reflecting(const SphereProblem& problem, const std::vector<NearPair>& lopsided,
@@ -73,12 +74,12 @@ class Fields {
 
   Mirrors mirrors_;
   double accuracy_;
-  int fixed_degree_;  ///< 0: none
+  int fixed_degree_;  ///< Fixed degree; 0: none
   std::vector<Site> sites_;
   std::vector<ClosePair> close_pairs_;
   std::vector<Reflection> reflections_;
   double narrowness_ = 1;
-  double range_ = 0;  ///< of images that act one by one, if there are no cells; 0: none does
+  double range_ = 0;  ///< Distance (length) up to which images act directly if there are no cells; 0: none does
   std::unique_ptr<Cells> cells_;
   std::unique_ptr<NearField> near_;
   std::unique_ptr<FarField> far_;
@@ -86,9 +87,9 @@ class Fields {
   std::unique_ptr<CellField> cell_field_;
 };
 
-/// The equations. With x = sqrt(R) a the operator x + sqrt(R) b is symmetric: 2 pi eps x.(x + sqrt(R) b) is the energy
-/// of the charges on the spheres, which is positive. A fixed group has its potential, a floating one its charge: CG
-/// runs among the x that do not change given charges, and the groups' potentials are what keeps it there
+/// Linear system. With x = sqrt(R) a the operator x + sqrt(R) b is symmetric, and 2 pi eps x.(x + sqrt(R) b) is the
+/// energy of the charges on the spheres, which is positive. A fixed group has its potential, a floating one its charge.
+/// CG iterates among the x that keep given charges; the groups' potentials are the Lagrange multipliers
 /// (given_charges.hpp). On a dielectric a = -beta b (l > 0), beta = (k - 1) l / ((k + 1) l + 1) for a relative
 /// permittivity k, and x = sqrt(R / beta) a; beta is 1 on a conductor.
 class System {
@@ -97,36 +98,36 @@ class System {
   System& operator=(const System&) = delete;
   System(const SphereProblem& problem, const SphereOptions& options, parallel::Team& team, const System* past);
 
-  /// Harmonics of all spheres, then an amplitude a close pair, then an unknown a coupling.
+  /// Number of unknowns: harmonics of all spheres, one amplitude per close pair, one unknown per coupling.
   int size() const { return first_coupling() + given_.coupling_count(); }
-  /// x -> x + sqrt(R beta) b. `T`: double, or Lanes for eight x at once.
+  /// Applies the operator x -> x + sqrt(R beta) b. `T`: double, or Lanes for eight x at once.
   template <class T>
   void apply(const T* x, T* y) const;
-  /// Takes off what would change charges that are given.
+  /// Removes the part that changes given charges.
   void project(double* x) const { given_.project(x); }
-  /// x of about what apply would make of it, among those that project leaves.
+  /// Replaces x by an approximate inverse image under apply, within the range of project.
   void precondition(double* x) const;
-  /// Makes the charges exact that are given.
+  /// Makes the given charges exact.
   void settle(double* x) const { given_.settle(x); }
-  /// A start with the given charges: a mixture of past solutions, if there are any, whose error over their length is
-  /// `noise`, corrected.
+  /// Returns an initial guess with the given charges: a corrected linear combination of past solutions, if any;
+  /// `noise`: their relative error.
   std::vector<double> start(const History& history = {}, double noise = 0) const;
-  /// sqrt(R) (fixed potential - potential of the sides), and of couplings the supplies: what apply(x) has to be, up to
-  /// the floating potentials.
+  /// Returns the right-hand side of apply(x), up to the floating potentials: sqrt(R) (fixed potential - potential of
+  /// the sides), and the fixed potentials at couplings.
   std::vector<double> right_hand_side() const;
-  /// Right-hand side for a fixed group at 1 V and all else at 0.
+  /// Returns the right-hand side for a fixed group at 1 V and all else at 0.
   std::vector<double> unit_potential(int group) const;
-  /// Charges of x by group over 4 pi eps: products with unit_potential.
+  /// Returns the charges of x by group over 4 pi eps: products with unit_potential.
   std::vector<double> group_charges(const double* x) const;
   SphereSolution results(const std::vector<double>& x) const;
 
   const SphereProblem& problem() const { return problem_; }
   const std::vector<Site>& sites() const { return fields_->sites(); }
   const Fields& fields() const { return *fields_; }
-  /// A solution and the groups' potentials (V), for the history.
+  /// Returns a history entry with a solution and the groups' potentials (V).
   Past past(const std::vector<double>& x, const std::vector<double>& group_potential) const;
   const WallPotential& wall() const { return wall_; }
-  /// a of x, laid out as the sites.
+  /// Returns the multipoles a of x, in the layout of the sites.
   template <class T>
   std::vector<T> multipoles(const T* x) const;
   template <class T>
@@ -136,7 +137,7 @@ class System {
 
  private:
   int harmonics_size() const { return start_.back(); }
-  /// a / x of a sphere's harmonics of degree l: sqrt(beta / R).
+  /// Returns a / x of a sphere's harmonics of degree l: sqrt(beta / R).
   double scale(std::size_t sphere, int l) const;
   int first_coupling() const { return harmonics_size() + static_cast<int>(fields_->close_pairs().size()); }
   template <class T>
@@ -151,12 +152,12 @@ class System {
   SphereProblem problem_;
   Mirrors mirrors_;
   WallPotential wall_;
-  std::shared_ptr<const Fields> fields_;  ///< the last solve's, where nothing has moved
+  std::shared_ptr<const Fields> fields_;  ///< Shared with the last solve if nothing has moved
   const std::vector<Site>& sites_;
   std::vector<int> start_;
   parallel::Team* team_;
   GivenCharges given_;
-  std::shared_ptr<const ChargesAndDipoles> charges_and_dipoles_;  ///< null: none
+  std::shared_ptr<const ChargesAndDipoles> charges_and_dipoles_;  ///< Null if not used
   std::optional<ConstrainedCharges> coarse_;
 };
 

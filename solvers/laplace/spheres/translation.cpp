@@ -15,7 +15,7 @@ void Ways::set(int lane, Vec3 way) {
 
 namespace {
 
-/// Square roots of C(n, k) / 2^n.
+/// Returns the square roots of C(n, k) / 2^n.
 std::vector<std::vector<double>> root_binomials(int most) {
   std::vector<std::vector<double>> row(most + 1);
   row[0] = {1};
@@ -36,10 +36,10 @@ Translation::Translation(int degree) : turn_(degree), side_(degree + 1) {
   for (int m = 0; m <= degree; ++m)
     for (int t = m; t <= degree; ++t)
       for (int s = m; s <= degree; ++s)
-        // The sign is (-1)^(t + m); the two turns from and to z leave out half a turn about it, which is (-1)^m.
+        // The sign is (-1)^(t + m); the two rotations from and to z omit a rotation by pi about it, which is (-1)^m.
         axis_[(static_cast<std::size_t>(m) * side_ + t) * side_ + s] =
             (t & 1 ? -1 : 1) * root[s + t][s + m] * root[s + t][s - m];
-  // r^t C_tm a way d along z further: sum_l sqrt(C(t+m, l+m) C(t-m, l-m)) d^(t-l) r^l C_lm, and the (-1)^m again.
+  // Shift of r^t C_tm by d along z: sum_l sqrt(C(t+m, l+m) C(t-m, l-m)) d^(t-l) r^l C_lm, with the same (-1)^m.
   shift_.resize(axis_.size());
   for (int m = 0; m <= degree; ++m)
     for (int t = m; t <= degree; ++t)
@@ -143,7 +143,7 @@ void Translation::in_pair_frame(const Ways& ways, int degree, const double* fact
         const double* row = factor + (static_cast<std::size_t>(m) * side + t) * side;
         Lanes cosine{}, sine{};
         for (int s = m; s <= degree; ++s) cosine += row[s] * from[at(s, m)], sine += row[s] * from[at(s, -m)];
-        const double half_turn = m & 1 ? -1 : 1;  // as in the constructor
+        const double half_turn = m & 1 ? -1 : 1;  // As in the constructor
         to[at(t, m)] = half_turn * cosine;
         if (m > 0) to[at(t, -m)] = half_turn * sine;
       }

@@ -8,40 +8,39 @@
 namespace lichtenberg::laplace::spheres {
 
 constexpr int lanes = 8;
-/// The same number of several pairs.
+/// One number for each of several pairs.
 using Lanes [[gnu::vector_size(lanes * sizeof(double))]] = double;
 
-/// Several pairs of one source degree and one target degree, each with its way from source to target.
+/// Directions from source to target of several pairs with the same degrees.
 struct Ways {
   Lanes cos_azimuth{}, sin_azimuth{}, cos_polar{}, sin_polar{};
 
   void set(int lane, Vec3 way);
 };
 
-/// Turns the fields that multipoles make into local coefficients elsewhere: the axis between the two is turned into z,
-/// where only equal m meet, and back. About 2 p^3 products a pair, with several pairs at once.
+/// Translation of multipoles to local coefficients about another centre. The axis between the centres is rotated to z,
+/// where only equal m interact, and back. About 2 p^3 products per pair, with several pairs at once.
 class Translation {
  public:
   explicit Translation(int degree);
   int degree() const { return turn_.degree(); }
 
-  /// value: on entry a_lm (2 R_s/d)^l R_s/d up to the source degree, on return b_lm (2 R_t/d)^-l up to the target
-  /// degree; overwrites both arrays, of harmonics(larger degree) each.
+  /// Translates `value`: on entry a_lm (2 R_s/d)^l R_s/d up to the source degree, on return b_lm (2 R_t/d)^-l up to the
+  /// target degree. Overwrites both arrays of harmonics(larger degree) each.
   void apply(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch) const;
 
-  /// Multiplies by matrices factor[m][t][t'], up to the degree, in the frame whose z is the way.
+  /// Multiplies by the matrices factor[m][t][t'], up to the degree, in the frame with z along the displacement.
   void in_pair_frame(const Ways& ways, int degree, const double* factor, Lanes* value, Lanes* scratch) const;
 
-  /// A move of the centre of multipoles (`outward`) or of local coefficients: value_l goes into degrees t >= l times
-  /// the length to the power t - l, or the other way round into t <= l times its power l - t.
+  /// Shift of the centre of multipoles (`outward`) or of local coefficients. Outward, value_l contributes to degrees t
+  /// >= l with length^(t - l); otherwise to t <= l with length^(l - t).
   struct Shift {
     const Lanes& length;
     bool outward;
     int degree, new_degree;
   };
-  /// `ways` lead from the new
-  /// centre of multipoles to the old one, and for local coefficients from the old one to the new one. Factors are those
-  /// of solid harmonics without scale: moments r^l C_lm, potentials sum b_lm r^l C_lm.
+  /// Shifts the centre. `ways`: from the new to the old centre for multipoles, from the old to the new one for local
+  /// coefficients. Factors are those of unscaled solid harmonics: moments r^l C_lm, potentials sum b_lm r^l C_lm.
   void shift(const Ways& ways, const Shift& shift, Lanes* value, Lanes* scratch) const;
 
  private:
@@ -55,8 +54,8 @@ class Translation {
 
   QuarterTurn turn_;
   int side_;
-  std::vector<double> axis_;   ///< [m][l target][l source]
-  std::vector<double> shift_;  ///< [m][l higher][l lower]
+  std::vector<double> axis_;   ///< Layout [m][l target][l source]
+  std::vector<double> shift_;  ///< Layout [m][l higher][l lower]
 };
 
 }  // namespace lichtenberg::laplace::spheres

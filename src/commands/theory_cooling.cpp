@@ -24,7 +24,9 @@ double last_slope(const std::vector<double>& time, const std::vector<double>& va
   return std::log(value[n - 1] / value[n - 2]) / std::log(time[n - 1] / time[n - 2]);
 }
 
-bool is_constant(const GrainContactLaw& law) { return std::holds_alternative<LinearSpringLaw>(law); }
+bool is_constant(const GrainContactLaw& law) {
+  return std::visit([](const auto& one) { return one.constant_restitution; }, law);
+}
 
 /// Rms of ln T about the law with this barrier.
 double off(const GasCourse::Series& found, theory::MonopolarGas law, double barrier) {

@@ -3,44 +3,38 @@
 #include <algorithm>
 #include <cmath>
 
+#include "src/granular/pair_state.hpp"
 #include "src/theory/restitution.hpp"
 
 namespace lichtenberg::granular {
 namespace {
 
-ExpectedCollision collision_by(const ViscoelasticLaw& law, double effective_mass, double scale, double speed) {
-  const theory::ViscoelasticPair pair{scale * law.elastic, scale * law.dissipative, effective_mass};
+HeadOnCollision viscoelastic(double elastic, double dissipative, double effective_mass, double speed) {
+  const theory::ViscoelasticPair pair{elastic, dissipative, effective_mass};
   if (theory::dissipation_number(pair, speed) > theory::RestitutionCurve::largest) return {};
   const theory::PairCollision found = theory::collision(pair, speed);
   return {found.restitution, found.duration};
 }
 
-ExpectedCollision collision_by(const LinearSpringLaw& law, double effective_mass, double, double) {
-  const LinearCollision found = linear_collision(law, effective_mass);
-  return {found.restitution, found.duration};
-}
-
 }  // namespace
 
-ExpectedCollision expected_collision(const GrainContactLaw& law, double effective_mass, double scale, double speed) {
-  return std::visit([&](const auto& one) { return collision_by(one, effective_mass, scale, speed); }, law);
+HeadOnCollision expected_collision(const GrainContactLaw& law, double effective_mass, double scale, double speed) {
+  return std::visit([&](const auto& one) { return one.collision(effective_mass, scale, speed, viscoelastic); }, law);
 }
 
 void RestitutionCheck::count(std::span<const Collision> ended, const Bodies& bodies, const GrainContactLaw& law,
                              double since) {
   for (const Collision& collision : ended) {
-    const auto [i, j] = collision.contact.pair;
-    const double speed = collision.contact.impact_speed;
-    if (!collision.contact.alone || !(speed > 0) || collision.contact.since < since ||
-        !is_central(collision.tangential_speed, collision.end - collision.contact.since, speed,
-                    bodies.radius[i] + bodies.radius[j]))
-      continue;
-    const double mass = bodies.mass[i] * bodies.mass[j] / (bodies.mass[i] + bodies.mass[j]);
+    const GrainContact& contact = collision.contact;
+    const Seen seen{contact.since, collision.end - contact.since, contact.impact_speed, collision.release_speed,
+                    collision.tangential_speed};
+    if (!contact.alone || !counts(seen, since, reach(bodies, contact.pair))) continue;
+    const auto [i, j] = contact.pair;
     const double scale =
         std::visit([&](const auto& one) { return one.scale(bodies.radius[i], bodies.radius[j]); }, law);
     const double error =
-        std::abs(collision.release_speed / speed - expected_collision(law, mass, scale, speed).restitution);
-    Decade& decade = decade_[decade_of(speed)];
+        seen.error(expected_collision(law, reduced_mass(bodies, contact.pair), scale, seen.impact_speed).restitution);
+    Decade& decade = decade_[decade_of(seen.impact_speed)];
     ++decade.collisions;
     decade.sum += error;
     decade.worst = std::max(decade.worst, error);

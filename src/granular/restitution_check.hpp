@@ -13,17 +13,11 @@
 
 namespace lichtenberg::granular {
 
-/// The head-on collision of two grains by the law of their contact, with nothing else that acts on them.
-struct ExpectedCollision {
-  double restitution = 0, duration = 0;
-};
-/// `scale`: of E and D, by the radii (ViscoelasticLaw::scale). Speed > 0. Where grains lose all but a thousandth the
-/// restitution is 0 (theory::RestitutionCurve ends there).
-ExpectedCollision expected_collision(const GrainContactLaw& law, double effective_mass, double scale, double speed);
+/// Head-on collision of two grains by the law of their contact, at a speed > 0. `scale`: the law's factor by the radii.
+/// A restitution below a thousandth is given as 0 (theory::RestitutionCurve ends there).
+HeadOnCollision expected_collision(const GrainContactLaw& law, double effective_mass, double scale, double speed);
 
-/// How far restitution in a run is from that of its law, by decade of the speed of impact. Of contacts that no third
-/// grain disturbed, and central ones: a pair that goes by with tangential speed u gains about u^2 t / d along its
-/// line of centres within t, so those with u^2 t / d > 1e-3 of the speed of impact are left out.
+/// Errors of the restitution in a run, by decade of the impact speed.
 class RestitutionCheck {
  public:
   static constexpr int first_decade = -8, decades = 12;  ///< slower and faster ones count with the outermost
@@ -34,18 +28,31 @@ class RestitutionCheck {
     double mean() const { return sum / static_cast<double>(collisions); }
   };
 
-  /// Which of them has this speed of impact.
+  /// A collision of a lone pair.
+  struct Seen {
+    double began = 0, lasted = 0;                                      ///< t0
+    double impact_speed = 0, parting_speed = 0, tangential_speed = 0;  ///< v0; the last one when they part
+
+    LICHTENBERG_HOST_DEVICE double error(double expected) const {
+      return std::abs(parting_speed / impact_speed - expected);
+    }
+  };
+
+  /// Index of the decade of a speed.
   LICHTENBERG_HOST_DEVICE static int decade_of(double speed) {
     const int place = static_cast<int>(std::floor(std::log10(speed))) - first_decade;
     return place < 0 ? 0 : place < decades ? place : decades - 1;
   }
-  /// Of two that pass at tangential speed `across` while a contact lasts; `reach`: the sum of their radii.
-  LICHTENBERG_HOST_DEVICE static bool is_central(double across, double duration, double speed, double reach) {
+  /// Whether a collision counts: it began at `since` or later, under the present law, and it is central. A pair with
+  /// tangential speed u gains about u^2 t / reach along its line of centres within t, which must be less than a part
+  /// `share` of the impact speed. `reach`: the sum of the radii.
+  LICHTENBERG_HOST_DEVICE static bool counts(const Seen& c, double since, double reach) {
     constexpr double share = 1e-3;
-    return across * across * duration < share * speed * reach;
+    return c.impact_speed > 0 && c.began >= since &&
+           c.tangential_speed * c.tangential_speed * c.lasted < share * c.impact_speed * reach;
   }
 
-  /// Contacts that began before `since`, under another law, do not count.
+  /// Counts the collisions of lone pairs among those that have ended; `law` holds since the time `since`.
   void count(std::span<const Collision> ended, const Bodies& bodies, const GrainContactLaw& law, double since);
   const std::array<Decade, decades>& by_speed() const { return decade_; }
   Decade all() const;

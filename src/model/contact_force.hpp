@@ -7,7 +7,6 @@ namespace lichtenberg {
 /// A damped contact of two grains at one instant, in reduced units (m = d0 = v = 1: pure numbers).
 struct ContactForce {
   double force = 0;       ///< repulsive, at least 0
-  double stored = 0;      ///< elastic energy
   double dissipated = 0;  ///< power, at least 0
 };
 
@@ -24,14 +23,20 @@ struct ContactParts {
   double damping = 0;
 };
 
+/// Head-on collision of two grains on which nothing but their contact acts.
+struct HeadOnCollision {
+  double restitution = 0;  ///< speed after over speed before
+  double duration = 0;     ///< t0, of the force
+};
+
 /// Returns the force max(elastic + damping * closing, 0), where `closing` is the closing speed. Grains without adhesion
 /// never attract, so a contact that opens fast ends before its overlap is zero. The elastic energy left then is
 /// dissipated as well. The power (force - elastic) * closing is damping * closing^2 while the force acts, and
 /// -elastic * closing while it does not.
 LICHTENBERG_HOST_DEVICE inline ContactForce contact_force(const ContactParts& parts, double closing) {
   const double force = parts.elastic + parts.damping * closing;
-  if (force <= 0) return {.stored = parts.stored, .dissipated = -parts.elastic * closing};
-  return {force, parts.stored, parts.damping * closing * closing};
+  if (force <= 0) return {0, -parts.elastic * closing};
+  return {force, parts.damping * closing * closing};
 }
 
 /// Returns the contact force of one pair at an overlap; zero if the two do not overlap.

@@ -15,17 +15,20 @@ namespace lichtenberg {
 ///     ContactParts parts(double overlap, double scale) const
 ///     double shortest_contact(double speed) const           // duration for two undamped grains of mass 1
 ///     double damping_time(double speed) const               // time scale of the dashpot; infinite without one
+///     HeadOnCollision collision(double effective_mass, double scale, double speed, const Solver& viscoelastic) const
 ///     Law times(double by) const                            // all forces larger by a factor
 /// ```
 ///
-/// for the host and a device, where Real is a number or several in a vector, and
+/// for the host and a device, where Real is a number or several in a vector and `viscoelastic` solves the collision of
+/// ViscoelasticLaw, and
 ///
 /// ```
+///     static constexpr bool constant_restitution            // true: it does not depend on the impact speed
 ///     Law undamped(double stiffness) const, stiffer(double stiffness) const
 /// ```
 ///
-/// as `elastic` and `stiffer` below. A law that is added to the list also needs a granular::collision_by and, for a
-/// device, a granular::device::RestitutionLaw.
+/// as `elastic` and `stiffer` below. A law in this list runs on the CPU and on devices. The list is closed because each
+/// loop over contacts is compiled for each law: with vector instructions on the CPU, and as kernels by nvcc.
 struct GrainContactLaw : std::variant<ViscoelasticLaw, LinearSpringLaw> {
   using variant::variant;
 };

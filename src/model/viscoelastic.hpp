@@ -10,6 +10,7 @@ namespace lichtenberg {
 /// Poeschel 1996), in reduced units. E and D apply to two grains of diameter d0 = 1. For other radii they are
 /// multiplied by sqrt(R_eff / (d0/4)), as in Hertz's law (pair_law.hpp).
 struct ViscoelasticLaw {
+  static constexpr bool constant_restitution = false;
   double elastic = 0;      ///< E = alpha d0^(5/2) / (m v^2)
   double dissipative = 0;  ///< D = beta d0^(3/2) / (m v)
 
@@ -45,6 +46,12 @@ struct ViscoelasticLaw {
     constexpr double effective_mass = 0.5, factor = 3.83;
     if (!(dissipative > 0 && speed > 0)) return INFINITY;
     return factor * std::cbrt(effective_mass * effective_mass / (dissipative * dissipative * speed));
+  }
+  /// Returns the head-on collision, of which only a table or an integration is known: viscoelastic(E, D, m_eff, speed).
+  template <class Viscoelastic>
+  LICHTENBERG_HOST_DEVICE HeadOnCollision collision(double effective_mass, double scale, double speed,
+                                                    const Viscoelastic& viscoelastic) const {
+    return viscoelastic(scale * elastic, scale * dissipative, effective_mass, speed);
   }
   /// Returns the law of a pair whose forces are `by` times as large.
   LICHTENBERG_HOST_DEVICE ViscoelasticLaw times(double by) const { return {by * elastic, by * dissipative}; }

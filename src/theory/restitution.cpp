@@ -90,10 +90,6 @@ double pade_restitution(double k) {
   return above / (above + k * (1.15345 + y * (0.577977 + y * 0.532178)));
 }
 
-double dissipation_number(const ViscoelasticPair& pair, double speed) {
-  return pair.dissipative / pair.elastic * std::pow(pair.elastic / pair.effective_mass, 0.4) * std::pow(speed, 0.2);
-}
-
 PairCollision collision(const ViscoelasticPair& pair, double speed) {
   const double k = dissipation_number(pair, speed);
   const double length = std::pow(pair.effective_mass * speed * speed / pair.elastic, 0.4);

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cmath>
 #include <vector>
+
+#include "solvers/geometry/host_device.hpp"
 
 namespace lichtenberg::theory {
 
@@ -59,7 +62,9 @@ struct PairCollision {
 };
 
 /// Returns k = (D/E) (E/m_eff)^(2/5) v^(1/5), v > 0 the impact speed.
-double dissipation_number(const ViscoelasticPair& pair, double speed);
+LICHTENBERG_HOST_DEVICE inline double dissipation_number(const ViscoelasticPair& pair, double speed) {
+  return pair.dissipative / pair.elastic * std::pow(pair.elastic / pair.effective_mass, 0.4) * std::pow(speed, 0.2);
+}
 
 /// Returns their head-on collision at this impact speed, from the curve. Throws InputError beyond its end.
 PairCollision collision(const ViscoelasticPair& pair, double speed);

@@ -367,8 +367,9 @@ struct ContactSteps {
   LICHTENBERG_HOST_DEVICE void note_end(const NearPair& p, double time) const {
     const PairState<3> at = state(p);
     const double began = contacts.since[p.entry];
-    restitution.note(&found->ended, {p.lower, p.higher, began, time - began, contacts.impact_speed[p.entry],
-                                     -closing(at), speed_across(at)});
+    restitution.note(
+        &found->ended,
+        {{began, time - began, contacts.impact_speed[p.entry], -closing(at), speed_across(at)}, p.lower, p.higher});
   }
 
   /// Whether two in flight come closer than `distance` within dt.

@@ -17,18 +17,16 @@
 
 namespace lichtenberg::granular::device {
 
-/// What a law of contact leaves of the speed of impact.
-struct RestitutionLaw {
-  const double *node = nullptr, *loss = nullptr;  ///< of theory::RestitutionCurve
+/// Head-on collision of viscoelastic grains by the tabulated theory::RestitutionCurve; without its duration.
+struct TabulatedCollision {
+  const double *node = nullptr, *loss = nullptr;
   int nodes = 0;
 
-  LICHTENBERG_HOST_DEVICE double operator()(const ViscoelasticLaw& law, double scale, double mass, double speed) const {
-    const double k = law.dissipative / law.elastic * std::pow(scale * law.elastic / mass, 0.4) * std::pow(speed, 0.2);
+  LICHTENBERG_HOST_DEVICE HeadOnCollision operator()(double elastic, double dissipative, double effective_mass,
+                                                     double speed) const {
+    const double k = theory::dissipation_number({elastic, dissipative, effective_mass}, speed);
     const double root = std::sqrt(k), u = root / (1 + root);
-    return k > theory::RestitutionCurve::largest ? 0 : 1 - k * theory::between_nodes(node, loss, nodes, u);
-  }
-  LICHTENBERG_HOST_DEVICE double operator()(const LinearSpringLaw& law, double, double mass, double) const {
-    return linear_collision(law, mass).restitution;
+    return {k > theory::RestitutionCurve::largest ? 0 : 1 - k * theory::between_nodes(node, loss, nodes, u), 0};
   }
 };
 
@@ -37,17 +35,15 @@ struct RestitutionDecade {
   double worst = 0;
 };
 
-/// A contact of a lone pair that has ended.
-struct EndedContact {
-  int lower = 0, higher = 0;  ///< where its two are sorted
-  double began = 0, lasted = 0;
-  double impact_speed = 0, parting_speed = 0, speed_across = 0;
+/// A contact of a lone pair that has ended; `lower` and `higher` are the sorted indices of its grains.
+struct EndedContact : RestitutionCheck::Seen {
+  int lower = 0, higher = 0;
 };
 
 struct RestitutionCount {
   static constexpr double quantum = 1.0 / (1 << 30);  // of 2^33 collisions that are off by 1 the sum is still a number
 
-  RestitutionLaw expected;
+  TabulatedCollision viscoelastic;
   RestitutionDecade* decade = nullptr;  ///< [RestitutionCheck::decades]
   double since = 0;                     ///< contacts that began before were under another law
   EndedContact* ended = nullptr;        ///< [room] of an outer step
@@ -61,11 +57,9 @@ struct RestitutionCount {
   template <class Law>
   LICHTENBERG_HOST_DEVICE void count(const Law& law, double scale, double mass, double reach,
                                      const EndedContact& contact) const {
+    if (!RestitutionCheck::counts(contact, since, reach)) return;
     const double speed = contact.impact_speed;
-    if (!(speed > 0) || contact.began < since ||
-        !RestitutionCheck::is_central(contact.speed_across, contact.lasted, speed, reach))
-      return;
-    const double error = std::abs(contact.parting_speed / speed - expected(law, scale, mass, speed));
+    const double error = contact.error(law.collision(mass, scale, speed, viscoelastic).restitution);
     RestitutionDecade& of = decade[RestitutionCheck::decade_of(speed)];
     parallel::add_atomically(&of.collisions, std::int64_t{1});
     parallel::add_atomically(&of.errors, static_cast<std::int64_t>(error / quantum + 0.5));

@@ -32,24 +32,16 @@ template <int d>
 struct Crowd {
   Crowd(int n, double length) : box(periodic_box<d>(length)) {
     std::mt19937 random(1);
-    std::uniform_real_distribution<double> place(0, length), size(0.3, 0.5), speed(-1, 1);
+    std::uniform_real_distribution<double> place(0, length), size(0.3, 0.5);
     for (int i = 0; i < n; ++i) radius.push_back(size(random));
-    for (int k = 0; k < n * d; ++k) position.push_back(place(random)), velocity.push_back(speed(random));
+    for (int k = 0; k < n * d; ++k) position.push_back(place(random));
     pairs = pairs_closer_than(spheres(), 0.1);
   }
   Spheres<d> spheres() const { return {position, radius, box}; }
 
   Box<d> box;
-  std::vector<double> position, radius, velocity;
+  std::vector<double> position, radius;
   std::vector<Pair> pairs;
-};
-
-/// A dashpot: half a newton a metre a second.
-struct Dashpot {
-  static constexpr bool over_distance = false, damped = true;
-  double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }
-  double energy_unit() const { return 1; }
-  PairForce operator()(const PairSeen& seen) const { return {.force = 0.5 * seen.closing}; }
 };
 
 template <int d, class Law>
@@ -57,10 +49,10 @@ void check_law(const Law& law, const Crowd<d>& crowd) {
   const Spheres<d> spheres = crowd.spheres();
   parallel::Team three(3);
   std::vector<double> alone(crowd.position.size()), shared(alone);
-  const PairSum sum = add_pair_forces(law, spheres, crowd.pairs, alone, parallel::Team::single(), crowd.velocity);
-  CHECK(add_pair_forces(law, spheres, crowd.pairs, shared, three, crowd.velocity).energy == sum.energy);
+  const PairSum sum = add_pair_forces(law, spheres, crowd.pairs, alone, parallel::Team::single());
+  CHECK(add_pair_forces(law, spheres, crowd.pairs, shared, three).energy == sum.energy);
   CHECK(shared == alone);
-  if constexpr (d == 3 && !Law::damped) {
+  if constexpr (d == 3) {
     const parallel::HostExecutor run;
     const PartnerTable<parallel::HostExecutor> table(run, crowd.pairs, spheres.size());
     const DeviceGrains grains{.count = spheres.size(),
@@ -94,7 +86,6 @@ TEST_CASE("any number of threads adds the same bits, and an executor the same fo
   check_law(effects::ContactPotentialLaw{2}, plane);
   check_law(effects::ContactPotentialLaw{2}, space);
   check_law(ScreenedCoulombLaw{1, 0.5, 0.9}, space);
-  check_law(Dashpot{}, space);
 }
 
 TEST_CASE("a law's quick way is the law") {
@@ -144,16 +135,6 @@ TEST_CASE("Hertz across periodic sides: forces are minus the energy's derivative
     crowd.position[k] = at;
     CHECK(std::abs((below - above) / (2 * h) - force[k]) < 1e-6);
   }
-}
-
-TEST_CASE("a damped law sees at which speed two particles close") {
-  const std::vector<double> radius = {1, 1}, position = {0, 0, 0.6, 0.8}, velocity = {3, 1, 0, 0};
-  std::vector<double> force(4);
-  add_pair_forces(Dashpot{}, Spheres<2>{position, radius}, std::vector<Pair>{{0, 1}}, force, parallel::Team::single(),
-                  velocity);
-  // They close at 3 * .6 + 1 * .8 = 2.6 m/s along (.6, .8).
-  CHECK(force[0] == doctest::Approx(-1.3 * 0.6));
-  CHECK(force[3] == doctest::Approx(1.3 * 0.8));
 }
 
 }  // namespace effects_pairs_test

@@ -9,7 +9,7 @@ namespace lichtenberg {
 /// Like charges behind a screen, U = strength exp(-r / screen) / r up to `range`, cut off there: what a pair law of a
 /// long reach looks like.
 struct ScreenedCoulombLaw {
-  static constexpr bool over_distance = false, damped = false;
+  static constexpr bool over_distance = false;
   double strength = 1;  ///< J m
   double screen = 1;    ///< m
   double range = 2;     ///< m

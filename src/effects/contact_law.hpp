@@ -38,7 +38,7 @@ LICHTENBERG_HOST_DEVICE inline ContactLaw contact_law(double q) {
 
 /// Pair law U = stiffness w(q), where q is the distance over the sum of the radii (pair_law.hpp).
 struct ContactPotentialLaw {
-  static constexpr bool over_distance = true, damped = false;
+  static constexpr bool over_distance = true;
   double stiffness = 1;  ///< J
 
   LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }

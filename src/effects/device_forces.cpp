@@ -23,7 +23,7 @@ PairSeen strongest_pair(const Scene& scene, double reach) {
   double charge = 1;
   for (const Conductor& grain : scene.conductors) charge = std::max(charge, std::abs(grain.charge));
   const double radius = scene.smallest_radius();
-  return {2 * radius, reach, radius, radius, 0, charge, charge};
+  return {2 * radius, reach, radius, radius, charge, charge};
 }
 
 void add_pair_lists(const Scene& scene, double reach, DeviceForces& forces) {

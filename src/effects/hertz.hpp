@@ -35,7 +35,7 @@ LICHTENBERG_HOST_DEVICE inline HertzForce hertz(double modulus, double effective
 
 /// Hertz's force law between two spheres (pair_law.hpp).
 struct HertzLaw {
-  static constexpr bool over_distance = false, damped = false;
+  static constexpr bool over_distance = false;
   double modulus = 0;  ///< Pa, E*
 
   LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }

@@ -216,8 +216,7 @@ double FreeFall::speed(double velocity, double force, double rate) const {
 
 std::vector<int> FreeFlight::pushed(std::span<const double> travel) const {
   std::vector<bool> is_pushed(model_.bodies.size(), false);
-  for (const auto& effect : model_.effects)
-    if (effect->kind().make.overrides().add_forces) effect->mark_pushed(model_.bodies, travel, is_pushed);
+  for (const auto& effect : model_.effects) effect->mark_pushed(model_.bodies, travel, is_pushed);
   if (!model_.drag.is_linear())
     for (int i = 0; i < model_.bodies.size(); ++i)
       if (!model_.drag.is_linear(i)) is_pushed[i] = true;

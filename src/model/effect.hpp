@@ -100,12 +100,10 @@ class Effect {
   /// field energy is not included.
   virtual double stored_energy(const State& state) const { return (void)state, 0; }
   /// Marks the bodies that the effect's forces may act on while each body i moves by at most travel[i] (m); both bodies
-  /// of a pair are marked. Effects that override add_forces override it. Bodies that no effect marks are integrated
-  /// separately, and the integration of the others uses their old positions. Additional marks cost time but no
-  /// accuracy.
-  virtual void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const {
-    (void)bodies, (void)travel, pushed.assign(pushed.size(), true);
-  }
+  /// of a pair are marked. By default an effect that overrides add_forces marks all bodies. Unmarked bodies are
+  /// integrated separately, and the integration of the others uses their old positions. Additional marks cost time but
+  /// no accuracy.
+  virtual void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const;
   /// Returns the drag on a body, which is the same at any time and position. The model adds its force and derivative.
   /// Its heat enters the energy balance. Drag is therefore not part of add_forces, and it marks no bodies. Grains have
   /// `drive` instead.

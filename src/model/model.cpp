@@ -15,6 +15,10 @@ namespace lichtenberg {
 
 std::string_view Effect::name() const { return kind().name; }
 
+void Effect::mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>& pushed) const {
+  if (kind().make.overrides().add_forces) pushed.assign(pushed.size(), true);
+}
+
 namespace {
 
 /// Appends along * n n' + across * (1 - n n') in the rows of i and the columns of j.

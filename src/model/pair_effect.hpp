@@ -26,12 +26,10 @@ double largest_gap(const Law& law, std::span<const double> radius) {
   return std::max({0.0, gap(least, least), gap(least, most), gap(most, most)});
 }
 
-/// Forces by an undamped pair law (pair_law.hpp), for conductors and for grains. The law gives the forces, their energy
+/// Forces by a pair law (pair_law.hpp), for conductors and for grains. The law gives the forces, their energy
 /// and their derivatives.
 template <class Law>
 class PairEffect : public Effect {
-  static_assert(!Law::damped, "a damped law has no energy");
-
  public:
   /// `radius`: radii of the bodies (m); empty for a law that acts in contact only.
   PairEffect(const EffectKind& kind, Law law, std::span<const double> radius)

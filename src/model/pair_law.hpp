@@ -4,12 +4,11 @@
 
 namespace lichtenberg {
 
-/// Input of a pair force law: geometry, closing speed and charges of two particles.
+/// Input of a pair force law: geometry and charges of two particles.
 struct PairSeen {
   double distance = 0;                ///< m, between the centres
   double reach = 0;                   ///< m, cutoff distance of the law
   double radius_i = 0, radius_j = 0;  ///< m
-  double closing = 0;                 ///< m/s, rate at which the distance shrinks; 0 unless the law is `damped`
   double charge_i = 0, charge_j = 0;  ///< C, q0 for grains; 0 unless the law is `charged`
 };
 
@@ -23,7 +22,6 @@ struct PairForce {
 ///
 /// ```
 ///     static constexpr bool over_distance  // true: PairForce::force is force over distance
-///     static constexpr bool damped         // true: it uses PairSeen::closing
 ///     double reach(double radius_i, double radius_j) const
 ///     double energy_unit() const           // J
 ///     PairForce operator()(const PairSeen&) const

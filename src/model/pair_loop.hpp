@@ -61,22 +61,20 @@ class Batch {
  public:
   static constexpr std::size_t most = 256;
 
-  Batch(const Law& law, const Spheres<d>& spheres, std::span<const double> velocity)
-      : law_(law), spheres_(spheres), velocity_(velocity), nearest_(spheres.box) {}
+  Batch(const Law& law, const Spheres<d>& spheres) : law_(law), spheres_(spheres), nearest_(spheres.box) {}
 
   /// Stores those of `pairs` (at most `most`) that are within the cutoff.
   void gather(std::span<const Pair> pairs) {
-    const double *p = spheres_.position.data(), *radius = spheres_.radius.data(), *v = velocity_.data();
+    const double *p = spheres_.position.data(), *radius = spheres_.radius.data();
     [[maybe_unused]] const double* charge = spheres_.charge.data();
     count_ = 0;
     for (const Pair pair : pairs) {  // no branch, because pairs within the cutoff are hard to predict
-      double sum = 0, approach = 0;
+      double sum = 0;
       for (int k = 0; k < d; ++k) {
         double apart = p[pair.i * d + k] - p[pair.j * d + k];
         if constexpr (periodic) apart = nearest_(apart, k);
         direction_[k][count_] = apart;
         sum += apart * apart;
-        if constexpr (Law::damped) approach -= apart * (v[pair.i * d + k] - v[pair.j * d + k]);
       }
       const double reach = law_.reach(radius[pair.i], radius[pair.j]);
       pair_[count_] = pair;
@@ -84,7 +82,6 @@ class Batch {
       reach_[count_] = reach;
       radius_i_[count_] = radius[pair.i];
       radius_j_[count_] = radius[pair.j];
-      if constexpr (Law::damped) approach_[count_] = approach;
       if constexpr (NeedsCharges<Law>) charge_i_[count_] = charge[pair.i], charge_j_[count_] = charge[pair.j];
       count_ += sum < reach * reach;
     }
@@ -138,7 +135,7 @@ class Batch {
  private:
   PairSeen seen(int c) const {
     const double distance = std::sqrt(squared_[c]);
-    PairSeen pair{distance, reach_[c], radius_i_[c], radius_j_[c], Law::damped ? approach_[c] / distance : 0};
+    PairSeen pair{distance, reach_[c], radius_i_[c], radius_j_[c]};
     if constexpr (NeedsCharges<Law>) pair.charge_i = charge_i_[c], pair.charge_j = charge_j_[c];
     return pair;
   }
@@ -152,7 +149,6 @@ class Batch {
   using Numbers = std::array<double, most>;
   const Law& law_;
   const Spheres<d>& spheres_;
-  std::span<const double> velocity_;
   NearestImage<d> nearest_;
   int count_ = 0;
   std::array<Pair, most> pair_;
@@ -164,9 +160,9 @@ class Batch {
 };
 
 template <bool periodic, bool all, int d, class Law>
-void add_range(const Law& law, const Spheres<d>& spheres, std::span<const double> velocity, std::span<const Pair> pairs,
-               int end, const PairOutput& output) {
-  Batch<d, Law, periodic> batch(law, spheres, velocity);
+void add_range(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, int end,
+               const PairOutput& output) {
+  Batch<d, Law, periodic> batch(law, spheres);
   while (!pairs.empty()) {
     const std::span now = pairs.first(std::min(pairs.size(), batch.most));
     pairs = pairs.subspan(now.size());
@@ -226,15 +222,15 @@ void add_pair_derivatives(const Law& law, const PairInReach<d>& pair, Jacobian& 
 }
 
 /// Adds the forces of the pairs whose first particle is in the range, for callers that divide the particles among
-/// threads. `velocity`: m/s, [N * d], for a damped law.
+/// threads.
 template <int d, class Law>
 void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, const ParticleRange& range,
-                     const PairOutput& output, std::span<const double> velocity = {}) {
+                     const PairOutput& output) {
   pairs = pairs_of(pairs, range);
   const bool all = range.first == 0 && range.end == spheres.size();
   const auto add = [&]<bool periodic>(std::bool_constant<periodic>) {
-    all ? pair_loop::add_range<periodic, true>(law, spheres, velocity, pairs, range.end, output)
-        : pair_loop::add_range<periodic, false>(law, spheres, velocity, pairs, range.end, output);
+    all ? pair_loop::add_range<periodic, true>(law, spheres, pairs, range.end, output)
+        : pair_loop::add_range<periodic, false>(law, spheres, pairs, range.end, output);
   };
   spheres.box.any_periodic() ? add(std::true_type{}) : add(std::false_type{});
 }
@@ -244,13 +240,13 @@ void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const 
 /// the tasks.
 template <int d, class Law>
 PairSum add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, std::span<double> force,
-                        parallel::Team& team, std::span<const double> velocity = {}) {
+                        parallel::Team& team) {
   constexpr int particles_a_task = 2048;
   const int n = spheres.size(), tasks = (n + particles_a_task - 1) / particles_a_task;
   PairSum sum;
   if (tasks <= 1) {
     std::vector<Push> none;
-    add_pair_forces(law, spheres, pairs, ParticleRange{0, n}, PairOutput{force, none, sum}, velocity);
+    add_pair_forces(law, spheres, pairs, ParticleRange{0, n}, PairOutput{force, none, sum});
     return sum;
   }
   std::vector<PairSum> sums(tasks);
@@ -258,7 +254,7 @@ PairSum add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<con
   team.for_each(tasks, [&](int task) {
     const int first = task * particles_a_task;
     const ParticleRange range{first, std::min(n, first + particles_a_task)};
-    add_pair_forces(law, spheres, pairs, range, PairOutput{force, beyond[task], sums[task]}, velocity);
+    add_pair_forces(law, spheres, pairs, range, PairOutput{force, beyond[task], sums[task]});
   });
   for (int task = 0; task < tasks; ++task) {
     sum.energy += sums[task].energy;

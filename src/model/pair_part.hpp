@@ -19,7 +19,6 @@ namespace lichtenberg {
 template <class Law, class Use>
 LICHTENBERG_HOST_DEVICE void for_each_partner(const Law& law, const DeviceGrains& grains,
                                               const NearestImage<3>& nearest, int i, const Use& use) {
-  static_assert(!Law::damped, "a damped law has no energy");
   for (int e = grains.partners.begin(i); e < grains.partners.end(i); ++e) {
     const int j = grains.partners.partner[e];
     Vec3 apart = grains.position[i] - grains.position[j];

@@ -8,7 +8,7 @@ namespace lichtenberg {
 
 /// U = K q_i q_j (u(r) - u(R) - (r - R) u'(R)) with u = exp(-r / screen) / r, up to R: no jump of U or of its slope.
 struct YukawaLaw {
-  static constexpr bool over_distance = false, damped = false, charged = true;
+  static constexpr bool over_distance = false, charged = true;
   double strength = 1, screen = 0.5, range = 3;
 
   LICHTENBERG_HOST_DEVICE double reach(double, double) const { return range; }

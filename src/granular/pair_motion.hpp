@@ -174,7 +174,8 @@ class PairMotion {
     t = not_above<Real>(t, dt);
     Mask bends = !none;
     LICHTENBERG_UNROLL(1)
-    for (int k = 0; k < 4 && any(bends); ++k) {
+    for (int k = 0; k < 4; ++k) {
+      if (!any(bends)) break;
       const State then = flown(s, 0, t);
       const Real slope = 2 * dot(then.apart, then.velocity);
       bends = bends && slope < 0;  // a slope of 0: the two graze each other

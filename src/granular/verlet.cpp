@@ -3,11 +3,11 @@
 namespace lichtenberg::granular {
 namespace {
 
-constexpr double steps_a_contact = 10;  ///< with fewer, restitutions are off by more than .02
+constexpr double steps_a_contact = 10;  ///< with fewer, errors of the restitution exceed .02
 
-/// Velocity Verlet. Contacts are damped: their forces at the end of a step ask for the velocities there, which follow
-/// from these forces. With those of the middle, as G 3.44 has it, the method is of first order; predicted with the
-/// contacts' forces at the beginning it is of second.
+/// Velocity Verlet. Contact forces at the end of a step depend on the velocities there, which depend on these forces.
+/// With the velocities in the middle of the step (G 3.44) the method is of first order. With velocities that the
+/// contact forces at the start predict it is of second order.
 class Verlet final : public GasIntegrator {
  public:
   double longest_step(Gas& gas, Instant& now) const override {
@@ -24,7 +24,8 @@ class Verlet final : public GasIntegrator {
     gas.push(half, load_.force);
     const std::span<const Pair> near = gas.near(dt);
     fly(gas, end);
-    Instant there = gas.look(want);
+    Instant there;
+    gas.find_forces(there, want);
     gas.push(half, there.force);
     ContactLoad then = predicted(gas, half, near);
     gas.push(half, then.force);
@@ -58,7 +59,7 @@ class Verlet final : public GasIntegrator {
     gas.move(path, end);
   }
 
-  /// What contacts do at the end of a step if they went on as at its beginning.
+  /// Returns the contact forces at the end of a step for velocities predicted with those at its start.
   ContactLoad predicted(Gas& gas, double half, std::span<const Pair> near) const {
     const std::vector<double> momentum = gas.bodies().momentum;
     gas.push(half, load_.force);
@@ -67,7 +68,7 @@ class Verlet final : public GasIntegrator {
     return load;
   }
 
-  ContactLoad load_;  ///< at the end of the last step, with the velocities predicted then; empty: to be computed
+  ContactLoad load_;  ///< at the end of the last step, with predicted velocities; empty: not computed
 };
 
 }  // namespace

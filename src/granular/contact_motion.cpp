@@ -49,7 +49,7 @@ class Motion final : public ContactMotion {
     GrainContact contact;
     Pair slots;
   };
-  /// A pair that is apart.
+  /// A candidate pair, without contact.
   struct Apart {
     Pair pair, slots;
   };
@@ -68,11 +68,11 @@ class Motion final : public ContactMotion {
     encounters_.pull(of.gain / of.time);
   }
 
-  /// Looks for the pairs that may touch from step n on until the fastest has flown its way.
+  /// Finds the pairs that may touch from step n on until the fastest grain has flown `way`.
   void search(const Bodies& bodies, const ContactSteps& of, int n, parallel::Team& team) {
     constexpr int most_steps = 64;
-    constexpr double least = 0.1, more = 1.5;  // of what contacts might push with at most, and than they have
-    constexpr double grows = 1.5;  // forces that are held may from one time to the next, or it is searched again
+    constexpr double least = 0.1, more = 1.5;  // factors of the largest possible and of the observed acceleration
+    constexpr double grows = 1.5;              // bound on the growth of held forces until the next search
     const double pull = grows * of.gain / of.time, kicked = std::isfinite(of.kicked) ? grows * of.kicked : 0;
     const auto horizon = [&](double speed) { return std::max(dt_, std::min(of.way / speed, most_steps * dt_)); };
     const double longest = horizon(of.fastest), jolt = kicked * (std::ceil(longest / of.time) + 1);
@@ -99,10 +99,10 @@ class Motion final : public ContactMotion {
     grains_.fly(flown_, n, team);
     search_in(flown_);
   }
-  /// What contacts may accelerate a grain by.
+  /// Returns a bound on the acceleration of a grain by a contact, for this impact speed (v0).
   double largest_acceleration(double speed) const {
     const double widest = grains_.widest(), scale = law_.scale(widest, widest), lightest = grains_.lightest();
-    // The overlap that stores all that two have; its spring and its dashpot never act together like that.
+    // At the overlap that stores all kinetic energy. Spring and dashpot never reach these values together.
     double low = 0, high = 2 * widest;
     for (int k = 0; k < 50; ++k) {
       const double middle = 0.5 * (low + high);
@@ -111,14 +111,14 @@ class Motion final : public ContactMotion {
     const ContactParts deepest = law_.parts(high, scale);
     return (deepest.elastic + deepest.damping * speed) / lightest;
   }
-  /// What a contact that begins after the middle of a step, which shows nothing of it, may accelerate a grain by before
-  /// the end.
+  /// Returns a bound on the acceleration by a contact that begins in the second half of a step. The forces in the
+  /// middle of the step do not include it.
   double unseen_acceleration(double step, double closing) const {
     const double widest = grains_.widest();
     const ContactParts parts = law_.parts(0.5 * step * closing, law_.scale(widest, widest));
     return (parts.elastic + parts.damping * closing) / grains_.lightest();
   }
-  /// Those that have parted are waited for again.
+  /// Removes contacts that have ended, and waits for these pairs again.
   void close() {
     int p = 0;
     std::erase_if(open_, [&](const Open& one) {
@@ -133,9 +133,9 @@ class Motion final : public ContactMotion {
     return std::sqrt(square);
   }
 
-  /// Of the pairs that are apart, those that may touch in step n, in ascending order.
+  /// Lists the pairs without contact that may touch in step n, in ascending order.
   void meet(int n, parallel::Team& team) {
-    constexpr int pairs_a_task = 512;  // a multiple of any width
+    constexpr int pairs_a_task = 512;  // a multiple of any vector width
     meeting_.clear();
     due_.clear();
     encounters_.take(dt_, due_);
@@ -154,7 +154,7 @@ class Motion final : public ContactMotion {
     }
     std::ranges::sort(meeting_, {}, &Apart::pair);
   }
-  /// Of the pairs of `due_` from `first` on at the beginning of step n. Grains get no slots by that.
+  /// Computes for how long the pairs of `due_` from `first` on stay apart after the start of step n. Assigns no slots.
   void glance(int first, int n) {
     constexpr int ahead = TouchedGrains<d>::ahead;
     const int count = static_cast<int>(due_.size());
@@ -181,14 +181,14 @@ class Motion final : public ContactMotion {
         [&](int p) { return open_[p].contact.since; }, time, all_touch, team);
   }
 
-  /// Writes down what became of contacts until `time`.
+  /// Records overlaps, and the contacts that have ended by `time`.
   void note(double time, ContactRecord& record) {
     const PairColumns<d>& of = rows_.of();
     for (int p = 0; p < rows_.touching(); ++p) {
       const auto& [contact, slots] = open_[p];
       const double overlap = of.overlap[p], sum = of.reach[p];
       record.largest_overlap = std::max(record.largest_overlap, overlap / sum);
-      // What is still to be stored if they are to stop here, over what is.
+      // The factor of the stiffness: the energy that must be stored for a stop here, over the stored energy.
       if (sum - overlap < too_close * sum) {
         const double speed = closing(of.state(p));
         refuse_flight_through(contact, 1 + of.mass[p] * speed * speed / 2 / of.stored[p]);
@@ -199,7 +199,7 @@ class Motion final : public ContactMotion {
     }
   }
 
-  /// The motion of all pairs that may touch in step n; their grains stay where they are.
+  /// Computes the motion of all pairs in step n, without moving their grains.
   void follow(int n, parallel::Team& team) {
     meet(n, team);
     rows_.add(
@@ -207,7 +207,7 @@ class Motion final : public ContactMotion {
     rows_.follow(team);
   }
 
-  /// What has been followed happens.
+  /// Commits the computed pair motion.
   void step(int n, double time, ContactRecord& record) {
     rows_.move(n);
     const PairColumns<d>& of = rows_.of();
@@ -218,7 +218,7 @@ class Motion final : public ContactMotion {
     begin_contacts(time, record);
   }
 
-  /// Which contacts there are after a step that began at `time`: those that are open and those that have begun.
+  /// Updates the open contacts after a step that began at `time`.
   void begin_contacts(double time, ContactRecord& record) {
     const PairColumns<d>& of = rows_.of();
     const int touching = rows_.touching();
@@ -242,7 +242,7 @@ class Motion final : public ContactMotion {
     std::ranges::merge(open_, begun_, sorted_.begin(), {}, pair, pair);
     open_.swap(sorted_);
   }
-  /// Which contacts a third grain has joined by those that have begun.
+  /// Marks contacts that a third grain has joined because of new contacts.
   void mark_company() {
     for (const Open& one : begun_) ++grains_.felt(one.slots.i).touches, ++grains_.felt(one.slots.j).touches;
     const auto alone = [&](Pair slots) {
@@ -258,10 +258,10 @@ class Motion final : public ContactMotion {
   TouchedGrains<d> grains_;
   ContactRows<d, Law> rows_{law_, grains_};
   Encounters<d> encounters_;
-  Bodies flown_;  ///< to the step at which it is searched
+  Bodies flown_;  ///< moved to the step at which a search is made
 
-  std::vector<Pair> due_, pairs_;  ///< pairs: of the contacts, while it is searched
-  std::vector<double> apart_for_;  ///< of those that are due
+  std::vector<Pair> due_, pairs_;  ///< pairs: those in contact, during a search
+  std::vector<double> apart_for_;  ///< t0, of the pairs that are due
   std::vector<Apart> meeting_;
   std::vector<Open> open_, begun_, sorted_;
 };

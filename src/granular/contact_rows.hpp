@@ -12,20 +12,19 @@
 
 namespace lichtenberg::granular {
 
-/// Numbers of the pairs that are computed in a step: what who counts contacts reads of them, and what they need
-/// themselves.
+/// Values of the pairs that are computed in a step, one column per quantity (reduced units).
 template <int d>
 struct PairColumns {
   Table table;
-  Column reach{table}, mass{table}, scale{table};    ///< mass: reduced
-  Column lower{table}, higher{table};                ///< 1 / mass of the two
-  Column age{table}, overlap{table}, stored{table};  ///< age below 0: they do not touch
+  Column reach{table}, mass{table}, scale{table};    ///< sum of radii, reduced mass, the law's factor
+  Column lower{table}, higher{table};                ///< 1 / mass of the lower and the higher grain
+  Column age{table}, overlap{table}, stored{table};  ///< age < 0: no contact
   VectorColumn<d> apart{table}, velocity{table};
-  VectorColumn<d> force{table};    ///< on the higher, at the start of the step
-  VectorColumn<d> outside{table};  ///< acceleration by others, at the start
+  VectorColumn<d> force{table};    ///< on the higher grain, at the start of the step
+  VectorColumn<d> outside{table};  ///< relative acceleration by all other forces, at the start
   VectorColumn<d> halfway_force{table};
-  Column felt{table};                            ///< square of the larger acceleration of the two, halfway
-  VectorColumn<d> impulse{table}, shift{table};  ///< on the higher; shift: what it moves by, times its mass
+  Column felt{table};                            ///< square of the larger acceleration of the two in mid-step
+  VectorColumn<d> impulse{table}, shift{table};  ///< on the higher grain; shift: displacement times mass
   Column dissipated{table}, touched{table}, impact_speed{table};
 
   PairState<d> state(int pair) const { return {apart[pair], velocity[pair]}; }
@@ -43,18 +42,18 @@ class ContactRows {
     nearest_ = NearestImage<d>(box);
     dt_ = dt;
   }
-  /// Where so many pairs in contact are that contacts have been followed for, and the force on each: zero on those that
-  /// have parted. `slots_of(p)`, `since_of(p)`: their grains, and when they touched.
+  /// Computes states and forces of the `touching` pairs in contact; the force of an ended contact is zero.
+  /// `slots_of(p)` and `since_of(p)` give the grains of a pair and the time of its onset.
   template <class SlotsOf, class SinceOf>
   void look(int touching, const SlotsOf& slots_of, const SinceOf& since_of, double time, bool all_touch,
             parallel::Team& team);
-  /// Pairs that are apart at the beginning of step n and may come into contact.
+  /// Adds candidate pairs that are apart at the start of step n.
   template <class SlotsOf>
   void add(int meeting, const SlotsOf& slots_of, int n, parallel::Team& team);
-  /// The motion of all to the end of the step, which `move` gives to their grains.
+  /// Computes the motion of all pairs to the end of the step. `move` transfers it to the grains.
   void follow(parallel::Team& team);
   void move(int n);
-  /// The largest acceleration of a grain in the middle of the step that has been followed.
+  /// Returns the largest acceleration of a grain in the middle of the computed step.
   double hardest_push() const;
 
   int touching() const { return touching_; }
@@ -63,11 +62,11 @@ class ContactRows {
   const PairColumns<d>& of() const { return of_; }
 
  private:
-  static constexpr int pairs_a_task = 512;  ///< a multiple of any width
+  static constexpr int pairs_a_task = 512;  ///< a multiple of any vector width
   static constexpr int ahead = TouchedGrains<d>::ahead;
   using Felt = typename TouchedGrains<d>::Felt;
   using Forces = std::array<double, d> Felt::*;
-  /// The law of each pair's two grains.
+  /// The law with the factor of each pair.
   struct OfPairs {
     const Law& law;
     Several scale;
@@ -75,14 +74,14 @@ class ContactRows {
     ContactPush<Several> operator()(const Several& overlap) const { return law.push(overlap, scale); }
   };
   using Pairs = PairMotion<d, OfPairs, Several>;
-  /// One grain of each of several pairs.
+  /// One grain of each pair in a vector.
   struct Seen {
     Vectors<d> place, velocity;
     Several per_mass;
   };
 
   void resize(int pairs);
-  /// Calls visit(row) for those from `first` on, a multiple of the width.
+  /// Calls visit(row) for the rows from `first`, a multiple of the width, to `last`.
   template <class Visit>
   void for_each_row(int first, int last, parallel::Team& team, const Visit& visit) {
     team.for_each((last - first + pairs_a_task - 1) / pairs_a_task, [&](int task) {
@@ -119,7 +118,7 @@ class ContactRows {
   NearestImage<d> nearest_{Box<d>{}};
   double dt_ = 0;
   int touching_ = 0, count_ = 0;
-  std::vector<Pair> pair_;  ///< of slots
+  std::vector<Pair> pair_;  ///< slots of the grains
   PairColumns<d> of_;
 };
 
@@ -131,7 +130,7 @@ void ContactRows<d, Law>::resize(int pairs) {
   of_.table.resize(whole);
 }
 
-/// At the beginning of step n; not `flies`: those that contacts have been followed to it for.
+/// Returns grains at the start of step n. Without `flies` the grains are already at that step.
 template <int d, class Law>
 template <bool flies, class Slot>
 auto ContactRows<d, Law>::seen(const Slot& slot, int n) const -> Seen {
@@ -199,7 +198,7 @@ void ContactRows<d, Law>::look(int touching, const SlotsOf& slots_of, const Sinc
   for_each_row(0, touching, team, [&](Row row) {
     see<false>(row, 0);
     const Several since([&](int lane) { return since_of(std::min(row[lane], touching - 1)); });
-    // One that touched at the end of the step before may, by rounding, have done so later than now, or not yet.
+    // Rounding can shift an onset at the end of a step past the step boundary.
     const Several age = not_below<Several>(time - since, 0);
     const auto touch = of_.overlap.at(row) > 0 || age <= rounding * dt_;
     of_.age.put(row, all_touch ? age : chosen<Several>(touch, age, -1));
@@ -213,7 +212,7 @@ void ContactRows<d, Law>::add(int meeting, const SlotsOf& slots_of, int n, paral
   pair_.resize(touching_);
   for (int p = 0; p < meeting; ++p) pair_.push_back(slots_of(p));
   resize(touching_ + meeting);
-  // The last row of those in contact is filled up, and looked at once more with that.
+  // New pairs fill the last row of the pairs in contact, which is computed again.
   for (std::size_t p = touching_; p < pair_.size(); ++p) of_.age[static_cast<int>(p)] = -1;
   for_each_row(touching_ / width * width, count_, team, [&](Row row) {
     see<true>(row, n);
@@ -227,7 +226,7 @@ void ContactRows<d, Law>::add(Forces when, Pair pair, const Vec<d>& push) {
   for (int k = 0; k < d; ++k) on_i[k] -= push[k], on_j[k] += push[k];
 }
 
-/// On the lower and the higher of each pair.
+/// Returns the forces on the lower and the higher grain of each pair.
 template <int d, class Law>
 template <class Those>
 std::array<Vectors<d>, 2> ContactRows<d, Law>::felt(Forces when, const Those& of) const {
@@ -243,8 +242,8 @@ Vectors<d> ContactRows<d, Law>::relative(const std::array<Vectors<d>, 2>& forces
   return of_.higher.at(of) * forces[1] - of_.lower.at(of) * forces[0];
 }
 
-/// The forces of contacts at the start and in the middle of the step, so that each knows what the others of its grains
-/// do. In the middle grains are where the forces at the start carry them.
+/// Sums the contact forces on each grain at the start and in the middle of the step. Positions in the middle follow
+/// from the forces at the start.
 template <int d, class Law>
 void ContactRows<d, Law>::feel_each_other(parallel::Team& team) {
   for (int s = 0; s < grains_.slots(); ++s) {
@@ -261,7 +260,7 @@ void ContactRows<d, Law>::feel_each_other(parallel::Team& team) {
   for (int p = 0; p < count_; ++p) add(&Felt::halfway, pair_[p], of_.halfway_force[p]);
 }
 
-/// Pairs whose force ends within the step, which are few, are computed together.
+/// The few pairs whose force ends within the step are collected and computed together.
 template <int d, class Law>
 void ContactRows<d, Law>::follow(parallel::Team& team) {
   feel_each_other(team);
@@ -285,7 +284,7 @@ void ContactRows<d, Law>::follow(parallel::Team& team) {
   });
 }
 
-/// Each pair by itself, with what the others give it linear in time.
+/// Integrates each pair separately, with the acceleration by all others linear in time.
 template <int d, class Law>
 template <class Those, class Go>
 [[gnu::flatten]] auto ContactRows<d, Law>::follow_those(const Those& of, const Go& go) {
@@ -301,7 +300,7 @@ template <class Those, class Go>
   const auto result = go(pairs, begun);
   const PairStep<d, Several>& step = begun.step;
   const auto [impulse, shift] = transfer(start, step.end, outside, mass, dt);
-  const Vectors<d> none{};  // not even an impulse of rounding
+  const Vectors<d> none{};  // avoids impulses by rounding
   of_.impulse.put(of, chosen<d, Several>(begun.moves, impulse, none));
   of_.shift.put(of, chosen<d, Several>(begun.moves, shift, none));
   const Several lower = of_.lower.at(of), higher = of_.higher.at(of);
@@ -319,7 +318,7 @@ double ContactRows<d, Law>::hardest_push() const {
   return std::sqrt(hmax(square));
 }
 
-/// Carries those that contacts push to the end of step n.
+/// Moves the grains in contact to the end of step n.
 template <int d, class Law>
 void ContactRows<d, Law>::move(int n) {
   for (int p = 0; p < count_; ++p) {

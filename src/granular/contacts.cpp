@@ -12,7 +12,7 @@
 namespace lichtenberg::granular {
 namespace {
 
-/// A third grain at either end of a contact.
+/// Marks contacts of grains that are in more than one contact.
 void mark_company(std::vector<Touch>& touches, int grains) {
   std::vector<int> touching(grains);
   for (const Touch& touch : touches) ++touching[touch.contact.pair.i], ++touching[touch.contact.pair.j];
@@ -20,8 +20,8 @@ void mark_company(std::vector<Touch>& touches, int grains) {
     if (touching[touch.contact.pair.i] > 1 || touching[touch.contact.pair.j] > 1) touch.contact.alone = false;
 }
 
-/// Of a pair that was `before` apart and is `now`, closer than `reach`: the part of the straight way between at which
-/// its distance was `reach`, and the speed of closing there, if it took dt.
+/// Returns the contact of a pair that moved from the separation `before` to `now` within dt: its onset is where the
+/// distance on the straight path between them is `reach`.
 template <int d>
 GrainContact touched(Pair pair, Vec<d> before, Vec<d> now, double reach, double begin, double dt) {
   const Vec<d> way = now - before;
@@ -30,7 +30,7 @@ GrainContact touched(Pair pair, Vec<d> before, Vec<d> now, double reach, double 
   return {pair, begin + part * dt, closing(PairState<d>{before + part * way, way / dt})};
 }
 
-/// So much that no step of a contact follows it, nor does theory.
+/// Throws InputError for damping beyond the range of the restitution curve, which contact substeps do not resolve.
 void check_damping(const Scene& scene, const GrainContactLaw& law) {
   const auto* soft = std::get_if<ViscoelasticLaw>(&law);
   if (!soft) return;
@@ -46,7 +46,7 @@ void check_damping(const Scene& scene, const GrainContactLaw& law) {
 }  // namespace
 
 void refuse_flight_through(const GrainContact& contact, double stiffer) {
-  constexpr double margin = 1.1;  // so that they stop before that
+  constexpr double margin = 1.1;  // the grains stop before that distance
   const std::string how = stiffer > 0 ? fmt::format("about {:.1f} times its stiffness would hold", margin * stiffer)
                                       : std::string("a larger stiffness is needed");
   throw Failure(fmt::format(
@@ -77,7 +77,8 @@ ContactLoad contact_load(const GrainContactLaw& law, const Bodies& bodies, std::
     const PairState<d> state = seen(bodies, grains, pair);
     const double distance = norm(state.apart), overlap = reach(bodies, pair) - distance;
     if (overlap <= 0) return;
-    const ContactForce contact = contact_at(one, overlap, closing(state), one.scale(bodies.radius[i], bodies.radius[j]));
+    const ContactForce contact =
+        contact_at(one, overlap, closing(state), one.scale(bodies.radius[i], bodies.radius[j]));
     load.dissipation += contact.dissipated;
     const Vec<d> push = (contact.force / distance) * state.apart;
     for (int k = 0; k < d; ++k) load.force[i * d + k] -= push[k], load.force[j * d + k] += push[k];
@@ -94,7 +95,7 @@ ContactLoad contact_load(const GrainContactLaw& law, const Bodies& bodies, std::
 
 namespace {
 
-/// Calls use(pair, energy) with what is stored in each contact.
+/// Calls use(pair, elastic energy) for each contact with an overlap.
 template <class Use>
 void visit_stored(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts,
                   const Use& use) {

@@ -11,34 +11,34 @@
 
 namespace lichtenberg::granular {
 
-/// How the grains of that model push each other. Throws InputError unless one of its effects says so, and one alone.
+/// Returns the contact law of the model's grains. Throws InputError unless exactly one effect gives one.
 GrainContactLaw contact_law(const Scene& scene, const Model& model);
 
-/// What the contacts of grains do at one instant.
+/// Contact forces at one instant.
 struct ContactLoad {
   std::vector<double> force;  ///< on the grains, [N * d]
-  double dissipation = 0;     ///< power, never below 0
+  double dissipation = 0;     ///< power, at least 0
 };
 
-/// Of those of the pairs that overlap.
+/// Returns the contact forces of the pairs that overlap.
 ContactLoad contact_load(const GrainContactLaw& law, const Bodies& bodies, std::span<const Pair> pairs);
 
-/// The elastic energy of contacts.
+/// Returns the elastic energy in contacts.
 double stored_energy(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts);
 
-/// The largest relative speed that what is stored in a contact can still give to its two.
+/// Returns the largest relative speed (v0) that the elastic energy in a contact can give to its two grains.
 double fastest_release(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts);
 
-/// A pair that was in contact at the beginning of a step or has touched within it.
+/// A pair that was in contact at the start of a step, or came into contact within it.
 struct Touch {
   GrainContact contact;
   bool begun = false;  ///< within the step
   bool open = true;    ///< at its end
 };
 
-/// The touches of a step whose forces are known at its ends alone: overlaps then and before, when the grains were at
-/// `from`, and if there is none before, the instant at which the straight way between the two has none left. `pairs`:
-/// all that may touch, in ascending order.
+/// Returns the contacts of a step of an integrator that computes forces at its ends only. A pair is in contact where it
+/// overlaps. The onset of a new contact is the zero of the gap on the straight path from `from`, the positions at the
+/// start ([N * d]). `pairs`: all candidate pairs, in ascending order.
 std::vector<Touch> touches_between(std::span<const double> from, const Bodies& bodies,
                                    std::span<const GrainContact> contacts, std::span<const Pair> pairs, double begin,
                                    double dt);
@@ -47,9 +47,8 @@ std::vector<Touch> touches_between(std::span<const double> from, const Bodies& b
 /// of the contact's stiffness with which they would stop there, all forces counted; 0: not known.
 [[noreturn]] void refuse_flight_through(const GrainContact& contact, double stiffer = 0);
 
-/// Writes down the touches of a step, in ascending order of pairs, that has brought the grains to where they are at
-/// `end`; `contacts` become those that are open. Throws Failure if the centres of two come so close that they would fly
-/// through each other.
+/// Records the contacts of a step that ends at the time `end`, in ascending order of pairs. `contacts` become the open
+/// ones. Throws Failure if the centres of two grains come closer than `too_close`.
 void note(std::vector<Touch> touches, const Bodies& bodies, double end, std::vector<GrainContact>& contacts,
           ContactRecord& record);
 

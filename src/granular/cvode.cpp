@@ -12,8 +12,9 @@
 namespace lichtenberg::granular {
 namespace {
 
-/// From one event of a contact - touch, clamp, release - to the next by CVODE's Adams formulas, with the square root of
-/// the time since the last touch in place of time: a contact is smooth in it. Charges move at the instant of touch.
+/// Integrates by CVODE's Adams formulas from one contact event (onset, clamp, end) to the next. The independent
+/// variable is the square root of the time since the last onset, in which contact forces are smooth. Charges move at
+/// onset.
 class Cvode final : public GasIntegrator {
  public:
   double longest_step(Gas& gas, Instant&) const override { return gas.scene().mechanics.step; }
@@ -35,10 +36,10 @@ class Cvode final : public GasIntegrator {
  private:
   /// Counts segments between contact events, which could repeat without an advance of time.
   struct Progress {
-    double since;  ///< the time so many segments ago, or the step's beginning
+    double since;  ///< t0, time at the last check, or the start of the step
     int segments = 0;
 
-    /// Throws Failure if it has come hardly any further.
+    /// Throws Failure if time has hardly advanced since the last check.
     void check(const Gas& gas, double step) {
       constexpr int many = 10000;
       constexpr double hardly = 1e-3;  // of a step
@@ -52,8 +53,7 @@ class Cvode final : public GasIntegrator {
     }
   };
 
-  /// The motion without an event in between. Its variables are what the grains have moved by, their momenta, and the
-  /// energy that contacts have dissipated.
+  /// Motion between two events. The variables are displacements, momenta, and the energy dissipated by contacts.
   template <int d>
   class Segment {
    public:
@@ -70,7 +70,7 @@ class Cvode final : public GasIntegrator {
     void advance(double end) {
       const std::size_t n = start_.momentum.size();
       std::vector<double> y(n);
-      constexpr double nothing = 1e-12;  // of time, too short for CVODE
+      constexpr double nothing = 1e-12;  // t0, too short for CVODE
       if (end - begin_ < nothing) {
         gas_.move(y, end);
         return gas_.note(touches(-1), begin_, 0);
@@ -89,7 +89,7 @@ class Cvode final : public GasIntegrator {
     }
 
    private:
-    /// Puts the gas where the variables have it.
+    /// Sets the gas to the state of these variables.
     void put(std::span<const double> y, double time) {
       Bodies& b = gas_.model().bodies;
       const std::size_t n = b.momentum.size();
@@ -112,8 +112,8 @@ class Cvode final : public GasIntegrator {
       rate[2 * n] = 2 * sigma * load.dissipation;
     }
 
-    /// Touch of those that are apart; release and clamp of those that are not. One that has given way already, but for
-    /// rounding, would be found to do so again and again.
+    /// Event functions: onset for pairs apart, end and clamp for contacts. A contact whose force is zero except for
+    /// rounding gets no clamp event, which would repeat without end.
     std::vector<Ode::Value> events() const {
       std::vector<Ode::Value> falls;
       for (const Pair pair : apart_)
@@ -126,7 +126,7 @@ class Cvode final : public GasIntegrator {
         if (const auto [elastic, slope, force] = push(pair, seen(start_, grains, pair));
             force >= rounding * elastic + 4 * parted_ * slope)
           falls.push_back([this, pair](double, auto y) {
-            // Just after touch places round to either side of it, where this is exactly 0.
+            // Just after onset rounding may put the overlap below 0, where the force is exactly 0.
             return push(pair, at(pair, y)).unclamped + std::numeric_limits<double>::min();
           });
       return falls;
@@ -152,8 +152,8 @@ class Cvode final : public GasIntegrator {
           gas_.law());
     }
 
-    /// What has become of the pairs; `event` is the one that ended the segment. Several may touch or part at once, of
-    /// which CVODE names one.
+    /// Returns the contacts at the end of the segment, which `event` ended. CVODE reports one of several simultaneous
+    /// events.
     std::vector<Touch> touches(int event) const {
       const Spheres<d> grains = spheres<d>(gas_.bodies());
       std::vector<Touch> found;
@@ -174,8 +174,8 @@ class Cvode final : public GasIntegrator {
     Gas& gas_;
     Bodies start_;
     double begin_, origin_;
-    double parted_ = 0;  ///< d0, the gap at which a contact ends: more than places round, or slow grains touch and part
-                         ///< by rounding alone, for ever
+    double parted_ = 0;  ///< d0, gap at which a contact ends: above the rounding of positions, which would make slow
+                         ///< grains touch and part without end
     std::vector<Pair> touching_, apart_;
   };
 };

@@ -10,34 +10,35 @@
 
 namespace lichtenberg::granular {
 
-/// What grains may do until pairs are looked for anew.
+/// Bounds on the motion of grains until the next search for candidate pairs, in reduced units.
 struct Bounds {
-  double fastest = 0;       ///< without contacts; no collision makes one faster than twice that
-  double jolt = 0;          ///< by which all but contacts may change a velocity at once, together
-  double pull = 0;          ///< by which all but contacts accelerate a grain
-  double acceleration = 0;  ///< of two towards each other by contacts
-  double excess = 0;        ///< by how much more than that two may come closer in a step whose middle does not show it
+  double fastest = 0;       ///< v0, without contacts; collisions make no grain faster than twice this
+  double jolt = 0;          ///< v0, sum of velocity kicks by all forces except contacts
+  double pull = 0;          ///< acceleration by held forces
+  double acceleration = 0;  ///< relative acceleration by contacts
+  double excess = 0;        ///< d0, margin for contacts that begin in the second half of a step
 
   double speed() const { return 2 * fastest; }
-  /// How much closer two come within t than in straight flight, at most, by contacts.
+  /// Bound on the approach (d0) within t by contacts, beyond that of straight flight.
   double bend(double t) const { return std::min(0.5 * acceleration * t * t, 3 * speed() * t); }
-  /// The same by all that acts on them.
+  /// Bound on the approach by contacts, held forces and kicks, beyond that of straight flight.
   double closed_by(double t) const { return 2 * jolt * t + bend(t) + pull * t * t; }
-  /// How much closer than they are two may come within t.
+  /// Bound on the total approach within t.
   double approach(double t) const { return std::min(2 * speed() * t, 2 * fastest * t + bend(t)) + excess; }
 };
 
-inline constexpr double rounding = 1e-9;  ///< of lengths: more than that of places, less than what matters
+inline constexpr double rounding =
+    1e-9;  ///< relative, of lengths: above the rounding of positions, below relevant gaps
 
-/// For how long pairs stay apart, at least. In straight flight the distance of two is a convex function of time: they
-/// come closer never faster than at first, c, and where that is negative they part at least so fast from then on. Jolts
-/// make c larger, all else but contacts brings them 2 pull t^2 / 2 closer, and contacts a t^2 / 2 or 3 speeds t: their
-/// gap lasts longer than either way has it closed.
+/// Returns a lower bound on the time for which pairs stay apart. In straight flight the distance is a convex function
+/// of time: the approach speed is largest at first, c, and for c < 0 the pair recedes at least as fast from then on.
+/// Kicks increase c. Held forces add an approach of 2 pull t^2 / 2, and contacts one of a t^2 / 2 or of 3 speed t. The
+/// bound is the later of the times at which these two estimates close the gap.
 template <int d>
 Several apart_for(const PairState<d, Several>& pairs, const Several& reach, const Bounds& bounds) {
   const Several distance = sqrt(norm2(pairs.apart));
   const Several gap = not_below<Several>(distance - ((1 + rounding) * reach + bounds.excess), 0);
-  // The root of speed t + acceleration t^2 / 2 = gap, without a difference of like numbers.
+  // The root of speed t + acceleration t^2 / 2 = gap, without cancellation.
   const auto closed_after = [&](const Several& speed, double acceleration) {
     const Several root = sqrt(speed * speed + 2 * acceleration * gap);
     const auto parting = speed < 0;
@@ -49,47 +50,47 @@ Several apart_for(const PairState<d, Several>& pairs, const Several& reach, cons
   return chosen<Several>(gap > 0, time, 0);
 }
 
-/// Pairs that are apart, each with the time before which it cannot touch, from one search for pairs to the next.
-/// Which are waited for, and since when, decides what is looked at and changes no result.
+/// Queue of candidate pairs without contact, each with a time before which it cannot touch, filled by a search. Its
+/// contents affect the cost but no result.
 template <int d>
 class Encounters {
  public:
   static constexpr double longer = 1.25;
 
-  /// Velocities have been changed at once by so much, and not by contacts.
+  /// Adds a bound on velocity changes (v0) by forces other than contacts.
   void jolt(double most) { jolts_ += most; }
-  /// All but contacts accelerate no grain by more than that, until somebody says so again.
+  /// Sets the bound on the acceleration by held forces.
   void pull(double acceleration) { pull_ = acceleration; }
-  /// Contacts, or all there is, accelerate a grain by so much in the middle of a step. False if they may push harder in
-  /// it than was thought, and pairs have to be searched for at its beginning.
+  /// Takes the largest acceleration of a grain in the middle of a step. Returns false if the step may exceed the bound
+  /// of the search, which must then be repeated at the start of the step.
   bool bear(double acceleration) {
-    constexpr double margin = 1.2;  // by which pushes may grow from there to the end
+    constexpr double margin = 1.2;  // bound on the growth of accelerations from the middle to the end
     hardest_push_ = std::max(hardest_push_, acceleration);
     return 2 * margin * hardest_push_ <= bounds_.acceleration;
   }
-  double hardest_push() const { return hardest_push_; }  ///< since the search
-  /// Whether all pairs that may touch within a step of `time` from now are waited for; `fastest`: what is the largest
-  /// speed now. What a step's middle does not show grows with the step, which may be `longer` than the search's.
+  double hardest_push() const { return hardest_push_; }  ///< largest acceleration since the search
+  /// Returns whether the queue holds all pairs that may touch within a step of length `time`; `fastest` is the largest
+  /// speed. The step may be longer than that of the search by the factor `longer`, for which `excess` allows.
   bool cover(double time, double fastest) const {
     return now_ + time <= horizon_ && time <= longer * bucket_ && fastest <= bounds_.speed() &&
            jolts_ <= bounds_.jolt && pull_ <= bounds_.pull;
   }
-  /// Looks for all pairs that may touch within `horizon`, without those that are open, for steps of length `step`.
+  /// Finds all pairs that may touch within `horizon`, except open contacts, for steps of length `step`.
   template <class IsOpen>
   void search(const Bodies& bodies, const Bounds& bounds, double horizon, double step, const IsOpen& is_open,
               parallel::Team& team);
-  /// This pair cannot touch before t from now.
+  /// Adds a pair that cannot touch within t from now.
   void wait(Pair pair, double t);
-  /// Moves the pairs to `due` that may touch before dt from now.
+  /// Moves the pairs that may touch within dt to `due`.
   void take(double dt, std::vector<Pair>& due);
-  /// Time goes by.
+  /// Advances the time of the queue.
   void pass(double dt) { now_ += dt; }
   const Bounds& bounds() const { return bounds_; }
 
  private:
   static constexpr int pairs_a_task = 4096;  ///< a multiple of any width
   static constexpr int spots_a_task = 4096;
-  static constexpr double slack = 1e-6;  ///< of a bucket's time: more than sums of steps are rounded by
+  static constexpr double slack = 1e-6;  ///< relative to a bucket's duration: above the rounding of sums of steps
   static constexpr int ahead = 16;
   struct alignas(64) Spot {
     std::array<double, d> place, velocity;
@@ -100,14 +101,14 @@ class Encounters {
   void estimate(const std::vector<Pair>& pairs, parallel::Team& team);
 
   Bounds bounds_;
-  double now_ = 0, horizon_ = -1, bucket_ = 1;  ///< times since the search
+  double now_ = 0, horizon_ = -1, bucket_ = 1;  ///< t0; now and horizon: since the search
   double jolts_ = 0, pull_ = 0, hardest_push_ = 0;
-  std::size_t next_ = 0;                    ///< the first bucket that is not taken
-  std::vector<std::vector<Pair>> waiting_;  ///< by the bucket of time in which they may touch
-  std::vector<Pair> soon_;                  ///< in a bucket that is taken already
+  std::size_t next_ = 0;                    ///< first bucket that has not been taken
+  std::vector<std::vector<Pair>> waiting_;  ///< [buckets of time]
+  std::vector<Pair> soon_;                  ///< pairs of buckets that have been taken
   CellOrder<d> cells_;
   NearestImage<d> nearest_{Box<d>{}};
-  std::vector<Spot> spots_;  ///< by slot
+  std::vector<Spot> spots_;  ///< in cell order
   std::vector<double> apart_for_;
 };
 
@@ -135,7 +136,7 @@ void Encounters<d>::copy_spots(const Bodies& bodies, parallel::Team& team) {
   });
 }
 
-/// Of pairs of slots.
+/// Computes apart_for() of pairs of sorted indices.
 template <int d>
 void Encounters<d>::estimate(const std::vector<Pair>& pairs, parallel::Team& team) {
   const int count = static_cast<int>(pairs.size());
@@ -179,7 +180,7 @@ void Encounters<d>::search(const Bodies& bodies, const Bounds& bounds, double ho
   const double widest = *std::ranges::max_element(bodies.radius);
   cells_.sort(grains, (2 + rounding) * widest + bounds.approach(horizon));
   copy_spots(bodies, team);
-  // All with a smaller apart_for() than the horizon, as if all were as wide as the widest.
+  // All pairs with apart_for() below the horizon if all grains had the largest radius.
   const double reach = (1 + rounding) * 2 * widest + bounds.excess;
   const std::vector<Pair>& pairs =
       cells_.pairs_that_meet({.time = horizon, .within = reach + bounds.closed_by(horizon), .near = reach}, team);

@@ -18,15 +18,14 @@ namespace {
 
 int threads_for(const Scene& scene) {
   if (scene.mechanics.threads > 0) return scene.mechanics.threads;
-  constexpr std::size_t few = 4000;  // fewer are not worth sharing
+  constexpr std::size_t few = 4000;  // below this, threads cost more than they save
   return scene.conductors.size() < few ? 1 : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-/// How far the fastest grain flies from one search for grains that may touch to the next, in diameters: a longer way
-/// brings more of them within reach.
+/// Path (d0) of the fastest grain between two searches for candidate pairs. A longer path makes the lists longer.
 constexpr double way_a_search = 0.3;
 
-/// How far grains may come while nobody comes near two images of another.
+/// Returns the largest path (d0) for which no grain comes near two images of another.
 double longest_travel(const Bodies& bodies) {
   double shortest = INFINITY;
   for (int k = 0; k < bodies.dimension; ++k)
@@ -34,8 +33,8 @@ double longest_travel(const Bodies& bodies) {
   return 0.25 * shortest - *std::ranges::max_element(bodies.radius);
 }
 
-/// Contacts of the grains that overlap at the start, as they do in a frame of another run. They are no collisions: what
-/// happens at a touch has happened, and the speed of that touch is unknown.
+/// Returns the contacts of grains that overlap at the start, as in a frame of another run. They do not count as
+/// collisions: their onset is past, and its speed is unknown.
 std::vector<GrainContact> contacts_at_start(const Bodies& bodies, parallel::Team& team) {
   std::vector<GrainContact> contacts;
   PairList list(0, 0);
@@ -107,7 +106,7 @@ void Gas::find_forces(Instant& now, Want want) {
     const Stopwatch stopwatch(seconds_.forces);
     double energy = 0;
     for (const auto& effect : model_.effects) {
-      // The energy comes first: an effect that finds both together then has the forces.
+      // The energy comes first: effects that compute both together keep the forces.
       if (want == Want::energy) energy += effect->stored_energy(state);
       effect->add_forces(state, now.force);
     }
@@ -156,9 +155,9 @@ std::span<const Pair> Gas::near(double dt) {
   const Stopwatch stopwatch(seconds_.lists);
   const double speed = fastest();
   try {
-    // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
+    // Twice the largest speed is a bound on speeds after a collision.
     return list_.pairs(model_.bodies, 2 * speed * dt, *team_);
-  } catch (const InputError&) {  // farther than lists of pairs go in the box
+  } catch (const InputError&) {  // beyond the range of pair lists in the box
     refuse_travel(dt, speed, 0);
   }
 }
@@ -186,7 +185,7 @@ double Gas::fastest_impact(const Instant& now) const {
 ContactsFollowed Gas::advance_contacts(const Instant& now, double dt, int times, double gain) {
   const double fastest = now.survey.fastest;
   const double path = (fastest + gain) * dt / times, room = 0.5 * longest_travel(model_.bodies);
-  // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
+  // Twice the largest speed is a bound on speeds after a collision.
   if (path > room) refuse_travel(dt / times, fastest, gain);
   const ContactSteps all{.begin = time_,
                          .time = dt,

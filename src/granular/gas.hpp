@@ -17,26 +17,25 @@
 
 namespace lichtenberg::granular {
 
-/// Where the energy of a gas of grains is, and where it went. What `total` has lost since the start is the error of
-/// the run. In units of m0 v0^2.
+/// Energy budget of a gas of grains, in m0 v0^2. The change of `total` since the start is the error of the run.
 struct GasEnergy {
   double kinetic = 0;
-  double contact = 0;     ///< stored in contacts
+  double contact = 0;     ///< elastic energy of contacts
   double potential = 0;   ///< of charges and dipoles, and of uniform forces
   double dissipated = 0;  ///< by contacts
   double exchanged = 0;   ///< given to the field by charges that moved between grains
-  double driven = 0;      ///< given to the grains by the gas around them and by rescaling
-  /// What `total` has changed by while contacts were followed by themselves; other forces did the rest.
+  double driven = 0;      ///< given to the grains by surrounding gas and by rescaling
+  /// Change of `total` by the integration of contacts; the rest is due to other forces.
   double contact_error = 0;
 
   double total() const { return kinetic + contact + potential + dissipated - exchanged - driven; }
 };
 
-/// Wall time (s) since this program started, by what it was spent on.
+/// Wall time (s) since this program started, by part.
 struct GasSeconds {
   double contacts = 0;
-  double forces = 0;    ///< of charges, and all else that is smooth
-  double lists = 0;     ///< of neighbours
+  double forces = 0;    ///< smooth forces
+  double lists = 0;     ///< neighbour lists
   double exchange = 0;  ///< of charge
 };
 
@@ -56,7 +55,7 @@ struct Instant {
   double kicked = INFINITY;
 };
 
-/// Grains in a periodic box with all that acts on them, at one instant: what an integrator carries on.
+/// State of a gas: grains in a periodic box with the effects that act on them, at one instant. Integrators advance it.
 class Gas {
  public:
   explicit Gas(const Scene& scene);
@@ -67,69 +66,69 @@ class Gas {
   const Model& model() const { return model_; }
   double time() const { return time_; }
   const std::vector<GrainContact>& contacts() const { return contacts_; }
-  /// The law of contacts in the stage that the scene is in.
+  /// Contact law of the present stage.
   const GrainContactLaw& law() const { return law_; }
   parallel::Team& team() { return *team_; }
 
-  /// The energy as it is, with what has been booked so far. `potential`: what is known of it already.
+  /// Returns the energy budget. `potential`: the potential energy, if it is known.
   GasEnergy energy(std::optional<double> potential = {});
-  double fastest() const { return look().survey.fastest; }  ///< the largest speed
+  double fastest() const { return look().survey.fastest; }  ///< v0, largest speed
   double kinetic_energy() const { return look().survey.kinetic; }
-  /// The grains as they are, without their forces; the second with them.
+  /// Returns the present instant, without forces; the second function includes them.
   Instant look() const { return {.survey = survey(model_.bodies, *team_)}; }
   Instant look(Want want);
   /// Adds forces to an instant that lacks them.
   void find_forces(Instant& now, Want want = Want::forces);
-  /// The smooth forces on the grains as they are, [N * d]; empty if there are none.
+  /// Returns the smooth forces on the grains, [N * d]; empty if there are none.
   std::vector<double> smooth_forces() { return look(Want::forces).force; }
-  /// The largest relative speed that two grains may have, or that a contact may still give to its two.
+  /// Returns a bound on impact speeds (v0): the largest relative speed that grains have or a contact may give them.
   double fastest_impact(const Instant& now) const;
-  /// Time (t0) that steps of contacts must resolve where two grains meet at that speed at most (pace.hpp).
+  /// Returns the time (t0) that contact substeps must resolve for impact speeds up to `impact` (pace.hpp).
   double time_to_resolve(double impact) const;
   const GrainsSeen& grains_seen() const { return grains_seen_; }
 
-  /// The pairs that may touch within dt.
+  /// Returns the pairs that may touch within dt.
   std::span<const Pair> near(double dt);
-  /// What contacts do to the grains as they are; `pairs`: all that may touch.
+  /// Returns the contact forces; `pairs`: all candidate pairs.
   ContactLoad contact_load(std::span<const Pair> pairs);
-  /// Moves each grain by so much, [N * d]; it is then `time`.
+  /// Moves each grain by `path` (d0, [N * d]) and sets the time.
   void move(std::span<const double> path, double time);
-  /// Writes down what contacts did since `begin` and what they dissipated. Each step does so once.
+  /// Records the contacts since the time `begin` and the energy that they dissipated. Called once per step.
   void note(std::vector<Touch> touches, double begin, double dissipated);
 
-  /// Changes momenta by dt times these forces, [N * d] or none.
+  /// Changes momenta by dt times these forces ([N * d] or empty).
   void push(double dt, std::span<const double> force);
   bool has_smooth_forces() const;
-  /// Wall time (s) that the forces of an effect take once, with this gas's threads.
+  /// Returns the wall time (s) of one evaluation of an effect's forces, with this gas's threads.
   double seconds_of_forces(const Effect& effect);
-  /// What surrounds the grains acts on them from `begin` on for dt.
+  /// Applies Effect::drive of all effects from the time `begin` to begin + dt.
   void drive(Instant& now, double begin, double dt);
-  /// Contacts, and the smooth forces as they are now, move the grains until `end`, in steps that resolve the shortest
-  /// contact; then momenta change as if smooth forces had changed linearly in time. Returns that instant.
+  /// Advances the grains to `end` under contact forces and the present smooth forces, in substeps that resolve the
+  /// shortest contact. Momenta are then corrected for a linear change of the smooth forces. Returns that instant.
   Instant follow_contacts(const Instant& now, double end, Want want = Want::forces);
-  /// What happens once a step: charges move between grains that are in contact, and all that counts contacts does so.
+  /// Exchanges charges between grains in contact, once per step.
   void settle_contacts(Instant& now);
 
-  /// When the current stage began.
+  /// Time (t0) at which the present stage began.
   double stage_begin() const;
-  /// Whether contacts lose nothing and move no charge, because the scene is still being mixed.
+  /// Returns whether contacts are elastic and move no charge, in a stage that mixes the grains.
   bool in_elastic_stage() const;
-  /// The time at which the current stage ends; infinite in the last.
+  /// Time (t0) at which the present stage ends; infinite in the last one.
   double stage_end() const;
-  /// Whether, when the stage ends, temperature and charges go on as they are.
+  /// Returns whether temperature and charges are continuous at the end of the stage.
   bool cools_on_after_stage() const;
-  /// Goes on to the next stage: another law of contact, perhaps another temperature. Returns `now` as it is then.
+  /// Begins the next stage, with another contact law and perhaps another temperature. Returns the updated instant.
   Instant leave_stage(Instant now = {});
 
   Checkpoint save() const;
   void restore(const Checkpoint& checkpoint);
 
-  // What has been counted since the start.
+  // Counters since the start.
   std::int64_t steps = 0, contact_steps = 0, collisions = 0;
   double largest_overlap = 0;  ///< over the sum of radii
   RestitutionCheck restitution;
   const GasSeconds& seconds() const { return seconds_; }
-  /// How often it has been looked for pairs that may touch, since this program started.
+  /// Number of searches for candidate pairs since this program started.
   std::int64_t searches() const { return searches_ + list_.searches(); }
 
  private:
@@ -138,7 +137,7 @@ class Gas {
   [[noreturn]] void refuse_travel(double dt, double fastest, double gain) const;
   void book(ContactRecord record);
   double potential_energy();
-  /// What contacts keep: kinetic energy and that stored in them.
+  /// Returns kinetic and elastic energy.
   double mechanical_energy() const;
   State state();
   void set_law();
@@ -149,13 +148,13 @@ class Gas {
   Model model_;
   GrainContactLaw law_;
   std::unique_ptr<ContactMotion> contact_motion_;
-  PairList list_;                        ///< of those that may touch
-  std::optional<PairList> smooth_list_;  ///< of those that smooth forces need; empty: none
+  PairList list_;                        ///< candidate pairs of contacts
+  std::optional<PairList> smooth_list_;  ///< pairs for smooth forces; empty: not needed
   std::vector<GrainContact> contacts_;   ///< in ascending order of pairs
   ContactRecord record_;
-  GasEnergy book_;  ///< the flows
+  GasEnergy book_;  ///< dissipated, exchanged and driven energy
   GasSeconds seconds_;
-  std::int64_t searches_ = 0;  ///< of contact_motion_
+  std::int64_t searches_ = 0;  ///< by contact_motion_
   GrainsSeen grains_seen_;
   double time_ = 0;
   std::size_t stage_ = 0;

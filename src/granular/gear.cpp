@@ -5,18 +5,18 @@
 namespace lichtenberg::granular {
 namespace {
 
-constexpr double steps_a_contact = 30;  ///< with fewer it may blow up
+constexpr double steps_a_contact = 30;  ///< with fewer it may be unstable
 
-/// Of what forces differ by from the predicted acceleration, dt^2/2 of it, what is added to places, velocities,
-/// accelerations and their derivatives: these numbers over dt^0, ..., dt^5 (Gear 1971; G 3.41, which lacks the k! of
-/// the last four).
+/// Coefficients of the corrector: the difference between the acceleration and its prediction, times dt^2/2, is added to
+/// positions, velocities, accelerations and their derivatives with these factors over dt^0, ..., dt^5 (Gear 1971;
+/// G 3.41 lacks the k! of the last four).
 using Corrector = std::array<double, 6>;
 constexpr Corrector corrected = {3.0 / 16, 251.0 / 360, 2, 11.0 / 3, 4, 2};
 constexpr Corrector as_printed = {3.0 / 16, 251.0 / 360, 1, 11.0 / 18, 1.0 / 6, 1.0 / 60};
 
-/// Gear's method for second-order equations: places and their first five derivatives are carried on as polynomials and
-/// corrected by the forces found there (G 3.37 to 3.41, with the powers of dt that 3.37 lacks). It is of order 6 where
-/// forces are smooth, which contacts are not at either end.
+/// Gear's predictor-corrector for second-order equations. Taylor polynomials predict positions and their first five
+/// derivatives, and the forces there correct them (G 3.37 to 3.41, with the powers of dt that 3.37 lacks). The order is
+/// 6 for smooth forces; contact forces are not smooth at onset and end.
 class Gear final : public GasIntegrator {
  public:
   explicit Gear(const Corrector& corrector) : corrector_(corrector) {}
@@ -58,7 +58,7 @@ class Gear final : public GasIntegrator {
   }
 
  private:
-  /// [N * d]
+  /// Returns the smooth forces, [N * d], zeros included.
   static std::vector<double> smooth_forces(Gas& gas) {
     std::vector<double> force = gas.smooth_forces();
     force.resize(gas.bodies().momentum.size());
@@ -105,16 +105,16 @@ class Gear final : public GasIntegrator {
     gas.move(path, gas.time());
   }
 
-  /// Charges that have moved change the accelerations at once.
+  /// Adds the jump of accelerations by an exchange of charges.
   void settle(Gas& gas, Instant& now, std::span<const double> smooth_before) {
-    gas.settle_contacts(now);  // which finds new forces if charges move
+    gas.settle_contacts(now);  // computes new forces if charges move
     for (std::size_t k = 0; k < now.force.size(); ++k)
       derivative_[0][k] += (now.force[k] - smooth_before[k]) / gas.bodies().mass[k / gas.bodies().dimension];
   }
 
   static constexpr std::array<const char*, 4> names = {"gear_acceleration", "gear_jerk", "gear_snap", "gear_crackle"};
   Corrector corrector_;
-  std::array<std::vector<double>, 4> derivative_;  ///< of velocities, [N * d] each; empty: to be begun
+  std::array<std::vector<double>, 4> derivative_;  ///< of velocities, [N * d] each; empty: not started
   double dissipation_ = 0;
 };
 

@@ -21,7 +21,7 @@ using namespace granular;
 
 namespace {
 
-/// More than any computer takes. The time of one more is still told apart by rounding.
+/// Largest number of steps of a run. Rounding still resolves the time of a single step.
 constexpr double most_steps = 1e12;
 
 void check_shortest(const Scene& scene) {
@@ -33,7 +33,7 @@ void check_shortest(const Scene& scene) {
                     scene.path, step, end, end / step, most_steps));
 }
 
-/// Throws Failure if time would all but stand still.
+/// Throws Failure if the run would take more than most_steps steps.
 void check_pace(const Gas& gas, double end, double step) {
   if ((end - gas.time()) <= most_steps * step) return;
   throw Failure(
@@ -54,12 +54,13 @@ struct GranularMotion::Implementation {
         stage_end(here.stage_end()) {
     check_shortest(scene);
     instant = here.look();
-    if (std::isfinite(scene.mechanics.step)) integrator->longest_step(here, instant);  // refuses one before it writes
+    if (std::isfinite(scene.mechanics.step))
+      integrator->longest_step(here, instant);  // refuses a step that is too long before output begins
     load();
     energy_at_start = here.energy(potential()).total();
   }
 
-  /// The gas as it is now, brought here from the device if it is there.
+  /// Returns the gas, copied back from the device if needed.
   Gas& gas() {
     catch_up();
     if (is_there) {
@@ -76,7 +77,7 @@ struct GranularMotion::Implementation {
   }
   double time() const { return is_there ? device->time() : here.time(); }
 
-  /// Of now, which is on the device; of one instant one.
+  /// Returns the snapshot of the gas on the device, one per instant.
   std::shared_ptr<const granular::device::Snapshot> snapshot() {
     if (!now || now->time != device->time()) {
       const double potential = device->potential_energy();
@@ -86,13 +87,13 @@ struct GranularMotion::Implementation {
     }
     return now;
   }
-  /// Waits for what others do with `here`, `theory` and the notes, for frames and checkpoints of a gas that goes on on
-  /// a device.
+  /// Waits for background tasks that use `here`, `theory` and the notes, for frames and checkpoints of a gas on a
+  /// device.
   void catch_up() {
     const Stopwatch stopwatch(analysis_seconds);
     for (const std::future<void>& task : std::exchange(behind, {})) task.wait();
   }
-  /// Of a task for another thread, which tells it when it is over; one that nobody calls is over when nobody has it.
+  /// Registers a background task. It completes when the promise is fulfilled or destroyed.
   std::shared_ptr<std::promise<void>> leave_behind() {
     std::erase_if(behind, [](const std::future<void>& earlier) {
       return earlier.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
@@ -102,7 +103,7 @@ struct GranularMotion::Implementation {
     return task;
   }
 
-  /// Takes a note. Of a gas on a device others do so, while it goes on.
+  /// Takes a note. For a gas on a device another thread does so while the device continues.
   void note() {
     if (!is_there) {
       settle();
@@ -112,7 +113,7 @@ struct GranularMotion::Implementation {
     wait_for_a_core();
     pending.push_back(
         std::async(std::launch::async, [snapshot = snapshot(), of = like, with = law, book = flows]() mutable {
-          const auto taken = std::move(snapshot);  // whose memory others want, when this is done
+          const auto taken = std::move(snapshot);  // releases its memory at the end of this task
           return note_of(*taken, *of, with, book);
         }));
   }
@@ -121,7 +122,7 @@ struct GranularMotion::Implementation {
     const std::size_t most = std::max(1u, std::thread::hardware_concurrency());
     if (pending.size() >= most) pending[pending.size() - most].wait();
   }
-  /// Waits for the notes that are being taken.
+  /// Waits for notes of other threads, and appends them.
   void settle() {
     catch_up();
     const Stopwatch stopwatch(analysis_seconds);
@@ -138,24 +139,24 @@ struct GranularMotion::Implementation {
     notes.push_back(note);
     last = std::move(note);
   }
-  /// The note of now; one that leaves the theory where it is, or what follows would depend on who looked when.
+  /// Returns the note of this instant. It does not advance `theory`, so that later results do not depend on this call.
   Note look(std::optional<HomogeneousGas> with = {}) {
     settle();
     if (last && last->time == time()) return *last;
     return take_note(gas(), with, analysis_seconds, potential());
   }
-  /// What a line of progress wants to know, without waiting for anybody.
+  /// Returns the note for a progress line, without waiting for other threads.
   Note glance() { return is_there ? note_of(*snapshot(), *like, law, flows) : look(); }
-  /// The energy of smooth forces, if the device or the last step has found it.
+  /// Returns the energy of smooth forces, if the device or the last step has computed it.
   std::optional<double> potential() { return loaded ? std::optional(device->potential_energy()) : instant.potential; }
 
-  /// What there is to see of `here`.
+  /// Makes the frame of `here`.
   Frame frame(std::optional<double> potential);
   Checkpoint checkpoint();
   std::map<std::string, double> all_seconds() const, seconds_here() const;
   ColumnGroup take_history() { return columns_of(std::exchange(notes, {}), theory); }
 
-  /// One step towards `time`, and no farther than to the end of the stage.
+  /// Makes one step towards `time`, at most to the end of the stage.
   void step(double time) {
     const double end = std::min(time, stage_end), before = this->time();
     if (before < end) device ? step_there(end) : step_here(end, time);
@@ -166,12 +167,12 @@ struct GranularMotion::Implementation {
                       here.scene().path, before));
     if (this->time() >= stage_end) leave_stage();
   }
-  /// `wanted`: when the energy will be asked for.
+  /// `wanted`: time (t0) at which the caller needs the energy.
   void step_here(double end, double wanted) {
     const double left = end - here.time(), longest = integrator->longest_step(here, instant);
     check_pace(here, end, longest);
     const double count = std::ceil(left / longest);
-    const bool ends = count <= 1;  // the energy is asked for where a step ends a note or a frame
+    const bool ends = count <= 1;  // notes and frames at the end of a step need the energy
     instant = integrator->step(here, std::move(instant), ends ? end : here.time() + left / count,
                                ends && end >= wanted ? Want::energy : Want::forces);
   }
@@ -180,7 +181,7 @@ struct GranularMotion::Implementation {
     is_there = true;
     device->step(end, steps_at_once);
   }
-  /// Takes the gas to the device, if there is one.
+  /// Copies the gas to the device, if there is one.
   void load() {
     if (!device || loaded) return;
     device->load(here.save(), here.law(), here.in_elastic_stage(), here.stage_begin());
@@ -209,27 +210,27 @@ struct GranularMotion::Implementation {
     return every * (std::floor(time() / every + 1e-9) + 1);
   }
 
-  static constexpr int steps_at_once = 100;  ///< on a device, before who waits is asked
+  static constexpr int steps_at_once = 100;  ///< on a device, between two checks for a pause
   static constexpr int notes_a_frame = 10;
   Gas here;
-  Instant instant;  ///< of `here`
+  Instant instant;  ///< values of `here`
   std::unique_ptr<granular::GasIntegrator> integrator;
   double energy_at_start = 0;
   std::optional<HomogeneousGas> theory;
-  std::unique_ptr<granular::device::DeviceGas> device;  ///< null: there is none
-  bool loaded = false;                                  ///< the device has the gas, as it was or as it is
-  bool is_there = false;                                ///< and has carried it on
-  double stage_end;                                     ///< of the stage that the gas is in
+  std::unique_ptr<granular::device::DeviceGas> device;  ///< null: CPU
+  bool loaded = false;                                  ///< the device has a copy of the gas
+  bool is_there = false;                                ///< the device's copy is newer
+  double stage_end;                                     ///< t0, end of the present stage
   std::vector<Note> notes;
-  std::optional<Note> last;                               ///< that was taken, in this stage
-  std::shared_ptr<const Bodies> like;                     ///< masses, radii and box of what is there
-  GrainContactLaw law;                                    ///< of its contacts
-  GasEnergy flows;                                        ///< booked before it went there
-  std::shared_ptr<const granular::device::Snapshot> now;  ///< the last that was taken
-  std::vector<std::future<Note>> pending;                 ///< in the order of their times
-  std::vector<std::future<void>> behind;                  ///< what was left to another thread
+  std::optional<Note> last;                               ///< last note of this stage
+  std::shared_ptr<const Bodies> like;                     ///< masses, radii and box of the grains
+  GrainContactLaw law;                                    ///< of contacts on the device
+  GasEnergy flows;                                        ///< energy budget before the gas was copied to the device
+  std::shared_ptr<const granular::device::Snapshot> now;  ///< last snapshot
+  std::vector<std::future<Note>> pending;                 ///< in order of time
+  std::vector<std::future<void>> behind;                  ///< background tasks
   double seconds = 0, analysis_seconds = 0;
-  bool warned = false;  ///< what effects have to say has been said
+  bool warned = false;  ///< warnings of effects have been printed
 };
 
 GranularMotion::GranularMotion(const Scene& scene)
@@ -269,7 +270,7 @@ void GranularMotion::advance_to(double time, const std::function<bool()>& pause)
       self.step(end);
       if (self.time() < end && is_to_stop()) return;
     }
-    self.note();  // before any pause: a run that is resumed here goes on to the next one
+    self.note();  // before any pause: a run that is resumed here continues to the next note
     if (is_to_stop()) return;
   }
 }
@@ -380,7 +381,7 @@ std::vector<std::string> GranularMotion::warnings() {
 }
 
 std::map<std::string, double> GranularMotion::Implementation::all_seconds() const {
-  // With a device `here` is worked on beside it, for frames.
+  // With a device, background tasks use `here` for frames.
   std::map<std::string, double> all = device ? std::map<std::string, double>{} : seconds_here();
   all["analysis"] = analysis_seconds;
   if (device) all["device"] = device->counts().seconds;

@@ -15,10 +15,10 @@ namespace granular::device {
 class DeviceGas;
 }
 
-/// A scene of grains in time, in reduced units (Scene::reference), with the integrator that its [mechanics] asks for.
+/// Motion of a scene of grains, in reduced units (Scene::reference), by the integrator of its [mechanics].
 class GranularMotion : public Motion {
  public:
-  /// With a device, steps are made there, and the gas comes back for frames and checkpoints.
+  /// Steps run on `device`, if there is one; frames and checkpoints copy the gas back.
   explicit GranularMotion(const Scene& scene);
   GranularMotion(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> device);
   ~GranularMotion() override;
@@ -44,7 +44,7 @@ class GranularMotion : public Motion {
   bool leaves_a_core() const override;
   Summary summary() override;
   std::map<std::string, double> seconds() const override;
-  /// How often it has been looked for pairs that may touch, on the CPU.
+  /// Number of searches for candidate pairs on the CPU.
   std::int64_t searches() const;
 
  private:

@@ -6,16 +6,17 @@
 
 namespace lichtenberg::granular {
 
-// Limits of steps that hold forces, by the strictest effect of a scene. Reduced units.
+// Limits of steps with held forces, by the strictest effect of a scene. Reduced units.
 
-/// The way (d0) that the fastest grain may fly in a step: a part of the shortest length over which forces change.
+/// Returns the largest path (d0) of the fastest grain in a step: a part of the shortest length over which forces
+/// change.
 double way_by_length(const Scene& scene);
-/// The way (d0) at which holding forces costs what the error of the most accurate forces does (way_for). Throws Failure
+/// Returns the path (d0) at which holding forces is as wrong as the most accurate forces are (way_for). Throws Failure
 /// if no effect has a StepLimits::force_accuracy.
 double way_by_accuracy(const Scene& scene);
-/// The sum of the attractions of all effects.
+/// Returns the sum of the attractions of all effects.
 ContactAttraction contact_attraction(const Scene& scene);
-/// The time (t0) for which forces may be held between grains of at most this charge and at least this mass (m0).
+/// Returns the longest time (t0) of held forces between grains of at most this charge (q0) and at least this mass (m0).
 double longest_hold(const ContactAttraction& attraction, const GrainContactLaw& law, double charge, double lightest);
 
 }  // namespace lichtenberg::granular

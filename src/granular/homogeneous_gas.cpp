@@ -17,7 +17,7 @@ bool are_unit_grains(const Bodies& b) {
   return b.dimension == 3 && std::ranges::all_of(b.radius, is(0.5)) && std::ranges::all_of(b.mass, is(1));
 }
 
-/// The exchange that theory::impact_charge_square is for; null without.
+/// Returns the charge exchange to which theory::impact_charge_square applies; null without.
 const effects::ChargeExchangeOptions* known_exchange(const Scene& scene) {
   const auto* options = scene.effects.find<effects::ChargeExchangeOptions>();
   const bool known =
@@ -25,7 +25,7 @@ const effects::ChargeExchangeOptions* known_exchange(const Scene& scene) {
   return known ? options : nullptr;
 }
 
-/// The integral over dt of what goes from a to b like 1/(t + const), as collisions of a cooling gas do.
+/// Returns the integral over dt of a function like 1/(t + const) from a to b, as the collision frequency in cooling.
 double integral(double a, double b, double dt) {
   return std::abs(a - b) < 1e-6 * a ? dt * a : dt * a * b * std::log(a / b) / (a - b);
 }
@@ -35,7 +35,7 @@ double integral(double a, double b, double dt) {
 std::optional<HomogeneousGas> HomogeneousGas::of(const Gas& gas) {
   const Bodies& bodies = gas.bodies();
   const bool driven = is_driven(gas.scene());
-  constexpr int fewest = 100;  // of which a temperature means something: it varies by sqrt(2 / 3N), 8 %
+  constexpr int fewest = 100;  // with fewer, the temperature fluctuates by more than sqrt(2 / 3N), 8 %
   if (bodies.size() < fewest || !are_unit_grains(bodies) || driven || !(gas.fastest() > 0)) return {};
   return HomogeneousGas(gas);
 }
@@ -65,7 +65,7 @@ double HomogeneousGas::frequency(double temperature) const {
   return frequency / (1 + frequency * means_->duration(temperature));
 }
 
-/// Of the stage that the gas is in.
+/// Computes the means for the present stage.
 void HomogeneousGas::take_law(const Gas& gas) {
   if (stage_ == gas.stage_begin()) return;
   means_.emplace(impacts(gas));

@@ -7,23 +7,23 @@
 
 namespace lichtenberg::granular {
 
-/// What theory says of a gas while it is the same everywhere and its charges do not act (src/theory/haff.hpp): Haff's
-/// law with the true restitution, the charge that collisions bring, and how many collisions there are, in the warm-up
-/// too. Collisions last: a grain that is in one does not meet the next, omega / (1 + omega t_c).
+/// Predictions for a homogeneous gas whose charges exert no forces (src/theory/haff.hpp): Haff's law with the speed-
+/// dependent restitution, the mean square charge, and the number of collisions, equilibration included. Collisions have
+/// a duration t_c, which reduces their frequency to omega / (1 + omega t_c).
 class HomogeneousGas {
  public:
-  /// Empty where the theory does not hold: in the plane, of grains that are few, that differ, are driven or at rest.
+  /// Empty where the theory does not apply: in two dimensions, and for few, unequal, driven or resting grains.
   static std::optional<HomogeneousGas> of(const Gas& gas);
 
-  /// Temperature and charges are from now on those of the gas as it is: a stage has begun.
+  /// Restarts from the present temperature and charges of the gas, at the start of a stage.
   void begin(const Gas& gas);
-  /// Goes on to this time, when the gas has this temperature, within a stage of it.
+  /// Advances to `time`, within a stage. `temperature`: the measured one, from which the number of collisions follows.
   void follow(const Gas& gas, double time, double temperature);
 
   double temperature() const { return temperature_; }
-  /// <q^2>; empty if nothing is known of how charges are exchanged.
+  /// <q^2> (q0^2); empty if there is no theory of the charge exchange.
   std::optional<double> charge_square() const;
-  /// Of all grains since the start, of a gas that is as warm as the run was.
+  /// Number of collisions of all grains since the start, at the measured temperatures.
   double collisions() const { return collisions_; }
 
   void save(Checkpoint& checkpoint) const;
@@ -39,9 +39,9 @@ class HomogeneousGas {
   int grains_ = 0;
   bool has_exchange_ = false;
   double time_ = 0, temperature_ = 0, charge_square_ = 0, collisions_ = 0;
-  double frequency_ = 0;  ///< of collisions of a grain, of the gas as it was at time_
+  double frequency_ = 0;  ///< collision frequency of a grain at time_ (1/t0)
   std::optional<theory::ImpactTable> means_;
-  double stage_ = -1;  ///< when the stage began of which they are
+  double stage_ = -1;  ///< t0, start of the stage for which means_ holds
 };
 
 }  // namespace lichtenberg::granular

@@ -6,22 +6,22 @@
 
 namespace lichtenberg::granular {
 
-/// A way to carry a gas on by one step.
+/// Integrator of a gas: one step at a time.
 class GasIntegrator {
  public:
   virtual ~GasIntegrator() = default;
-  /// The longest step that it may take from here; finds the forces of `now` if it wants them. Throws InputError if the
-  /// scene's is too long.
+  /// Returns the longest step (t0) from here. May compute the forces of `now`. Throws InputError if the scene's step is
+  /// too long.
   virtual double longest_step(Gas& gas, Instant& now) const = 0;
-  /// Carries the gas on from `now` to `end`, at most a longest step away, and returns that instant with what the next
-  /// step can use; with Want::energy it should have the energy of smooth forces, if it has these forces.
+  /// Advances the gas from `now` to the time `end`, at most a longest step away. Returns that instant with the values
+  /// that the next step can reuse. With Want::energy it includes the energy of smooth forces if it has these forces.
   virtual Instant step(Gas& gas, Instant now, double end, Want want) = 0;
 
-  // What follows is for an integrator that remembers something of earlier steps.
+  // For integrators with a memory of earlier steps.
 
-  /// Forgets it: forces or velocities have changed at once.
+  /// Resets the memory after a jump of forces or velocities.
   virtual void begin_anew() {}
-  /// Puts it into a checkpoint, and takes it from there.
+  /// Saves it to a checkpoint, and restores it.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
 };
@@ -32,21 +32,21 @@ std::unique_ptr<GasIntegrator> make_gear();
 std::unique_ptr<GasIntegrator> make_gear_as_printed();
 std::unique_ptr<GasIntegrator> make_cvode();
 
-/// Adds an integrator of grains, which must outlive all scenes, before any scene is read. Throws InputError if its name
-/// is taken, or if it does not say that it moves grains and in what usual steps.
+/// Adds an integrator of grains before any scene is read; `kind` must outlive all scenes. Throws InputError if its name
+/// is taken, or if it lacks moves_grains or usual_step.
 void add_integrator(const IntegratorKind& kind, std::unique_ptr<GasIntegrator> (*make)());
 
-/// The one that a scene asks for. Throws InputError for one of conductors.
+/// Makes the integrator of a scene. Throws InputError for one that does not move grains.
 std::unique_ptr<GasIntegrator> make_integrator(Integrator which);
 
-/// The scene's mechanics.step. Throws InputError unless the shortest contact that there could be now takes so many, and
-/// what its dashpot does as well.
+/// Returns the scene's mechanics.step. Throws InputError unless the shortest possible contact, and the time scale of
+/// its dashpot, take at least `steps_a_contact` such steps.
 double step_that_resolves_contacts(const Gas& gas, const Instant& now, double steps_a_contact);
 
-/// The longest step for which forces of charges may be held: a quarter of the period in which the two of largest charge
-/// swing about where charges and contact balance, 2 pi sqrt(m_eff / slope of the contact's force); infinite if nothing
-/// holds them together. Forces that are held for more than a whole period drive that swinging, for less they damp it,
-/// up to a quarter hardly (README.md).
+/// Returns the longest time for which forces of charges may be held: a quarter of the oscillation period of a bound
+/// pair with the largest charges, 2 pi sqrt(m_eff / slope of the contact force) at equilibrium; infinite without an
+/// attraction. Holding times above a period excite this oscillation. Shorter times damp it, up to a quarter hardly
+/// (README.md).
 double longest_hold(const Gas& gas);
 
 }  // namespace lichtenberg::granular

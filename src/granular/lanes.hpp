@@ -1,8 +1,7 @@
 #pragma once
 
-// What follows one pair follows several at once as well, if it is written in these words: `Real` is a double, or as
-// many doubles as a processor computes with together (std::experimental::simd). Each lane's arithmetic is that of a
-// double.
+// Functions for code that computes one pair or several pairs at once. `Real` is double, or several doubles in a vector
+// register (std::experimental::simd). Each lane has the arithmetic of a double.
 
 #include <array>
 #include <cmath>
@@ -12,7 +11,7 @@
 
 namespace lichtenberg::granular {
 
-/// Which of them: a truth value, or one for each lane.
+/// A condition: a bool, or one for each lane.
 template <class Real>
 using Which = std::decay_t<decltype(Real() < Real())>;
 
@@ -34,7 +33,7 @@ LICHTENBERG_HOST_DEVICE Real chosen(const Which<Real>& which, const Real& yes, c
     return result;
   }
 }
-/// What is no number stays none.
+/// Returns the larger of two numbers; NaN stays NaN.
 template <class Real>
 LICHTENBERG_HOST_DEVICE Real not_below(const Real& x, const Real& least) {
   return chosen<Real>(x < least, least, x);
@@ -72,7 +71,7 @@ LICHTENBERG_HOST_DEVICE WithInverse<Real> root_and_inverse(const Real& x) {
 #endif
 }
 
-/// Vectors of as many pairs as Real has lanes.
+/// A vector (`d` components) of each pair in the lanes of Real.
 template <int d, class Real>
 struct LaneVec {
   std::array<Real, d> of{};

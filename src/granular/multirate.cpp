@@ -10,15 +10,16 @@
 namespace lichtenberg::granular {
 namespace {
 
-/// Forces of charges are held over a step, within which contacts are followed by steps of their own, and then put
-/// right: velocity Verlet for the charges. Where nothing touches it is the same as impulses at both ends of a step
-/// (Tuckerman, Berne and Martyna 1992); but impulses shake contacts that hold a bound pair, which dissipate what they
-/// gain by it, step after step. Charges move from grain to grain between two steps, each with its own charges.
+/// Multiple time stepping. Smooth forces are constant over a step, within which contacts have substeps of their own. At
+/// its end momenta are corrected by half of the change of the forces, which is velocity Verlet for smooth forces.
+/// Without contacts this equals impulses at both ends of a step (Tuckerman, Berne and Martyna 1992). Impulses would
+/// excite the contacts of bound pairs, which dissipate that energy in each step. Charges are exchanged between two
+/// steps.
 class Multirate final : public GasIntegrator {
  public:
   double longest_step(Gas& gas, Instant& now) const override {
     const double asked = gas.scene().mechanics.step, hold = longest_hold(gas);
-    if (!std::isinf(asked) && asked > hold && gas.steps == 0)  // later, when charges have grown, steps become shorter
+    if (!std::isinf(asked) && asked > hold && gas.steps == 0)  // later, as charges grow, steps become shorter
       throw InputError(
           fmt::format("{}: mechanics.step = {:g} is too long: forces that are held so long would drive the swinging of "
                       "grains that their charges hold together; {:.2g} is the longest",

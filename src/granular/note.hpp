@@ -13,9 +13,9 @@
 
 namespace lichtenberg::granular {
 
-/// What is noted of a gas between frames too.
+/// Observables of a gas at one instant. Notes are taken between frames, too.
 struct Note {
-  /// What theory expects of a homogeneous gas.
+  /// Predictions for a homogeneous gas.
   struct Expected {
     double temperature = 0, collisions = 0;
     std::optional<double> charge_square;
@@ -26,22 +26,23 @@ struct Note {
   std::int64_t contacts = 0, collisions = 0;
   std::optional<Expected> expected;
 
-  /// Relative to the local flow, or where the gas is too thin for that of all motion.
+  /// Temperature (m0 v0^2) relative to the local flow; the total one where the gas is too thin for a local flow.
   double temperature() const;
 };
 
 std::vector<Pair> pairs_in_contact(const Gas& gas);
 
-/// Carries `theory`, if there is any, on to now. `potential`: what is known of that energy already.
+/// Takes a note, and advances `theory`, if there is one. `potential`: the potential energy, if it is known.
 Note take_note(Gas& gas, std::optional<HomogeneousGas>& theory, double& analysis_seconds,
                std::optional<double> potential = {});
-/// Of a gas on a device, without what theory expects. `like` has its masses, radii and box, `before` what was booked
-/// before it went there, of which the device knows no more.
+/// Makes the note of a gas on a device, without predictions. `like` has its masses, radii and box. `before` has the
+/// entries of the energy budget that devices do not change.
 Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law, const GasEnergy& before);
-/// What `theory` expects of the gas, in its present stage, when the note was taken.
+/// Adds the predictions of `theory` for the time of the note, in the present stage of the gas.
 void expect(Note& note, const Gas& gas, HomogeneousGas& theory);
 
-/// The notes as columns of the group "gas", a row a note; those that have no expectation lack its columns.
+/// Returns the notes as columns of the group "gas", one row per note. Without `theory` the columns of predictions are
+/// missing.
 ColumnGroup columns_of(std::span<const Note> notes, const std::optional<HomogeneousGas>& theory);
 
 }  // namespace lichtenberg::granular

@@ -10,11 +10,11 @@
 
 namespace lichtenberg::granular {
 
-/// The way, in diameters, farther than which no grain flies while forces are held: they change over a diameter.
+/// Largest path of a grain while forces are held, in the length over which they change, at most a diameter.
 constexpr double longest_way = 0.2;
 
-/// Speed of the fastest of so many Maxwellian grains over sqrt(T/m): the tail sqrt(2/pi) u exp(-u^2/2) holds one of
-/// them.
+/// Returns the speed of the fastest of `grains` Maxwellian grains over sqrt(T/m): the tail sqrt(2/pi) u exp(-u^2/2)
+/// holds one grain.
 inline double fastest_of(std::size_t grains) {
   const double tail = 0.8 * static_cast<double>(std::max<std::size_t>(grains, 2));
   double u = 3;
@@ -22,27 +22,27 @@ inline double fastest_of(std::size_t grains) {
   return u;
 }
 
-/// The speed of a typical impact in a gas of so many Maxwellian grains, over the largest that there could be, of two at
-/// the speed of the fastest: rms normal speeds of impact are 2 sqrt(T/m).
+/// Returns the speed of a typical impact among `grains` Maxwellian grains, relative to an impact of two grains at the
+/// speed of the fastest. The rms normal impact speed is 2 sqrt(T/m).
 inline double typical_impact(std::size_t grains) { return std::min(1.0, 1 / fastest_of(grains)); }
 
-/// Properties of a gas's grains from which the steps of contacts are chosen.
+/// Properties of a gas's grains from which contact substeps are chosen.
 struct GrainsSeen {
   double lightest = 1, smallest = 0.5;  ///< m0, the mass, and d0, the radius
   double typical = 1;                   ///< typical_impact
 };
 
-/// The law that moves two grains of mass 1 and diameter 1 as `law` moves the two lightest, whose contacts are the
-/// shortest: forces over mass. Of grains that are no lighter than that the law itself.
+/// Returns the law that moves two grains of mass 1 and diameter 1 as `law` moves the two lightest grains, whose
+/// contacts are the shortest: the forces are divided by the mass. For grains of mass 1 or more it is the law itself.
 template <class Law>
 LICHTENBERG_HOST_DEVICE Law for_lightest(const Law& law, const GrainsSeen& grains) {
   const double by = law.scale(grains.smallest, grains.smallest) / grains.lightest;
   return by > 1 + 1e-9 ? law.times(by) : law;
 }
 
-/// The time that steps of contacts must resolve (mechanics.contact_steps of them, or as many as another integrator
-/// needs) where two grains meet at the speed `impact` at most: how long the shortest contact lasts, or how fast the
-/// dashpot slows typical impacts down, where damping is strong.
+/// Returns the time (t0) that contact substeps must resolve for impact speeds up to `impact` (v0): the duration of the
+/// shortest contact, or for strong damping the time in which the dashpot slows typical impacts down. It is divided into
+/// mechanics.contact_steps substeps, or into as many as another integrator needs.
 template <class Law>
 LICHTENBERG_HOST_DEVICE double time_to_resolve(const Law& law, double impact, const GrainsSeen& grains) {
   const Law lightest = for_lightest(law, grains);
@@ -53,28 +53,28 @@ inline double time_to_resolve(const GrainContactLaw& law, double impact, const G
   return std::visit([&](const auto& one) { return time_to_resolve(one, impact, grains); }, law);
 }
 
-/// The way that the fastest of so many grains may fly while forces of charges are held, such that it costs what an
-/// error `accuracy` of these forces (rms over rms) does: sqrt(T/m) h = sqrt(accuracy) diameters, of the smallest
+/// Returns the path (d0) of the fastest of `grains` grains while Coulomb forces are held, for which holding them is as
+/// wrong as a relative rms error `accuracy` of these forces: sqrt(T/m) h = sqrt(accuracy) diameters of the smallest
 /// (README, how long forces are held).
 inline double way_for(double accuracy, std::size_t grains, double diameter) {
   return diameter * std::min(longest_way, std::sqrt(accuracy) * fastest_of(grains));
 }
 
-/// The time in which speed and acceleration lead no farther than `way`; infinite if there are none.
+/// Returns the time in which a grain with this speed and acceleration moves by `way`; infinite if both are 0.
 LICHTENBERG_HOST_DEVICE inline double time_for(double way, double speed, double acceleration) {
   return 2 * way / (speed + std::sqrt(speed * speed + 2 * acceleration * way));
 }
 
-/// What bounds a step of multirate; reduced units.
+/// Limits of a step of multirate, in reduced units.
 struct StepBounds {
-  double asked = INFINITY;              ///< mechanics.step; infinite: as the accuracy of forces asks for
+  double asked = INFINITY;              ///< mechanics.step; infinite: follows from the accuracy of forces
   double hold = INFINITY;               ///< longest_hold
-  double way = longest_way, speed = 0;  ///< of the fastest grain: how far it may fly, d0, and how fast it does
-  double acceleration = 0;              ///< by forces that are held, at most; counts only without `asked`
+  double way = longest_way, speed = 0;  ///< of the fastest grain: largest path (d0) and speed (v0)
+  double acceleration = 0;              ///< largest by held forces; used without `asked` only
 };
 
-/// The longest within them. `contact_step(gain)`: that of contacts where impacts gain so much speed; forces that are
-/// held for less than one gain nothing.
+/// Returns the longest step within the limits. `contact_step(gain)` is the contact substep for impacts that are faster
+/// by `gain`; shorter steps gain no accuracy.
 template <class ContactStep>
 LICHTENBERG_HOST_DEVICE double longest_step_within(const StepBounds& bounds, const ContactStep& contact_step) {
   const auto& [asked, hold, way, speed, acceleration] = bounds;
@@ -86,9 +86,9 @@ LICHTENBERG_HOST_DEVICE double longest_step_within(const StepBounds& bounds, con
   return speed * most > way ? way / speed : most;
 }
 
-/// How long forces may be held (multirate) where two grains of this effective mass attract each other with this force
-/// at most: a quarter of the period in which they swing about the overlap that bears it. Infinite without an
-/// attraction.
+/// Returns the longest time for which forces may be held (multirate) between two grains of this effective mass with
+/// this largest attraction: a quarter of the period of their oscillation about the equilibrium overlap. Infinite
+/// without an attraction.
 template <class Law>
 LICHTENBERG_HOST_DEVICE double longest_hold(const Law& law, double attraction, double effective_mass) {
   if (!(attraction > 0)) return INFINITY;

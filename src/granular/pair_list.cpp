@@ -31,8 +31,8 @@ bool PairList::holds(const Bodies& bodies, double travel) const {
 
 namespace {
 
-/// Speeds of the grains, and beyond which a grain is so much faster than the others that it has a reach of its own: in
-/// a Maxwellian gas hardly one of 1e5 is four times as fast as their root mean square.
+/// Speeds of the grains. Grains above `usual` get a skin of their own: in a Maxwellian gas hardly one grain of 1e5 has
+/// four times the rms speed.
 struct Speeds {
   explicit Speeds(const Bodies& bodies) {
     double squares = 0;
@@ -60,11 +60,11 @@ double shortest_period(const Bodies& bodies) {
 
 }  // namespace
 
-/// A list lives as long as its grains stay within their reaches. A grain that a collision makes fast has no larger one,
-/// so that all have the same, but for those that are far faster than the others.
+/// Rebuilds the list. All grains get the same skin, because a collision can make any grain fast; only grains that are
+/// far faster than the others get more.
 void PairList::search(const Bodies& bodies, double travel, parallel::Team& team) {
   const Speeds speeds(bodies);
-  // Beyond half a box a search would meet two images of one grain.
+  // A search beyond half of the box would find two images of one grain.
   const double radius = *std::ranges::max_element(bodies.radius), half = 0.5 * shortest_period(bodies) * (1 - 1e-9);
   const double most = std::max(0.5 * (half - range_) - radius, travel);
   const double reach = std::min(travel + move_ * radius, most);

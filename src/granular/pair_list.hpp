@@ -6,16 +6,16 @@
 
 namespace lichtenberg::granular {
 
-/// The pairs of grains whose surfaces may come closer than a range within a step, kept while the grains move. One that
-/// is far faster than the others has a reach of its own: it costs its own neighbourhood and not everybody's.
+/// Neighbour (Verlet) list: pairs of grains whose surfaces may come closer than a range within a step. A grain that is
+/// far faster than the others has a skin of its own, so it enlarges its own neighbourhood only.
 class PairList {
  public:
-  /// A search is made anew when a grain has moved by `move` radii: late for a list of many pairs, which is dear to
-  /// find, soon for one of which each pair is looked at in each step.
+  /// `range` (d0): gap between surfaces. The list is rebuilt when a grain has moved by `move` radii. A large value
+  /// saves searches, a small one keeps the list short.
   PairList(double range, double move) : range_(range), move_(move) {}
 
-  /// The pairs, in ascending order, that come closer than the range while no grain moves by more than `travel` from
-  /// where it is; may hold others.
+  /// Returns, in ascending order, all pairs that come closer than the range while no grain moves by more than `travel`
+  /// (d0). Other pairs may be among them.
   std::span<const Pair> pairs(const Bodies& bodies, double travel, parallel::Team& team);
   std::int64_t searches() const { return searches_; }
 
@@ -24,7 +24,8 @@ class PairList {
   void search(const Bodies& bodies, double travel, parallel::Team& team);
 
   double range_, move_;
-  std::vector<double> searched_at_, reach_;  ///< places of the last search, [N * d], and what each may have moved, [N]
+  std::vector<double> searched_at_,
+      reach_;  ///< d0; positions at the last search, [N * d], and allowed displacements, [N]
   std::vector<Pair> pairs_;
   std::int64_t searches_ = 0;
 };

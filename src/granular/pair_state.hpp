@@ -10,11 +10,11 @@
 
 namespace lichtenberg::granular {
 
-/// Two grains at one instant, j as seen from i.
+/// Relative state of two grains, of j with respect to i.
 template <int d, class Real = double>
 struct PairState {
-  typename VecOf<d, Real>::type apart;     ///< r, from i to j
-  typename VecOf<d, Real>::type velocity;  ///< r'
+  typename VecOf<d, Real>::type apart;     ///< r, from i to j (d0)
+  typename VecOf<d, Real>::type velocity;  ///< r' (v0)
 };
 
 template <int d, class Real>
@@ -35,14 +35,14 @@ LICHTENBERG_HOST_DEVICE void fly(Vector& place, Vector& momentum, const Vector& 
 /// no direction.
 inline constexpr double too_close = 0.1;
 
-/// The speed at which they come closer along the line of centres.
+/// Returns the approach speed along the line of centres.
 template <int d, class Real>
 LICHTENBERG_HOST_DEVICE Real closing(const PairState<d, Real>& s) {
   using std::sqrt;
   return -dot(s.apart, s.velocity) / sqrt(norm2(s.apart));
 }
 
-/// Their speed across it.
+/// Returns the relative speed normal to the line of centres.
 template <int d>
 LICHTENBERG_HOST_DEVICE double speed_across(const PairState<d>& s) {
   return norm(s.velocity + (closing(s) / norm(s.apart)) * s.apart);
@@ -58,13 +58,13 @@ Vec<d> vector_of(std::span<const double> values, int i) {
   return v;
 }
 
-/// From i to the nearest image of j.
+/// Returns the vector from i to the nearest image of j.
 template <int d>
 Vec<d> apart(const Spheres<d>& grains, Pair p) {
   return grains.box.difference(grains.place(p.j), grains.place(p.i));
 }
 
-/// `grains` are the bodies' places.
+/// Returns the state of a pair; `grains` are the positions of the bodies.
 template <int d>
 PairState<d> seen(const Bodies& bodies, const Spheres<d>& grains, Pair p) {
   return {apart(grains, p), vector_of<d>(bodies.momentum, p.j) / bodies.mass[p.j] -

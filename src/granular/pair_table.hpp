@@ -10,13 +10,13 @@
 
 namespace lichtenberg::granular {
 
-/// As many numbers as the processor computes with together. Who includes this is compiled without contraction of
-/// products and sums, so that a pair's result has the same bits in any lane and with any number of them.
+/// A vector register of numbers. Files that include this header are compiled without contraction of products and sums,
+/// so a pair has bitwise identical results in any lane and with any vector width.
 using Several = std::experimental::native_simd<double>;
 inline constexpr int width = Several::size();
 inline constexpr auto anywhere = std::experimental::element_aligned;
 
-/// Pairs that are computed together: they follow each other, or are picked.
+/// Indices of pairs that are computed together: consecutive ones, or selected ones.
 struct Row {
   int first;
   int operator[](int lane) const { return first + lane; }
@@ -26,7 +26,7 @@ struct Picked {
   int operator[](int lane) const { return pairs[lane]; }
 };
 
-/// Columns of numbers of pairs. Those of a row of pairs lie together: loops over all columns read memory as it comes.
+/// Storage of columns. The values of one row of pairs are adjacent, so loops over all columns read memory sequentially.
 class Table {
  public:
   void resize(std::size_t pairs) { values_.resize(pairs * columns_); }
@@ -42,7 +42,7 @@ class Table {
   std::vector<double> values_;
 };
 
-/// A number of each pair.
+/// A value per pair.
 class Column {
  public:
   explicit Column(Table& table) : table_(&table), number_(table.add_column()) {}
@@ -90,7 +90,7 @@ class VectorColumn {
   std::vector<Column> of_;
 };
 
-/// The sum, in an order that is that of the numbers alone.
+/// Returns the sum, in an order that does not depend on the vector width.
 inline double total(const Column& of, int count) {
   std::array<double, 8> sums{};
   for (int p = 0; p < count; ++p) sums[p % 8] += of[p];

@@ -18,7 +18,7 @@ double total_charge(const Gas& gas) {
   return std::accumulate(charge.begin(), charge.end(), 0.0);
 }
 
-/// |sum p|, and that over what it would be if all were at random, the root of the sum of p^2.
+/// |sum p|, and its ratio to the value for random directions, the root of the sum of p^2.
 std::pair<double, double> momentum(const Bodies& bodies) {
   Vec3 sum{};
   double squares = 0;
@@ -84,7 +84,7 @@ std::string energy_line(const GasEnergy& e, double error) {
   if (e.driven != 0) text += fmt::format(", {:.4g} by driving", e.driven);
   text += fmt::format(": off by {:.1e}", error);
   if (e.dissipated > 0) text += fmt::format(", {:.1e} of what was dissipated", std::abs(error) / e.dissipated);
-  if (e.contact_error != 0)  // of integrators that tell the two apart
+  if (e.contact_error != 0)  // integrators that separate the two
     text += fmt::format("; {:.1e} by steps of contacts, {:.1e} by those of smooth forces", e.contact_error,
                         error - e.contact_error);
   return text;
@@ -94,7 +94,7 @@ std::string in_words(const RestitutionCheck::Decade& found) {
   return fmt::format("off by {:.1e} on average, {:.1e} at worst, in {}", found.mean(), found.worst, found.collisions);
 }
 
-/// One line for all lone and central collisions, one for each decade of their speed.
+/// One line for all central collisions of isolated pairs, and one per decade of the impact speed.
 void add_restitution(const Gas& gas, Summary& summary) {
   const RestitutionCheck::Decade all = gas.restitution.all();
   if (all.collisions == 0) return;
@@ -150,9 +150,9 @@ void add_quantities(const Gas& gas, const Note& now, double energy_error, Summar
   summary.quantities.push_back({"expected_collisions", now.expected->collisions, "1"});
 }
 
-/// The energy that is missing or too much, over what was turned over: an error.
+/// The relative error of the energy budget: the change of the total over the converted energy.
 std::string energy_warning(const Gas& gas, const GasEnergy& energy, double error, double at_start) {
-  constexpr double allowed = 1e-2;  // ten times what steps of contacts promise where a scene leaves them open
+  constexpr double allowed = 1e-2;  // ten times the error of default contact substeps
   const double turned_over =
       std::max({energy.kinetic, energy.dissipated, std::abs(energy.exchanged), std::abs(energy.driven)});
   const double scale = turned_over > 0 ? turned_over : std::abs(at_start);
@@ -169,7 +169,7 @@ std::string energy_warning(const Gas& gas, const GasEnergy& energy, double error
 }
 
 std::vector<std::string> warnings_of(const Gas& gas, const GasEnergy& energy, double error, double at_start) {
-  constexpr double most_overlap = 0.1;  // contact laws are of small overlaps
+  constexpr double most_overlap = 0.1;  // contact laws hold for small overlaps
   std::vector<std::string> warnings;
   if (std::string warning = energy_warning(gas, energy, error, at_start); !warning.empty())
     warnings.push_back(std::move(warning));

@@ -8,10 +8,10 @@
 
 namespace lichtenberg::granular {
 
-/// A warning if stop.time ends the run before its stages have ended, or with them; else nothing.
+/// Returns a warning if the run does not last longer than its stages; else an empty string.
 std::string stages_warning(const Scene& scene);
 
-/// What a run says of a gas that is as in the note. `energy_at_start`: GasEnergy::total then.
+/// Returns the summary of a run that ends with this note. `energy_at_start`: GasEnergy::total at the start.
 Summary summarize(Gas& gas, const Note& now, double energy_at_start);
 
 }  // namespace lichtenberg::granular

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int grains_a_task = 2048;
 
-/// Of some grains: sums, and squares of the largest.
+/// Sums over a range of grains, and squares of maxima.
 struct Part {
   double kinetic = 0, speed2 = 0, change2 = 0;
 };
@@ -34,7 +34,7 @@ Part over_ranges(int grains, parallel::Team& team, const Work& work) {
   return together(parts);
 }
 
-/// Of the vectors of a grain each: visit(grain, square).
+/// Calls visit(grain, square of its vector) for grains from `first` to `last`.
 template <class Visit>
 void for_each_square(const Bodies& b, const double* v, int first, int last, const Visit& visit) {
   if (b.dimension == 3)
@@ -44,7 +44,7 @@ void for_each_square(const Bodies& b, const double* v, int first, int last, cons
     for (int i = first; i < last; ++i) visit(i, v[2 * i] * v[2 * i] + v[2 * i + 1] * v[2 * i + 1]);
 }
 
-/// Of as many grains as are looked at side by side, since each sum waits for the one before.
+/// Independent partial sums, because each addition waits for the previous one.
 constexpr int together_at_once = 8;
 struct Sums {
   std::array<double, together_at_once> energy{}, speed2{};
@@ -71,7 +71,7 @@ Sums sums_of(const Bodies& b, int first, int last) {
   return sums;
 }
 
-/// Compiled once, so that who surveys after a kick and who surveys alone find the same bits.
+/// Not inlined, so that a survey after a kick and a survey alone are bitwise identical.
 [[gnu::noinline]] void survey_range(const Bodies& b, int first, int last, Part& part) {
   const Sums sums = b.dimension == 3 ? sums_of<3>(b, first, last) : sums_of<2>(b, first, last);
   for (const double one : sums.energy) part.kinetic += 0.5 * one;

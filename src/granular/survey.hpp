@@ -7,24 +7,25 @@
 
 namespace lichtenberg::granular {
 
-/// What a step needs to know of all grains: sums and maxima over them.
+/// Sums and maxima over all grains, in reduced units.
 struct Survey {
   double kinetic = 0;  ///< energy
   double fastest = 0;  ///< the largest speed
 };
 
-/// Of the grains as they are. The same bits for any number of threads.
+/// Returns them for the present grains, bitwise identical for any number of threads.
 Survey survey(const Bodies& bodies, parallel::Team& team);
 
-/// Momenta change by dt (now - before), of forces [N * d].
+/// Result of a change of momenta by dt (now - before).
 struct Kicked {
-  double most = 0;  ///< by which a velocity has changed
-  Survey after;     ///< with the bits that `survey` finds then
+  double most = 0;  ///< v0, largest change of a velocity
+  Survey after;     ///< bitwise identical to that of `survey`
 };
+/// Changes momenta by dt times the difference of two forces ([N * d]).
 Kicked kick(Bodies& bodies, double dt, std::span<const double> before, std::span<const double> now,
             parallel::Team& team);
 
-/// The largest of the forces ([N * d]) over their grain's mass.
+/// Returns the largest acceleration by these forces ([N * d]).
 double largest_acceleration(const Bodies& bodies, std::span<const double> force, parallel::Team& team);
 
 }  // namespace lichtenberg::granular

@@ -15,36 +15,36 @@
 
 namespace lichtenberg::granular {
 
-/// The grains of a gas while their contacts are followed for some steps of equal length. Those that contacts may push
-/// lie together in slots, in the order in which they got them; all others stay what they are in the bodies, and fly
-/// from the beginning to the end in one go. Held forces, if there are any, act on all.
+/// Grains of a gas during some contact substeps of equal length. Grains that may be in contact have adjacent copies
+/// (slots). The others remain in the bodies and move from the start to the end in a single step. Held forces act on all
+/// grains.
 template <int d>
 class TouchedGrains {
  public:
-  /// A grain as it was when a contact last pushed it, or at the start; in one line of a cache.
+  /// State of a grain at its last contact, or at the start; it fills one cache line.
   struct alignas(64) Grain {
     std::array<double, d> place, momentum;
     double per_mass = 0;
-    std::int32_t followed_to = 0;  ///< the step at whose beginning it was so
+    std::int32_t followed_to = 0;  ///< step at whose start this state holds
     std::int32_t particle = 0;
   };
-  /// What its pairs need of a grain, all forces on it at the start and in the middle of a step; in one line too.
+  /// Forces on a grain at the start and in the middle of a step, in one cache line.
   struct alignas(64) Felt {
     std::array<double, d> start, halfway;
     double radius = 0;
     std::int32_t touches = 0;
   };
 
-  /// Starts from the bodies, which stay where they are until they `fly`, with those of the contacts in slots in the
-  /// order of these. Masses and radii are always those of the first call.
+  /// Starts from the bodies, which do not change before `fly`. The grains of the contacts get the first slots, in their
+  /// order. Masses and radii are those of the first call.
   template <class PairOf>
   void begin(const Bodies& bodies, std::span<const double> held, double dt, int contacts, const PairOf& pair_of,
              parallel::Team& team);
-  /// Of a particle; if it has none, it gets one.
+  /// Returns the slot of a particle, and assigns one if needed.
   int slot_of(int particle);
   bool has_slot(int particle) const { return slot_[particle] >= 0; }
   double radius_of(int particle) const { return made_[particle].radius; }
-  double widest() const { return widest_; }  ///< radius of all grains
+  double widest() const { return widest_; }  ///< d0, the largest radius
   double lightest() const { return lightest_; }
 
   int slots() const { return static_cast<int>(grains_.size()); }
@@ -54,18 +54,18 @@ class TouchedGrains {
   bool are_held() const { return !held_.empty(); }
   const std::array<double, d>& held(int slot) const { return held_[slot]; }
 
-  /// At the beginning of step n, if no contact pushes before; grains get no slots by that.
+  /// Returns a grain at the start of step n, if no contact acts before. Assigns no slots.
   Grain flown(int slot, int n) const;
   Grain at(int particle, int n) const;
-  /// What a contact gave to a grain within the step that ends where n begins.
+  /// Adds the effect of a contact on a grain within the step before step n.
   void push(int slot, int n, double by, const Vec<d>& shift, double sign, const Vec<d>& impulse);
-  /// Brings the bodies from the start to step n. Returns the work of the held forces.
+  /// Moves the bodies from the start to step n. Returns the work of the held forces.
   double fly(Bodies& bodies, int n, parallel::Team& team) const;
-  /// Memory of these will be asked for.
+  /// Prefetches the memory of these grains.
   void prefetch(Pair pair) const;
   void prefetch(int slot) const { __builtin_prefetch(&grains_[slot], 1); }
 
-  static constexpr int ahead = 16;  ///< pairs or grains, of which memory is asked for early
+  static constexpr int ahead = 16;  ///< prefetch distance, in pairs or grains
 
  private:
   static constexpr int grains_a_task = 4096;
@@ -79,11 +79,11 @@ class TouchedGrains {
   void fill(int slot);
   double fly_all(Bodies& bodies, double t, int first, int last) const;
   double put_back(Bodies& bodies, int n, int first, int last) const;
-  /// The sum of visit(first, last) over ranges, in their order.
+  /// Sums visit(first, last) over ranges of grains, in ascending order.
   template <class Visit>
   static double sum_over_ranges(int count, parallel::Team& team, const Visit& visit);
 
-  const Bodies* bodies_ = nullptr;       ///< as they are at the start
+  const Bodies* bodies_ = nullptr;       ///< at the start
   std::span<const double> held_forces_;  ///< [N * d]; empty: none
   double dt_ = 0, widest_ = 0, lightest_ = INFINITY;
   std::vector<Made> made_;          ///< by particle
@@ -226,7 +226,7 @@ double TouchedGrains<d>::sum_over_ranges(int count, parallel::Team& team, const 
   return sum;
 }
 
-/// Particles from `first` to `last` as if no contact pushed them.
+/// Moves particles from `first` to `last` without contacts. Returns the work of the held forces.
 template <int d>
 double TouchedGrains<d>::fly_all(Bodies& bodies, double t, int first, int last) const {
   std::array<double, d> work{};
@@ -249,8 +249,8 @@ double TouchedGrains<d>::fly_all(Bodies& bodies, double t, int first, int last) 
   return sum;
 }
 
-/// Those in slots from `first` to `last`, which have been flown as if nothing pushed them. Returns what held forces
-/// work more.
+/// Writes the grains in slots from `first` to `last`, which fly_all has moved without contacts, back to the bodies.
+/// Returns the additional work of the held forces.
 template <int d>
 double TouchedGrains<d>::put_back(Bodies& bodies, int n, int first, int last) const {
   double work = 0;

@@ -72,7 +72,7 @@ class Motion final : public ContactMotion {
   void search(const Bodies& bodies, const ContactSteps& of, int n, parallel::Team& team) {
     constexpr int most_steps = 64;
     constexpr double least = 0.1, more = 1.5;  // factors of the largest possible and of the observed acceleration
-    constexpr double grows = 1.5;              // bound on the growth of held forces until the next search
+    constexpr double grows = 1.5;              // bound on the growth of slow forces until the next search
     const double pull = grows * of.gain / of.time, kicked = std::isfinite(of.kicked) ? grows * of.kicked : 0;
     const auto horizon = [&](double speed) { return std::max(dt_, std::min(of.way / speed, most_steps * dt_)); };
     const double longest = horizon(of.fastest), jolt = kicked * (std::ceil(longest / of.time) + 1);

@@ -31,8 +31,8 @@ struct PairColumns {
 };
 
 /// Motion of pairs over one step: first the pairs in contact, then the candidate pairs. A vector register holds several
-/// pairs. Devices run the formulas of pair_motion.hpp in a sweep of their own (device/contact_steps.hpp), because their
-/// threads take one pair each and add to sums atomically, while the CPU reads columns of pairs row by row.
+/// pairs. Devices run the formulas of pair_motion.hpp in a sweep of their own (device/contact_steps.hpp). Their threads
+/// take one pair each and add to sums atomically, while the CPU reads columns of pairs row by row.
 template <int d, class Law>
 class ContactRows {
  public:

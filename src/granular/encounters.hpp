@@ -14,14 +14,14 @@ namespace lichtenberg::granular {
 struct Bounds {
   double fastest = 0;       ///< v0, without contacts; collisions make no grain faster than twice this
   double jolt = 0;          ///< v0, sum of velocity kicks by all forces except contacts
-  double pull = 0;          ///< acceleration by held forces
+  double pull = 0;          ///< acceleration by slow forces
   double acceleration = 0;  ///< relative acceleration by contacts
   double excess = 0;        ///< d0, margin for contacts that begin in the second half of a step
 
   double speed() const { return 2 * fastest; }
   /// Bound on the approach (d0) within t by contacts, beyond that of straight flight.
   double bend(double t) const { return std::min(0.5 * acceleration * t * t, 3 * speed() * t); }
-  /// Bound on the approach by contacts, held forces and kicks, beyond that of straight flight.
+  /// Bound on the approach by contacts, slow forces and kicks, beyond that of straight flight.
   double closed_by(double t) const { return 2 * jolt * t + bend(t) + pull * t * t; }
   /// Bound on the total approach within t.
   double approach(double t) const { return std::min(2 * speed() * t, 2 * fastest * t + bend(t)) + excess; }
@@ -32,7 +32,7 @@ inline constexpr double rounding =
 
 /// Returns a lower bound on the time for which pairs stay apart. In straight flight the distance is a convex function
 /// of time: the approach speed is largest at first, c, and for c < 0 the pair recedes at least as fast from then on.
-/// Kicks increase c. Held forces add an approach of 2 pull t^2 / 2, and contacts one of a t^2 / 2 or of 3 speed t. The
+/// Kicks increase c. Slow forces add an approach of 2 pull t^2 / 2, and contacts one of a t^2 / 2 or of 3 speed t. The
 /// bound is the later of the times at which these two estimates close the gap.
 template <int d>
 Several apart_for(const PairState<d, Several>& pairs, const Several& reach, const Bounds& bounds) {
@@ -59,7 +59,7 @@ class Encounters {
 
   /// Adds a bound on velocity changes (v0) by forces other than contacts.
   void jolt(double most) { jolts_ += most; }
-  /// Sets the bound on the acceleration by held forces.
+  /// Sets the bound on the acceleration by slow forces.
   void pull(double acceleration) { pull_ = acceleration; }
   /// Takes the largest acceleration of a grain in the middle of a step. Returns false if the step may exceed the bound
   /// of the search, which must then be repeated at the start of the step.

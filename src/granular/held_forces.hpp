@@ -6,7 +6,7 @@
 
 namespace lichtenberg::granular {
 
-// Limits of steps with held forces, by the strictest effect of a scene. Reduced units.
+// Limits of steps with slow forces, by the strictest effect of a scene. Reduced units.
 
 /// Returns the largest path (d0) of the fastest grain in a step: a part of the shortest length over which forces
 /// change.
@@ -16,7 +16,7 @@ double way_by_length(const Scene& scene);
 double way_by_accuracy(const Scene& scene);
 /// Returns the sum of the attractions of all effects.
 ContactAttraction contact_attraction(const Scene& scene);
-/// Returns the longest time (t0) of held forces between grains of at most this charge (q0) and at least this mass (m0).
+/// Returns the longest time (t0) of slow forces between grains of at most this charge (q0) and at least this mass (m0).
 double longest_hold(const ContactAttraction& attraction, const GrainContactLaw& law, double charge, double lightest);
 
 }  // namespace lichtenberg::granular

@@ -7,9 +7,9 @@
 
 namespace lichtenberg::granular {
 
-/// Predictions for a homogeneous gas whose charges exert no forces (src/theory/haff.hpp): Haff's law with the speed-
-/// dependent restitution, the mean square charge, and the number of collisions, equilibration included. Collisions have
-/// a duration t_c, which reduces their frequency to omega / (1 + omega t_c).
+/// Predictions for a homogeneous gas whose charges exert no forces (src/theory/haff.hpp). They are Haff's law with the
+/// restitution of each impact speed, the mean square charge, and the number of collisions, equilibration included.
+/// Collisions have a duration t_c, which reduces their frequency to omega / (1 + omega t_c).
 class HomogeneousGas {
  public:
   /// Empty where the theory does not apply: in two dimensions, and for few, unequal, driven or resting grains.

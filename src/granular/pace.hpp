@@ -10,7 +10,7 @@
 
 namespace lichtenberg::granular {
 
-/// Largest path of a grain while forces are held, in the length over which they change, at most a diameter.
+/// Largest path of a grain in a step of constant forces, relative to the length over which they change.
 constexpr double longest_way = 0.2;
 
 /// Returns the speed of the fastest of `grains` Maxwellian grains over sqrt(T/m): the tail sqrt(2/pi) u exp(-u^2/2)
@@ -40,9 +40,9 @@ LICHTENBERG_HOST_DEVICE Law for_lightest(const Law& law, const GrainsSeen& grain
   return by > 1 + 1e-9 ? law.times(by) : law;
 }
 
-/// Returns the time (t0) that contact substeps must resolve for impact speeds up to `impact` (v0): the duration of the
-/// shortest contact, or for strong damping the time in which the dashpot slows typical impacts down. It is divided into
-/// mechanics.contact_steps substeps, or into as many as another integrator needs.
+/// Returns the time (t0) that contact substeps must resolve for impact speeds up to `impact` (v0). It is the duration
+/// of the shortest contact, or for strong damping the time in which the dashpot slows typical impacts down. It is
+/// divided into mechanics.contact_steps substeps, or into as many as another integrator needs.
 template <class Law>
 LICHTENBERG_HOST_DEVICE double time_to_resolve(const Law& law, double impact, const GrainsSeen& grains) {
   const Law lightest = for_lightest(law, grains);
@@ -53,9 +53,9 @@ inline double time_to_resolve(const GrainContactLaw& law, double impact, const G
   return std::visit([&](const auto& one) { return time_to_resolve(one, impact, grains); }, law);
 }
 
-/// Returns the path (d0) of the fastest of `grains` grains while Coulomb forces are held, for which holding them is as
-/// wrong as a relative rms error `accuracy` of these forces: sqrt(T/m) h = sqrt(accuracy) diameters of the smallest
-/// (README, how long forces are held).
+/// Returns the path (d0) of the fastest of `grains` grains during a step of constant Coulomb forces. With it the error
+/// by the step equals a relative rms error `accuracy` of these forces: sqrt(T/m) h = sqrt(accuracy) diameters of the
+/// smallest grain (README, how long forces are held).
 inline double way_for(double accuracy, std::size_t grains, double diameter) {
   return diameter * std::min(longest_way, std::sqrt(accuracy) * fastest_of(grains));
 }
@@ -70,7 +70,7 @@ struct StepBounds {
   double asked = INFINITY;              ///< mechanics.step; infinite: follows from the accuracy of forces
   double hold = INFINITY;               ///< longest_hold
   double way = longest_way, speed = 0;  ///< of the fastest grain: largest path (d0) and speed (v0)
-  double acceleration = 0;              ///< largest by held forces; used without `asked` only
+  double acceleration = 0;              ///< largest by slow forces; used without `asked` only
 };
 
 /// Returns the longest step within the limits. `contact_step(gain)` is the contact substep for impacts that are faster
@@ -86,9 +86,9 @@ LICHTENBERG_HOST_DEVICE double longest_step_within(const StepBounds& bounds, con
   return speed * most > way ? way / speed : most;
 }
 
-/// Returns the longest time for which forces may be held (multirate) between two grains of this effective mass with
-/// this largest attraction: a quarter of the period of their oscillation about the equilibrium overlap. Infinite
-/// without an attraction.
+/// Returns the longest step (t0) of constant forces (multirate) for two grains of this effective mass with this largest
+/// attraction. It is a quarter of the period of their oscillation about the equilibrium overlap; infinite without an
+/// attraction.
 template <class Law>
 LICHTENBERG_HOST_DEVICE double longest_hold(const Law& law, double attraction, double effective_mass) {
   if (!(attraction > 0)) return INFINITY;

@@ -1,7 +1,7 @@
 #pragma once
 
-// The motion of two grains in contact over one step: one source for the CPU, which computes one pair or several pairs
-// in a vector register, and for devices, which compute one pair per thread.
+// The motion of two grains in contact over one step. The CPU computes several pairs in a vector register, and devices
+// compute one pair per thread, from this source.
 
 #include <cmath>
 
@@ -47,7 +47,7 @@ struct PairStep {
   Real impact_speed = 0;  ///< closing speed at that instant
 };
 
-/// Selects what the motion in contact changes; onset and impact speed are those of `no`.
+/// Selects end state and dissipated energy; onset and impact speed are those of `no`.
 template <int d, class Real>
 LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const Which<Real>& which, const PairStep<d, Real>& yes,
                                                  const PairStep<d, Real>& no) {
@@ -71,8 +71,8 @@ LICHTENBERG_HOST_DEVICE ContactTransfer<typename VecOf<d, Real>::type> transfer(
           mass * (end.apart - start.apart - dt * start.velocity - outside.path(dt))};
 }
 
-/// Relative motion r'' = outside(t) + force / mass along r of two grains that are in contact or come into contact
-/// within a step, by the classical Runge-Kutta method in sigma = sqrt(time since the onset). The force of a
+/// Relative motion of two grains that are in contact or come into contact within a step, r'' = outside(t) + force /
+/// mass along r. The classical Runge-Kutta method integrates it in sigma = sqrt(time since the onset). The force of a
 /// viscoelastic contact begins like sqrt(overlap) ~ sqrt(t), so a fixed step in t has order 3/2 at most. In sigma the
 /// force is smooth, and four evaluations a step leave an error hundreds of times smaller (src/granular/README.md).
 ///
@@ -184,8 +184,8 @@ class PairMotion {
     return chosen<Real>(c <= 0, 0, chosen<Real>(none, INFINITY, t));
   }
 
-  /// Moves the pairs of `which`, whose force has ended, to `end` without contact, unless they would push again there.
-  /// Returns the pairs that it has moved.
+  /// Moves the pairs of `which`, whose force has ended, to `end` without contact, unless their contact force would act
+  /// again there. Returns the pairs that it has moved.
   LICHTENBERG_HOST_DEVICE Mask let_go(Step& step, const Mask& which, const Real& begin, const Real& end) const {
     const State then = flown(step.end, begin, end);
     const Mask gone = which && !(unclamped(then) > 0);

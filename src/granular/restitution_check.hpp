@@ -20,7 +20,7 @@ HeadOnCollision expected_collision(const GrainContactLaw& law, double effective_
 /// Errors of the restitution in a run, by decade of the impact speed.
 class RestitutionCheck {
  public:
-  static constexpr int first_decade = -8, decades = 12;  ///< slower and faster ones count with the outermost
+  static constexpr int first_decade = -8, decades = 12;  ///< the outermost ones include all slower and faster impacts
   struct Decade {
     std::int64_t collisions = 0;
     double sum = 0, worst = 0;  ///< of |restitution - expected|
@@ -28,7 +28,7 @@ class RestitutionCheck {
     double mean() const { return sum / static_cast<double>(collisions); }
   };
 
-  /// A collision of a lone pair.
+  /// A collision of a isolated pair.
   struct Seen {
     double began = 0, lasted = 0;                                      ///< t0
     double impact_speed = 0, parting_speed = 0, tangential_speed = 0;  ///< v0; the last one when they part
@@ -52,7 +52,7 @@ class RestitutionCheck {
            c.tangential_speed * c.tangential_speed * c.lasted < share * c.impact_speed * reach;
   }
 
-  /// Counts the collisions of lone pairs among those that have ended; `law` holds since the time `since`.
+  /// Counts the collisions of isolated pairs among those that have ended; `law` holds since the time `since`.
   void count(std::span<const Collision> ended, const Bodies& bodies, const GrainContactLaw& law, double since);
   const std::array<Decade, decades>& by_speed() const { return decade_; }
   Decade all() const;

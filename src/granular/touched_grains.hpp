@@ -16,7 +16,7 @@
 namespace lichtenberg::granular {
 
 /// Grains of a gas during some contact substeps of equal length. Grains that may be in contact have adjacent copies
-/// (slots). The others remain in the bodies and move from the start to the end in a single step. Held forces act on all
+/// (slots). The others remain in the bodies and move from the start to the end in a single step. Slow forces act on all
 /// grains.
 template <int d>
 class TouchedGrains {
@@ -59,7 +59,7 @@ class TouchedGrains {
   Grain at(int particle, int n) const;
   /// Adds the effect of a contact on a grain within the step before step n.
   void push(int slot, int n, double by, const Vec<d>& shift, double sign, const Vec<d>& impulse);
-  /// Moves the bodies from the start to step n. Returns the work of the held forces.
+  /// Moves the bodies from the start to step n. Returns the work of the slow forces.
   double fly(Bodies& bodies, int n, parallel::Team& team) const;
   /// Prefetches the memory of these grains.
   void prefetch(Pair pair) const;
@@ -226,7 +226,7 @@ double TouchedGrains<d>::sum_over_ranges(int count, parallel::Team& team, const 
   return sum;
 }
 
-/// Moves particles from `first` to `last` without contacts. Returns the work of the held forces.
+/// Moves particles from `first` to `last` without contacts. Returns the work of the slow forces.
 template <int d>
 double TouchedGrains<d>::fly_all(Bodies& bodies, double t, int first, int last) const {
   std::array<double, d> work{};
@@ -250,7 +250,7 @@ double TouchedGrains<d>::fly_all(Bodies& bodies, double t, int first, int last) 
 }
 
 /// Writes the grains in slots from `first` to `last`, which fly_all has moved without contacts, back to the bodies.
-/// Returns the additional work of the held forces.
+/// Returns the additional work of the slow forces.
 template <int d>
 double TouchedGrains<d>::put_back(Bodies& bodies, int n, int first, int last) const {
   double work = 0;

@@ -1,6 +1,6 @@
 #pragma once
 
-// How long the next step is. The device chooses, step after step; the host only the first of some.
+// Length of the next step. The device chooses it; the host chooses only the first of a series.
 
 #include <algorithm>
 #include <cmath>
@@ -11,17 +11,17 @@
 
 namespace lichtenberg::granular::device {
 
-/// What a step is chosen by, as on the CPU (../multirate.cpp, Gas::follow_contacts).
+/// Parameters of the step length, as on the CPU (../multirate.cpp, Gas::follow_contacts).
 template <class Law>
 struct StepRule {
   Law law;
   double longest = 0;  ///< mechanics.step
-  double way = 0;      ///< of the fastest grain, at most
+  double way = 0;      ///< d0, largest path of the fastest grain
   double contact_steps = 1;
   GrainsSeen grains;
   double largest_radius = 0, lightest = 1;
   ContactAttraction attraction;
-  double skin = 0;  ///< of lists
+  double skin = 0;  ///< d0, of the neighbour lists
 
   LICHTENBERG_HOST_DEVICE double longest_step(double speed, double impact, double acceleration, double held) const {
     return longest_step_within({longest, held, way, speed, acceleration},
@@ -30,8 +30,8 @@ struct StepRule {
   LICHTENBERG_HOST_DEVICE double step_of_contacts(double impact) const {
     return time_to_resolve(law, impact, grains) / contact_steps;
   }
-  /// Acceleration that a contact of two that meet at this speed does not exceed: even if nothing is lost, the overlap
-  /// is less than half of the way that they would fly meanwhile.
+  /// Returns a bound on the acceleration by a contact at this impact speed. Without losses the overlap is less than
+  /// half of the straight path within the contact duration. The CPU computes a tighter bound iteratively.
   LICHTENBERG_HOST_DEVICE double hardest_push(double speed) const {
     if (!(speed > 0)) return 0;
     const double overlap = 0.5 * speed * law.shortest_contact(speed);
@@ -40,20 +40,20 @@ struct StepRule {
   }
 };
 
-/// Steps that follow each other without a question to the host.
+/// State of a series of steps without interaction with the host.
 struct Progress {
   double time = 0, target = 0;
-  double end = 0;           ///< of the step that has been chosen
-  double travel = 0;        ///< of a grain in it
-  double held_charge = -1;  ///< for which forces may be held so long
+  double end = 0;           ///< t0, end of the chosen step
+  double travel = 0;        ///< d0, bound on displacements in it
+  double held_charge = -1;  ///< q0, largest charge for which `hold` was computed
   double hold = INFINITY;
   std::int64_t contact_steps = 0, begun = 0, transfers = 0;
-  int left = 0;   ///< steps that may still be made
-  int whole = 0;  ///< 1: the next goes to `target`, however long that is
-  int go = 0;     ///< 1: a step has been chosen, for which the lists hold
+  int left = 0;   ///< largest number of further steps
+  int whole = 0;  ///< 1: the next step ends at `target`
+  int go = 0;     ///< 1: a step has been chosen and the lists are valid for it
   int exchanged = 0;
   int steps = 0, exchanges = 0;
-  int unresolved = 0;  ///< 1: contacts are so short that a step would have no end
+  int unresolved = 0;  ///< 1: contacts are too short for the number of substeps
 
   static Progress towards(double target, double time, int most, bool whole) {
     Progress now;
@@ -82,7 +82,7 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const Found& foun
   constexpr double most = 1e8;
   now.unresolved = !(steps < most);
   if (now.unresolved) return;
-  // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
+  // Twice the largest speed is a bound on speeds after a collision.
   now.travel = 2 * (speed + gain) * dt;
   next = {now.time,
           dt,
@@ -93,7 +93,7 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const Found& foun
   now.go = !(std::sqrt(found.moved2) + now.travel > 0.5 * rule.skin);
 }
 
-/// Books the step that was made.
+/// Counts the completed step.
 LICHTENBERG_HOST_DEVICE inline void count_step(const Found& found, const StepParameters& made, bool exchanges,
                                                Progress& now) {
   now.time = now.end;
@@ -103,7 +103,7 @@ LICHTENBERG_HOST_DEVICE inline void count_step(const Found& found, const StepPar
   now.exchanges += now.exchanged;
 }
 
-/// How many steps like the one that has been chosen lists hold for at least, if the fastest grain goes on as it flies.
+/// Returns for how many steps like the chosen one the lists remain valid at the present largest speed.
 template <class Law>
 int steps_ahead(const StepRule<Law>& rule, const Found& found, const Progress& now, const StepParameters& next) {
   const double room = 0.5 * rule.skin - std::sqrt(found.moved2) - now.travel,
@@ -113,18 +113,18 @@ int steps_ahead(const StepRule<Law>& rule, const Found& found, const Progress& n
   return 1 + static_cast<int>(std::max(std::min(further, most - 1), 0.0));
 }
 
-/// Nothing follows a step.
+/// No action after a step.
 struct NoMore {
   LICHTENBERG_HOST_DEVICE void operator()() const {}
 };
-/// The step is booked and the next one chosen. If none had been chosen, none has been made.
+/// Counts the step and chooses the next one. Does nothing if no step had been chosen.
 template <class Law>
 struct GoOn {
   StepRule<Law> by;
   Found* found;
   StepParameters* parameters;
   Progress* now;
-  const int* unstable;  ///< null: there are no dipoles
+  const int* unstable;  ///< null: no dipoles
   bool exchanges;
 
   LICHTENBERG_HOST_DEVICE void operator()() const {

@@ -1,8 +1,9 @@
 #pragma once
 
-// The steps of contacts (../contact_motion.cpp) on an executor. Pairs that may matter within an outer step are listed,
-// each once, and of them in each step of contacts those that do. What grains get from their pairs is added up in whole
-// numbers: neither the order of lists nor that of threads shows.
+// Contact substeps (../contact_motion.cpp) on an executor. An outer step lists its candidate pairs, each once, and each
+// substep selects the active ones. Sums over the pairs of a grain are integers, so results do not depend on the order
+// of lists and threads. The formulas of a pair are those of the CPU (../pair_motion.hpp). The sequence differs, because
+// a device processes all pairs in parallel phases.
 
 #include <algorithm>
 #include <array>
@@ -19,46 +20,45 @@
 
 namespace lichtenberg::granular::device {
 
-/// What sums of pairs are multiples of: powers of two.
+/// Units of the integer sums over pairs (fixed-point scales): powers of two, in reduced units.
 struct Quanta {
   double force = 1, impulse = 1, shift = 1, energy = 1, charge = 1;
 
   Quanta inverse() const { return {1 / force, 1 / impulse, 1 / shift, 1 / energy, 1 / charge}; }
 };
 
-/// Of what grains have dissipated (m0 v0^2), of which a step of contacts of a pair is a whole number: a sum over all of
-/// them has 52 bits of so much.
+/// Unit (m0 v0^2) of the dissipated energy of a pair in a substep. The sum over all grains fits into 52 bits.
 inline double energy_quantum(int grains) {
   return std::ldexp(1.0, -32 + std::max(0, static_cast<int>(std::ceil(std::log2(grains / 32768.0)))));
 }
 
-/// Where a grain is, for who looks for those near it.
+/// Position and radius of a grain in compact form, for neighbour searches.
 struct alignas(16) Located {
   Turns at;
   float radius = 0;
 };
 
-/// Grains as they are sorted.
+/// Device pointers to the arrays of grains, in sorted order.
 struct GrainsView {
   int count = 0;
   Vec3 *place = nullptr, *momentum = nullptr;
   TurnsAround* image = nullptr;
   double *charge = nullptr, *over_mass = nullptr, *radius = nullptr;
-  Charged* charged = nullptr;  ///< for sums over charges
-  int* number = nullptr;       ///< by which the scene knows it
+  Charged* charged = nullptr;  ///< input of the sums over charges
+  int* number = nullptr;       ///< index of the grain in the scene
   Located* located = nullptr;
   Turns* sorted_at = nullptr;
-  Vec3* held = nullptr;  ///< forces of charges at the start of an outer step
-  // What its pairs add up to within a step.
+  Vec3* held = nullptr;  ///< smooth forces at the start of an outer step
+  // Sums over the pairs of a grain in a substep, in units of Quanta.
   WholeVec *force = nullptr, *halfway = nullptr, *impulse = nullptr, *shift = nullptr;
-  int* busy = nullptr;                   ///< 1: some pair of its is active
-  int* touches = nullptr;                ///< contacts of the last step
-  int* begun = nullptr;                  ///< ends of pairs that have begun to touch, as a chain; no_end: none
-  std::int64_t* collisions = nullptr;    ///< that have begun, while charge was exchanged
-  std::int64_t* moved_charge = nullptr;  ///< quanta, that are still to be added to its charge
+  int* busy = nullptr;                   ///< 1: the grain has an active pair
+  int* touches = nullptr;                ///< number of contacts in the last substep
+  int* begun = nullptr;                  ///< head of the linked list of new contacts; no_end: none
+  std::int64_t* collisions = nullptr;    ///< number of onsets, while charge was exchanged
+  std::int64_t* moved_charge = nullptr;  ///< quanta to be added to the charge
   std::int64_t* dissipated = nullptr;    ///< quanta of energy
 
-  /// All that goes with a grain when it is sorted; `felt`: null if no charge feels anything.
+  /// Returns the data of a grain that sorting moves. `felt`: fields at the charges, or null.
   LICHTENBERG_HOST_DEVICE Grain take(int i, const Felt* felt) const {
     return {place[i],      momentum[i], charge[i],
             over_mass[i],  radius[i],   collisions[i],
@@ -74,68 +74,69 @@ struct GrainsView {
 };
 constexpr int no_end = -1;
 
-/// Two grains.
+/// A pair of grains.
 struct GrainPair {
-  int lower = 0, higher = 0;  ///< where the two are sorted: that of the lower number first
+  int lower = 0, higher = 0;  ///< sorted indices; the grain with the lower number is first
 };
-/// A pair that may matter within an outer step.
+/// A candidate pair of an outer step.
 struct alignas(16) NearPair : GrainPair {
-  int entry = 0;  ///< of the table: what is known of a contact stands there
-  int due = 0;    ///< the step of contacts from which on it may matter; open: in contact
+  int entry = 0;  ///< entry of the table, where the contact's data are
+  int due = 0;    ///< first substep in which it may touch; open: in contact
 
   static constexpr int open = -1;
 };
-/// One that is computed in a step of contacts. Its ends are 2 k and 2 k + 1 if it is the k-th: lower and higher.
+/// An active pair of a substep. The k-th has the ends 2 k (lower grain) and 2 k + 1 (higher grain).
 struct alignas(16) ActivePair : GrainPair {
-  int near = 0;  ///< which near pair it is
+  int near = 0;  ///< index of the candidate pair
   int touching = 0;
 };
 
 struct ContactsView {
-  TableView table;                                   ///< each pair once
-  int* owner = nullptr;                              ///< of an entry: whose row it is in
-  double *since = nullptr, *impact_speed = nullptr;  ///< of an entry; no number of 0 or more: no contact
+  TableView table;                                   ///< neighbour table with each pair once
+  int* owner = nullptr;                              ///< [entries], grain of the row
+  double *since = nullptr, *impact_speed = nullptr;  ///< [entries]; since: negative or NaN without contact
   int* alone = nullptr;
 
   NearPair* near = nullptr;
   ActivePair* active = nullptr;
-  PairState<3>* seen = nullptr;                                 ///< of an active pair, at the start of a step
-  double* scale = nullptr;                                      ///< of its law
-  Vec3 *force = nullptr, *halfway = nullptr, *first = nullptr;  ///< on the higher; without it, relative
-  int* next = nullptr;                                          ///< of an end: in the chain of its grain
+  PairState<3>* seen = nullptr;  ///< state of an active pair at the start of a substep
+  double* scale = nullptr;       ///< factor of the law
+  Vec3 *force = nullptr, *halfway = nullptr,
+       *first = nullptr;  ///< on the higher grain; first: relative acceleration by all others
+  int* next = nullptr;    ///< [ends], next in the linked list of its grain
 };
 
-/// What steps find, for the host.
+/// Results of steps, for the host; reduced units.
 struct Found {
   std::int64_t begun = 0, transfers = 0;
   double speed2 = 0;         ///< of the fastest grain
-  double acceleration2 = 0;  ///< by charges
-  double impact2 = 0;        ///< the square of the largest speed that a contact may still give to its two
-  double moved2 = 0;         ///< of the grain that has moved most since grains were sorted
-  double charge = 0;         ///< the largest magnitude
-  int lost = 0;              ///< grains whose places are no numbers
+  double acceleration2 = 0;  ///< largest by smooth forces
+  double impact2 = 0;        ///< square of the largest speed that a contact may give to its grains
+  double moved2 = 0;         ///< square of the largest displacement since the last sorting
+  double charge = 0;         ///< largest magnitude
+  int lost = 0;              ///< not 0: some position is NaN
   int pairs = 0, active = 0, ended = 0;
-  int passed = 0;  ///< 1 + number of a grain through which another flew
+  int passed = 0;  ///< 1 + number of a grain through which another has passed; 0: none
 
-  /// Nothing is known of the next step yet.
+  /// Resets the results of a single step.
   LICHTENBERG_HOST_DEVICE void begin_step() {
     begun = transfers = 0;
     impact2 = 0;
     pairs = active = ended = 0;
   }
 };
-/// What is kept from step to step.
+/// Maxima over all steps.
 struct Extremes {
-  double overlap = 0;  ///< over the sum of radii
+  double overlap = 0;  ///< relative to the sum of radii
 };
 
 struct StepParameters {
-  double begin = 0;  ///< time at the start of the outer step
-  double outer = 0;  ///< its length
-  double inner = 0;  ///< that of a step of contacts
-  double reach = 0;  ///< which pairs may matter within an outer step: gap between surfaces
-  double bend = 0;   ///< acceleration that may bend a flight
-  int steps = 0;     ///< of contacts
+  double begin = 0;  ///< t0, start of the outer step
+  double outer = 0;  ///< t0, its length
+  double inner = 0;  ///< t0, length of a substep
+  double reach = 0;  ///< d0, largest gap of candidate pairs
+  double bend = 0;   ///< bound on relative accelerations
+  int steps = 0;     ///< number of substeps
   int unused = 0;
 };
 
@@ -184,7 +185,7 @@ struct ContactSteps {
     return law.scale(grains.radius[p.lower], grains.radius[p.higher]);
   }
 
-  /// Whether an entry's two may matter within an outer step.
+  /// Returns whether the pair of an entry may touch within an outer step.
   LICHTENBERG_HOST_DEVICE bool is_near(int e) const {
     return come_within(contacts.owner[e], contacts.table.partner[e], static_cast<float>(parameters->reach));
   }
@@ -194,12 +195,12 @@ struct ContactSteps {
     contacts.near[place] = {{first ? i : j, first ? j : i}, e, contacts.since[e] >= 0 ? NearPair::open : 0};
   }
 
-  // A step of contacts, one after the other.
+  // The phases of a substep.
 
   LICHTENBERG_HOST_DEVICE bool is_due(int k, int step) const { return contacts.near[k].due <= step; }
-  /// A pair that is in contact, or may come to it, is active: notes what the last step has made of a contact, finds out
-  /// whether this step moves it, and what its contact does at the start. One that is too far apart is looked at again
-  /// when it may matter.
+  /// Ends a contact whose pair has separated, and adds the pair to the active ones if it is in contact or may touch in
+  /// this substep. Adds the contact force at the start to both grains. A pair that is too far apart is due again when
+  /// it may touch.
   LICHTENBERG_HOST_DEVICE void look(int k, int step) const {
     const NearPair p = contacts.near[k];
     const double dt = parameters->inner, slack = parameters->bend * dt * dt;
@@ -220,7 +221,7 @@ struct ContactSteps {
     if (touching) add(grains.force, p, over_quanta.force * push);
   }
 
-  /// In the middle of a step grains are where the forces at its start carry them.
+  /// Adds the contact force in the middle of the substep, at positions that follow from the forces at its start.
   LICHTENBERG_HOST_DEVICE void push_halfway(int a) const {
     const ActivePair p = contacts.active[a];
     const PairState<3> at = contacts.seen[a];
@@ -232,7 +233,7 @@ struct ContactSteps {
     if (norm2(push) > 0) add(grains.halfway, p, over_quanta.force * push);
   }
 
-  /// A pair by itself, with what its two feel of others linear in time.
+  /// Integrates a pair separately, with the acceleration by all others linear in time.
   LICHTENBERG_HOST_DEVICE void integrate(int a, int step) const {
     const ActivePair p = contacts.active[a];
     const double dt = parameters->inner, time = parameters->begin + step * dt, over = over_mass(p);
@@ -263,8 +264,8 @@ struct ContactSteps {
     contacts.next[2 * a + 1] = parallel::exchange_atomically(&grains.begun[p.higher], 2 * a + 1);
   }
 
-  /// The k-th of all components of two sums, when they have been read and before something is added to them. Threads
-  /// beside each other then write whole sectors of memory; parts of them a device would read first.
+  /// Clears the k-th component of two sums between their use and the next additions. Adjacent threads write complete
+  /// memory sectors; a device would read partly written ones first.
   LICHTENBERG_HOST_DEVICE static void clear(WholeVec* one, WholeVec* other, int k) {
     (&one->x)[k] = (&other->x)[k] = 0;
   }
@@ -286,8 +287,8 @@ struct ContactSteps {
     grains.located[s].at = turns_of(place, whole_turn * nearest.turns_a_metre);
   }
 
-  /// After the last step of contacts: notes as above, and the square of the largest speed that a contact may still give
-  /// to its two.
+  /// After the last substep: ends contacts of separated pairs, and returns the square of the largest speed that a
+  /// contact may give to its grains.
   LICHTENBERG_HOST_DEVICE double impact2(int k) const {
     const NearPair p = contacts.near[k];
     if (p.due != NearPair::open) return 0;
@@ -296,7 +297,7 @@ struct ContactSteps {
     return 2 * over_mass(p) * law.push(reach(p) - root_of(distance2), scale(p)).stored;
   }
 
-  /// The k-th of those that have ended within the outer step, if there are so many.
+  /// Counts the k-th ended contact of the outer step, if there is one.
   LICHTENBERG_HOST_DEVICE void count_end(int k) const {
     if (k >= found->ended) return;
     const EndedContact contact = restitution.ended[k];
@@ -305,24 +306,24 @@ struct ContactSteps {
   }
 
  private:
-  /// Whether two are so near that they may come into contact in this step; if not, notes when they may.
+  /// Returns whether a pair may come into contact in this substep; if not, sets when it is due.
   LICHTENBERG_HOST_DEVICE bool may_matter(int k, const NearPair& p, int step) const {
     const double dt = parameters->inner;
     const auto path = static_cast<float>(parameters->reach * dt / parameters->outer);
     const float least = gap(p.lower, p.higher) - static_cast<float>(parameters->bend * dt * dt);
     if (least < path) return true;
-    // Nearer by less than the path in a step; rounding leaves the number of steps a little too small.
+    // A substep shortens the gap by less than `path`. The factor covers rounding.
     const float steps = least / (path * (1 + 1e-5f));
     if (steps >= 1) contacts.near[k].due = step + (steps < 1e6f ? static_cast<int>(steps) : 1000000);
     return false;
   }
-  /// Whether the gap between two is less than `gap`, or by rounding hardly more.
+  /// Returns whether the gap of two grains is less than `gap`; rounding is on the safe side.
   LICHTENBERG_HOST_DEVICE bool come_within(int i, int j, float gap) const {
     const Located a = grains.located[i], b = grains.located[j];
     const float most = (a.radius + b.radius + gap) * (1 + 1e-5f);
     return distance2(a, b) < most * most;
   }
-  /// Between two, or by rounding a little less.
+  /// Returns the gap of two grains, or by rounding slightly less.
   LICHTENBERG_HOST_DEVICE float gap(int i, int j) const {
     const Located a = grains.located[i], b = grains.located[j];
     const float square = distance2(a, b) * (1 - 2e-5f);
@@ -337,21 +338,21 @@ struct ContactSteps {
     return {{law, scale}, reach(p), over_mass(p), outside};
   }
 
-  /// To both of a pair, of what is done to the higher.
+  /// Adds a quantity to the sum of the higher grain, and subtracts it from that of the lower one.
   LICHTENBERG_HOST_DEVICE static void add(WholeVec* to, const GrainPair& p, Vec3 quanta) {
     const std::int64_t x = whole(quanta.x), y = whole(quanta.y), z = whole(quanta.z);
     parallel::add_atomically(&to[p.higher].x, x), parallel::add_atomically(&to[p.lower].x, -x);
     parallel::add_atomically(&to[p.higher].y, y), parallel::add_atomically(&to[p.lower].y, -y);
     parallel::add_atomically(&to[p.higher].z, z), parallel::add_atomically(&to[p.lower].z, -z);
   }
-  /// The relative acceleration by all forces, of which those of contacts are `of`.
+  /// Returns the relative acceleration by slow forces and the contact forces `of`.
   LICHTENBERG_HOST_DEVICE Vec3 relative(const WholeVec* of, const GrainPair& p) const {
     const double lower = grains.over_mass[p.lower], higher = grains.over_mass[p.higher];
     return higher * (grains.held[p.higher] + of[p.higher].times(quanta.force)) -
            lower * (grains.held[p.lower] + of[p.lower].times(quanta.force));
   }
 
-  /// Whether a contact is still one, at this distance and time.
+  /// Returns whether a contact continues at this distance and time, and records its end otherwise.
   LICHTENBERG_HOST_DEVICE bool stays(int k, const NearPair& p, double distance2, double time) const {
     const double sum = reach(p), distance = root_of(distance2);
     if (grains.touches[p.lower] > 1 || grains.touches[p.higher] > 1) contacts.alone[p.entry] = 0;
@@ -372,15 +373,15 @@ struct ContactSteps {
         {{began, time - began, contacts.impact_speed[p.entry], -closing(at), speed_across(at)}, p.lower, p.higher});
   }
 
-  /// Whether two in flight come closer than `distance` within dt.
+  /// Returns whether two grains in straight flight come closer than `distance` within dt.
   LICHTENBERG_HOST_DEVICE static bool may_touch(double distance, const PairState<3>& at, double dt) {
     const double approach = -dot(at.apart, at.velocity), v2 = norm2(at.velocity);
     const double t = approach <= 0 ? 0 : approach < v2 * dt ? approach / v2 : dt;
     return norm2(at.apart + t * at.velocity) < distance * distance;
   }
 
-  /// Contacts of a grain that have begun in this step: those in which it is the lower move charge, once, by the same
-  /// random numbers as on the CPU (effects::ChargeExchange), which counts those of a step in ascending order of pairs.
+  /// Exchanges charge in the new contacts of a grain in which it is the lower one. Random numbers are those of the CPU
+  /// (effects::ChargeExchange), where the count of a contact follows from the ascending order of pairs in a step.
   LICHTENBERG_HOST_DEVICE void begin_contacts(int s) const {
     int count = 0;
     for (int end = grains.begun[s]; end != no_end; end = contacts.next[end]) {
@@ -394,7 +395,7 @@ struct ContactSteps {
     grains.collisions[s] += count;
     grains.begun[s] = no_end;
   }
-  /// The number of the grain at the other end.
+  /// Returns the number of the grain at the other end.
   LICHTENBERG_HOST_DEVICE int partner(int end) const {
     const GrainPair& p = contacts.active[end / 2];
     return grains.number[end % 2 ? p.lower : p.higher];

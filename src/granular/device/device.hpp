@@ -11,46 +11,45 @@
 
 namespace lichtenberg::granular::device {
 
-/// What steps took since the gas was loaded.
+/// Counters and times since the gas was loaded.
 struct StepCounts {
   std::int64_t steps = 0, contact_steps = 0;
-  std::int64_t lists = 0, evaluations = 0;  ///< lists made, sums over charges
-  double seconds = 0, list_seconds = 0;     ///< of the wall: all of it, and that of lists
+  std::int64_t lists = 0, evaluations = 0;  ///< rebuilt neighbour lists, evaluated sums over charges
+  double seconds = 0, list_seconds = 0;     ///< wall time: total, and for lists
 };
 
-/// A gas of grains on a device, carried on by the steps of Multirate. What it holds goes there and comes back as a
-/// checkpoint of Gas: that of a device is one of the CPU's.
+/// A gas of grains on a device, advanced by the steps of Multirate. Its state is exchanged as a checkpoint of Gas, the
+/// same as on the CPU.
 class DeviceGas {
  public:
   virtual ~DeviceGas() = default;
 
-  /// Takes the gas over. `elastic`: the scene is being mixed, no charge moves; `stage_begin`: since when this law
-  /// holds.
+  /// Loads a gas. `elastic`: an elastic stage without charge exchange; `stage_begin` (t0): start of the present law.
   virtual void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin = 0) = 0;
-  /// Of the gas as it is.
+  /// Returns the present state.
   virtual Snapshot snapshot() const = 0;
-  /// Changes what has changed in the checkpoint that was loaded.
+  /// Updates the checkpoint that was loaded.
   void store(Checkpoint& checkpoint) const { device::store(snapshot(), checkpoint); }
   virtual double potential_energy() = 0;
   virtual double time() const = 0;
-  /// Carries it on towards `time`, at most to there, by up to so many steps: what surrounds grains allows one. Throws
-  /// Failure where Gas does.
+  /// Advances towards `time` (t0), by at most `most` steps; by one step in scenes with Effect::drive. Throws Failure as
+  /// Gas does.
   virtual void step(double time, int most = 1) = 0;
   virtual StepCounts counts() const = 0;
 };
 
-/// The kernels that a gas runs: tests run those of the host.
+/// Executor of the kernels; tests use the host.
 enum class Target { host, cuda };
 
-/// Throws InputError, with a sentence, for a scene that has what a device does not compute.
+/// Throws InputError for a scene with features that a device does not compute.
 void check_scene(const Scene& scene, Target target = Target::cuda);
-/// Bytes of a device that a gas of this scene will take, by an estimate for grains evenly spread.
+/// Returns an estimate of the device memory (bytes) of a gas, for evenly distributed grains.
 double bytes_needed(const Scene& scene);
 
-/// On the first CUDA device. Throws InputError where check_scene does, or if there is no device that can be used;
-/// Failure if it has not enough memory.
+/// Makes a gas on the first CUDA device. Throws InputError as check_scene does, or if there is no usable device;
+/// Failure if it lacks memory.
 std::unique_ptr<DeviceGas> make_cuda_gas(const Scene& scene);
-/// The device's algorithms run by the CPU, item after item, for tests.
+/// Makes a gas that runs the device's algorithms sequentially on the CPU, for tests.
 std::unique_ptr<DeviceGas> make_host_gas(const Scene& scene);
 
 }  // namespace lichtenberg::granular::device

@@ -1,13 +1,13 @@
 #pragma once
 
-// All steps of contacts of an outer step, one after the other on all of a device.
+// All contact substeps of an outer step in a single kernel of the whole device.
 
 #include "src/granular/device/contact_steps.hpp"
 #include "src/granular/device/gas_parts.hpp"
 
 namespace lichtenberg::granular::device {
 
-/// What goes with a grain beside its place, and is put right where its flight ends.
+/// Wraps the position of a grain into the box, and updates the copy for charges.
 struct Landing {
   Box<3> box;
   Vec3 turns_a_length;
@@ -23,12 +23,12 @@ struct Landing {
   }
 };
 
-/// An outer step's contacts: the pairs that may matter within it, and all steps of contacts.
+/// Lists the candidate pairs of an outer step, and runs its contact substeps.
 template <class Law>
 struct FollowContacts {
   ContactSteps<Law> steps;
   Landing land;
-  const int* go;  ///< 0: there is no such step
+  const int* go;  ///< 0: no step has been chosen
 
   template <class Grid>
   LICHTENBERG_HOST_DEVICE void operator()(const Grid& grid) const {
@@ -45,7 +45,7 @@ struct FollowContacts {
       const int active = steps.found->active;
       grid.begin(3 * grains, [&](int k) { steps.clear(all.impulse, all.shift, k); });
       grid.each(active, [&](int a) { steps.push_halfway(a); });
-      // Integration is long, and of few threads: others move grains that no pair pushes meanwhile.
+      // Integration takes long and few threads. The others move grains without active pairs meanwhile.
       grid.begin_last(grains, [&](int s) {
         if (!all.busy[s]) move(s, step == count - 1);
       });

@@ -1,6 +1,6 @@
 #pragma once
 
-// A gas on an executor: the walk through an outer step.
+// A gas on an executor: the sequence of an outer step.
 
 #include <algorithm>
 #include <cmath>
@@ -72,7 +72,7 @@ class GasOn final : public DeviceGas {
                gas_.law);
   }
 
-  /// So many steps, or up to this time; `whole`: one, however long it is.
+  /// Makes up to `most` steps up to this time; `whole`: a single step to this time.
   template <class Law>
   void steps(const Law& law, double time, int most, bool whole) {
     Progress& now = progress_.host();
@@ -88,7 +88,7 @@ class GasOn final : public DeviceGas {
       book(now);
     }
   }
-  /// With one that the host chooses. All further ones the device chooses by itself, until one cannot be made.
+  /// Begins a series of steps. The host chooses the first one, the device the others, until the lists become invalid.
   template <class Law>
   void begin_steps(const Law& law) {
     choose_first(law);
@@ -97,7 +97,7 @@ class GasOn final : public DeviceGas {
     found_.send();
     hold();
   }
-  /// The first of some; lists are made where it takes new ones.
+  /// Chooses the first step of a series, and rebuilds the lists if needed.
   template <class Law>
   void choose_first(const Law& law) {
     Progress& now = progress_.host();
@@ -124,7 +124,7 @@ class GasOn final : public DeviceGas {
   }
 
   bool is_driven() const { return !gas_.elastic && !drives_.empty(); }
-  /// What surrounds the grains acts before and after, which the host waits for.
+  /// Makes one step, with Effect::drive before and after it; the host waits for both.
   template <class Law>
   void step_driven(const Law& law, double time) {
     Progress& now = progress_.host();
@@ -136,9 +136,9 @@ class GasOn final : public DeviceGas {
     drive(begin + half, half);
   }
 
-  // Public, as nvcc wants all functions that have kernels.
+  // Public because nvcc requires it of functions with kernels.
 
-  /// What surrounds the grains acts on them; then the host knows how fast they are.
+  /// Applies Effect::drive of all effects, and returns the largest speed to the host in found_.
   void drive(double time, double dt) {
     for (const auto& drive : drives_)
       drive->drive(grains(), time, dt, gas_.view().momentum, gas_.quanta.energy, gas_.driven.data());
@@ -174,7 +174,7 @@ class GasOn final : public DeviceGas {
     found_.send();
     progress_.host().go = 1;
     progress_.send();
-    follow(law);  // those that overlap
+    follow(law);  // contacts of grains that overlap
     find_impacts(law);
     finish(NoMore());
     found_.fetch();
@@ -198,8 +198,8 @@ class GasOn final : public DeviceGas {
     }
   }
 
-  /// Computes forces and energy after charges or the order of grains have changed. `booked`: the change of energy is
-  /// the exchange's; `solved`: dipoles are known.
+  /// Computes forces and energy after a change of charges or of the order of grains. `booked`: the change of energy is
+  /// due to exchange; `solved`: dipoles are known.
   void recharge(bool booked, bool solved = false) {
     if (sums_) recharge_sums(solved);
     find_pair_forces();
@@ -236,7 +236,7 @@ class GasOn final : public DeviceGas {
     else
       dipoles_->evaluate(g.charged, scale(), lists_.partners());
   }
-  /// Forces of laws of pairs, and their energy. Sums of whole quanta do not depend on the order of lists.
+  /// Computes forces and energy of pair laws. Sums of integers do not depend on the order of lists.
   void find_pair_forces() {
     if (parts_.empty()) return;
     gas_.pair_force.zero();
@@ -244,14 +244,14 @@ class GasOn final : public DeviceGas {
     for (const auto& part : parts_)
       part->add_forces(grains(), pair_quanta_, gas_.pair_force.data(), gas_.pair_energy.data());
   }
-  /// Forces at this instant, until the next ones are known.
+  /// Stores the present forces, which are held until the end of the step.
   void hold() {
     const ForceView force = forces();
     const GrainsView g = gas_.view();
     run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { g.held[s] = force(s); });
   }
 
-  /// The step that has been chosen, or if there is none what changes nothing: the host asks for some steps ahead.
+  /// Records the kernels of a step. They do nothing if no step has been chosen, because the host starts several ahead.
   template <class Law>
   void record(const Law& law) {
     Progress* now = progress_.device();
@@ -273,7 +273,7 @@ class GasOn final : public DeviceGas {
       sums_->evaluate(gas_.view().charged, lists_.partners(), gas_.options.exchanges);
     find_pair_forces();
   }
-  /// What the last step of contacts has left, pair by pair; parts of them side by side.
+  /// Computes, after the last substep, the bound on impact speeds, and counts the ended contacts.
   template <class Law>
   void find_impacts(const Law& law) {
     const ContactSteps<Law> steps = contact_steps(law);
@@ -291,8 +291,8 @@ class GasOn final : public DeviceGas {
         [=] LICHTENBERG_HOST_DEVICE(int, Most most) { parallel::enlarge_atomically(&found->impact2, most.value); });
     run_->for_each(steps.restitution.room, [=] LICHTENBERG_HOST_DEVICE(int k) { steps.count_end(k); });
   }
-  /// Momenta change as if forces of charges had changed linearly; charges move; and what the host wants to know before
-  /// the next step; `then` comes after all that.
+  /// Corrects momenta for a linear change of the smooth forces, adds exchanged charges, and computes the maxima from
+  /// which the next step is chosen; then calls `then`.
   template <class Then>
   void finish(Then then) {
     const ForceView force = forces();
@@ -433,7 +433,7 @@ class GasOn final : public DeviceGas {
   parallel::Mirrored<Progress, Executor> progress_{*run_};
   typename Executor::Recording step_;
   typename GasLists<Executor>::Kernels recorded_;
-  bool energy_known_ = false;  ///< of the field, as the charges are now
+  bool energy_known_ = false;  ///< the field energy for the present charges is known
   StepCounts counts_;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// What a gas on an executor is made of.
+// Data types of a gas on an executor, in reduced units.
 
 #include <cmath>
 #include <optional>
@@ -20,12 +20,12 @@ using periodic::device::ChargeSums;
 using periodic::device::Felt;
 using periodic::device::Totals;
 
-/// Data of a scene that a device needs.
+/// Options of a gas on a device.
 struct GasOptions : effects::DeviceForces {
   Vec3 lengths;
   std::vector<double> mass, radius;  ///< [N]
-  double step = 0;                   ///< the longest; infinite: the fastest grain flies `way`
-  double way = 0;                    ///< that it flies at most, d0
+  double step = 0;                   ///< t0, largest; infinite: follows from `way`
+  double way = 0;                    ///< d0, largest path of the fastest grain in a step
   ContactAttraction attraction;
   int contact_steps = 1;
   std::uint64_t seed = 0;
@@ -33,17 +33,17 @@ struct GasOptions : effects::DeviceForces {
   std::optional<periodic::device::MeshTables> tables;  ///< of `mesh`
 };
 
-/// A place in the box in parts of its lengths; `a_length`: turns a length.
+/// Returns a position in fixed-point units of the box lengths; `a_length`: units per d0.
 LICHTENBERG_HOST_DEVICE inline Turns turns_of(Vec3 place, Vec3 a_length) {
   return {turns(place.x, a_length.x), turns(place.y, a_length.y), turns(place.z, a_length.z)};
 }
 
-/// Of a scene that check_scene does not refuse.
+/// Returns the options for a scene that check_scene accepts.
 GasOptions gas_options(const Scene& scene);
-/// Throws Failure, with the number of grains that would fit, if a device with so many free bytes has too few for a gas.
+/// Throws Failure, with the number of grains that would fit, if a device with `free` bytes lacks memory for a gas.
 void check_room(const GasOptions& options, double free);
 
-/// Things of which the largest is sought.
+/// Step maxima over all grains.
 struct Largest {
   double speed2 = 0, acceleration2 = 0, moved2 = 0, charge = 0;
   int lost = 0, unused = 0;
@@ -58,7 +58,7 @@ struct Largest {
   friend LICHTENBERG_HOST_DEVICE Largest operator+(Largest a, const Largest& b) { return a += b; }
 };
 
-/// One thing of which it is.
+/// Maximum of one quantity.
 struct Most {
   double value = 0;
 
@@ -69,7 +69,7 @@ struct Most {
   friend LICHTENBERG_HOST_DEVICE Most operator+(Most a, const Most& b) { return a += b; }
 };
 
-/// All that goes with a grain when it is sorted.
+/// Data of a grain that sorting moves.
 struct Grain {
   Vec3 place, momentum;
   double charge = 0, over_mass = 0, radius = 0;
@@ -80,22 +80,22 @@ struct Grain {
   int number = 0;
 };
 
-/// The energy of the field, and what exchange has given to it.
+/// Field energy (m0 v0^2), and the part of it from charge exchange.
 struct FieldBook {
   double energy = 0, exchanged = 0;
-  double scale = 1;           ///< of Charged::charge
+  double scale = 1;           ///< factor of Charged::charge
   double largest_charge = 0;  ///< magnitude
 };
 
-/// Forces on grains: of charges, or of charges with dipoles, and of pairs.
+/// Smooth forces on grains: by charges, or charges with dipoles, and by pair laws.
 struct ForceView {
   const Charged* charges = nullptr;
   const Felt* felt = nullptr;
   const Totals* totals = nullptr;
   const FieldBook* book = nullptr;
   double strength = 0, background = 0;
-  const Felt* force = nullptr;         ///< null: there are no dipoles
-  const WholeVec* of_pairs = nullptr;  ///< [N], quanta; null: there are no laws of pairs
+  const Felt* force = nullptr;         ///< null: no dipoles
+  const WholeVec* of_pairs = nullptr;  ///< [N], quanta; null: no pair laws
   const std::int64_t* pair_energy = nullptr;
   PairQuanta quanta{};
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// Induced dipoles in checkpoints, as effects::Coulomb has them.
+// Induced dipoles in checkpoints, in the format of effects::Coulomb.
 
 #include <functional>
 #include <string>
@@ -22,12 +22,12 @@ void load_dipoles(const Checkpoint& checkpoint, int n, periodic::device::Induced
   dipoles.load(n, history, integers(checkpoint, "effects.coulomb.counters").at(1));
 }
 
-/// Written by the numbers of grains that are sorted.
+/// Writes values of sorted grains to a checkpoint, by the numbers of the grains.
 class ByNumber {
  public:
   ByNumber(Checkpoint& checkpoint, std::vector<int> number) : checkpoint_(&checkpoint), number_(std::move(number)) {}
 
-  /// of(s) of the s-th; a vector of it has three numbers.
+  /// Writes of(s) for the sorted index s: a number, or a vector of three.
   template <class Of>
   void reals(const std::string& name, const Of& of) {
     std::vector<double>& to = checkpoint_->reals["effects.coulomb." + name];
@@ -47,7 +47,7 @@ class ByNumber {
   std::vector<int> number_;
 };
 
-/// What puts these dipoles and what they do into a checkpoint, from which the CPU goes on as if it had computed them.
+/// Returns a function that writes dipoles, fields and forces to a checkpoint, from which the CPU can continue.
 template <class Executor>
 std::function<void(Checkpoint&)> taken(const GasState<Executor>& gas, const ChargeSums<Executor>& sums,
                                        const periodic::device::InducedDipolesOn<Executor>& dipoles) {
@@ -74,7 +74,7 @@ std::function<void(Checkpoint&)> taken(const GasState<Executor>& gas, const Char
       };
 }
 
-/// Throws Failure if they have no state, or none has been found.
+/// Throws Failure if the dipoles are unstable or the solver has not converged.
 inline void check_dipoles(const periodic::device::DipoleSolve& solve, const GasOptions& options) {
   const std::string which =
       options.path + ": effects.induced_dipoles: at a polarizability of " + std::to_string(options.polarizability);

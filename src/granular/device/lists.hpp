@@ -1,7 +1,7 @@
 #pragma once
 
-// How the grains of a gas are sorted, who may touch whom and whose charges are near, and what is known of contacts:
-// an entry of the table each.
+// Sorted grains and neighbour tables of a gas: candidate pairs of contacts, near charges, partners of pair laws. Each
+// entry of the table of candidate pairs stores the data of a contact.
 
 #include <algorithm>
 #include <cmath>
@@ -13,8 +13,8 @@
 
 namespace lichtenberg::granular::device {
 
-/// Edges (d0) of cells in which n neutral grains look for others: cells are longer in a box that would have many more
-/// cells than grains, so that memory and time follow the grains.
+/// Returns the edges (d0) of search cells for n neutral grains. Cells are larger in a box with many more cells than
+/// grains, so that memory and time scale with the grains.
 inline Vec3 contact_cell_edges(Vec3 lengths, int n) {
   const Vec3 shortest{1, 1, 0.5};
   const double cells = lengths.x * lengths.y * lengths.z / (shortest.x * shortest.y * shortest.z);
@@ -30,7 +30,7 @@ class GasLists {
  public:
   using Sums = std::optional<ChargeSums<Executor>>;
   using Dipoles = std::optional<periodic::device::InducedDipolesOn<Executor>>;
-  /// What kernels were recorded with: where lists lie, and how they are cut.
+  /// List pointers and sizes with which kernels were recorded.
   struct Kernels {
     std::vector<const void*> arrays;
     std::size_t room = 0;
@@ -54,15 +54,15 @@ class GasLists {
   /// 0: there are none. They hold while no grain has moved by half of it.
   double skin() const { return skin_; }
   TableView partners() const { return partners_.view(); }
-  /// Partners of each grain within the reach of laws of pairs.
+  /// Partners of each grain within the cutoff of pair laws.
   TableView in_reach() const { return in_reach_.view(); }
-  /// Entries of the table; as many of near and of active pairs have room.
+  /// Number of table entries, also the capacity for candidate and active pairs.
   long entries() const { return static_cast<long>(near_.size()); }
 
-  /// Sorts the grains, and lists those that may touch and whose charges are near, with room for moves.
+  /// Sorts the grains and rebuilds the tables, with a skin for displacements.
   void arrange(double travel, Sums& sums, Dipoles& dipoles) {
     GasState<Executor>& gas = *state_;
-    // Twice as much as is needed now may be kept: kernels that are recorded know the lists' range.
+    // Keeps a skin of up to twice the present need, because recorded kernels contain it.
     const double skin = skin_for(std::max(travel, least_travel));
     if (!(skin <= skin_ && skin_ <= 2 * skin)) skin_ = 1.2 * skin;
     sort_cells();
@@ -86,7 +86,7 @@ class GasLists {
     loaded_ = false;
     skin_ = 0;
   }
-  /// The open contacts on the device, in any order.
+  /// Returns the open contacts on the device, in any order.
   const Array<OpenContact>& contacts() const {
     if (loaded_) list_open();
     return open_;
@@ -109,7 +109,7 @@ class GasLists {
             skin_};
   }
 
-  // With kernels, which nvcc wants to be public.
+  // Public because nvcc requires it of functions with kernels.
 
   void sort_cells() {
     const Vec3* place = state_->view().place;
@@ -126,7 +126,7 @@ class GasLists {
     partners_.build(gas.n, cells_.view(), gas.box.lengths, sums->cutoff() + skin_, place_of);
     sums->arrange(gas.n, cells_.view(), 0.5 * skin_);
   }
-  /// Room for what is known of entries and pairs.
+  /// Allocates the data of entries and pairs.
   void resize_contacts() {
     const std::size_t entries = table_.entries();
     ContactsView& c = contacts_.view;
@@ -161,13 +161,13 @@ class GasLists {
     run_->to_host(&all, count, sizeof(int));
     open_.resize(all);
   }
-  /// Puts the open contacts into the table.
+  /// Writes the open contacts to the table.
   void take_open() {
     int* place_of = place_of_.data();
     const int* number = state_->view().number;
     run_->for_each(state_->n, [=] LICHTENBERG_HOST_DEVICE(int s) { place_of[number[s]] = s; });
     const ContactsView c = view();
-    run_->fill(c.since, 0xff, table_.entries() * sizeof(double));  // no numbers
+    run_->fill(c.since, 0xff, table_.entries() * sizeof(double));  // NaN: no contact
     const OpenContact* open = open_.data();
     run_->for_each(static_cast<long>(open_.size()), [=] LICHTENBERG_HOST_DEVICE(int k) {
       const int i = place_of[open[k].i], j = place_of[open[k].j], s = i < j ? i : j, other = i < j ? j : i;
@@ -179,11 +179,11 @@ class GasLists {
   }
 
  private:
-  static constexpr double least_travel = 0.02;  ///< lists for less are made no more seldom
+  static constexpr double least_travel = 0.02;  ///< d0; a smaller skin is not used
 
-  /// Lists that take the time L to make hold for about skin / travel steps, as the travel is twice the fastest's way; a
-  /// step's near charges and pairs take a * skin more: least of both is at sqrt(L travel / a). On an H200 L / a is some
-  /// 10 diameters. And they should hold for two steps at least.
+  /// Returns the skin (d0) with the least cost. Lists that take a time L to build are valid for about skin / travel
+  /// steps, because `travel` is twice the path of the fastest grain. A skin adds a * skin to the time of a step. The
+  /// sum is least at sqrt(L travel / a), with L / a of about 10 d0. Lists should be valid for at least two steps.
   static double skin_for(double travel) { return std::max(2.8 * std::sqrt(travel), 3 * travel); }
 
   static Vec3 cell_edges(const GasOptions& options) {
@@ -194,19 +194,19 @@ class GasLists {
   const Executor* run_;
   GasState<Executor>* state_;
   double skin_ = 0;
-  bool loaded_ = false;  ///< contacts stand in the table
+  bool loaded_ = false;  ///< the table has the contacts
   CellGrid<Executor> cells_;
-  NeighbourTable<Executor> table_, partners_;  ///< of those that may touch; whose charges are near
-  NeighbourTable<Executor> in_reach_;          ///< of laws of pairs
-  double reach_ = 0;                           ///< d0, the largest of these laws
+  NeighbourTable<Executor> table_, partners_;  ///< candidate pairs; near charges
+  NeighbourTable<Executor> in_reach_;          ///< partners of pair laws
+  double reach_ = 0;                           ///< d0, largest cutoff of these laws
 
-  // Of each entry of table_; as many of near and of active pairs have room.
-  parallel::Arrays<ContactsView, Executor> contacts_{*run_};  ///< but for its table and near pairs
+  // Data per entry of table_; also the capacity for candidate and active pairs.
+  parallel::Arrays<ContactsView, Executor> contacts_{*run_};  ///< except the table and the candidate pairs
   Array<NearPair> near_{*run_};
 
   mutable Array<OpenContact> open_{*run_};
   mutable Array<int> open_count_{*run_};
-  Array<int> place_of_{*run_};  ///< by number
+  Array<int> place_of_{*run_};  ///< [N], sorted index by number
 };
 
 }  // namespace lichtenberg::granular::device

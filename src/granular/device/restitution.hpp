@@ -1,7 +1,7 @@
 #pragma once
 
-// Collisions that have ended, held against the restitution of their law: RestitutionCheck on an executor. Errors are
-// added up in whole numbers, so that the order in which collisions end does not show.
+// RestitutionCheck on an executor: compares ended collisions with the restitution of their law. Errors are integer
+// sums, so that results do not depend on the order of collisions.
 
 #include <algorithm>
 #include <cmath>
@@ -31,25 +31,25 @@ struct TabulatedCollision {
 };
 
 struct RestitutionDecade {
-  std::int64_t collisions = 0, errors = 0;  ///< how many, and the sum of their errors in quanta
+  std::int64_t collisions = 0, errors = 0;  ///< number, and sum of errors in quanta
   double worst = 0;
 };
 
-/// A contact of a lone pair that has ended; `lower` and `higher` are the sorted indices of its grains.
+/// A contact of a isolated pair that has ended; `lower` and `higher` are the sorted indices of its grains.
 struct EndedContact : RestitutionCheck::Seen {
   int lower = 0, higher = 0;
 };
 
 struct RestitutionCount {
-  static constexpr double quantum = 1.0 / (1 << 30);  // of 2^33 collisions that are off by 1 the sum is still a number
+  static constexpr double quantum = 1.0 / (1 << 30);  // 2^33 collisions with errors of 1 do not overflow the sum
 
   TabulatedCollision viscoelastic;
   RestitutionDecade* decade = nullptr;  ///< [RestitutionCheck::decades]
-  double since = 0;                     ///< contacts that began before were under another law
-  EndedContact* ended = nullptr;        ///< [room] of an outer step
+  double since = 0;                     ///< t0, start of the present law
+  EndedContact* ended = nullptr;        ///< [room], contacts that ended in an outer step
   int room = 0;
 
-  /// Those that are computed with pairs have few registers to spare: what has ended is counted after them.
+  /// Stores an ended contact, which a later kernel counts. Kernels of pairs have no registers left for that.
   LICHTENBERG_HOST_DEVICE void note(int* count, const EndedContact& contact) const {
     const int place = parallel::take_place(count);
     if (place < room) ended[place] = contact;
@@ -67,7 +67,7 @@ struct RestitutionCount {
   }
 };
 
-/// The table of the law, and what has been counted.
+/// The tabulated restitution curve, and the counts.
 template <class Executor>
 class RestitutionOn {
  public:
@@ -77,7 +77,7 @@ class RestitutionOn {
     loss_.upload(curve.losses());
   }
 
-  /// As RestitutionCheck has saved it.
+  /// Restores the state that RestitutionCheck has saved.
   void load(const std::vector<double>& saved, double stage_begin, int grains) {
     std::vector<RestitutionDecade> before(RestitutionCheck::decades);
     for (std::size_t k = 0; k < before.size(); ++k)
@@ -85,7 +85,7 @@ class RestitutionOn {
                    std::llround(saved.at(3 * k + 1) / RestitutionCount::quantum), saved.at(3 * k + 2)};
     decade_.upload(before);
     since_ = stage_begin;
-    ended_.resize(std::max(grains / 2, 1));  // as many as a step can end if none begins, as each of the two is alone
+    ended_.resize(std::max(grains / 2, 1));  // each grain has at most one isolated contact
   }
   std::vector<double> saved() const {
     std::vector<double> all;

@@ -18,13 +18,13 @@ namespace {
 using effects::DeviceForces;
 using effects::refuse_on_device;
 
-/// Throws InputError for an effect without a device form, and for what a device does not compute of the others.
+/// Collects the device forms of all effects. Throws InputError for an effect without one, and for unsupported options.
 DeviceForces device_forces(const Scene& scene, Target target) {
   DeviceForces forces;
   const auto with_kernels = [](const auto& forms) {
     return std::ranges::all_of(forms, [](const auto& form) { return form.on_cuda; });
   };
-  Effects ordered = scene.effects;  // as the CPU calls them
+  Effects ordered = scene.effects;  // the order of the CPU
   ordered.sort(effects::all_kinds());
   for (const Effects::Entry& entry : ordered) {
     if (!entry.kind->device) refuse_on_device(scene, "effects." + entry.kind->name);
@@ -36,7 +36,7 @@ DeviceForces device_forces(const Scene& scene, Target target) {
 }
 
 double bytes_needed(const Scene& scene, const DeviceForces& forces) {
-  // Arrays of grains and of entries in lists with the widest skin (gas.hpp), and what starts the device.
+  // Arrays of grains, entries of lists with the widest skin (gas.hpp), and the CUDA context.
   constexpr double a_grain = 630, an_entry = 210, start = 300e6;
   const double entries = 0.5 * 1.25 * effects::grains_within(scene, 1 + effects::widest_skin);
   return start + static_cast<double>(scene.conductors.size()) * (a_grain + an_entry * entries) + forces.bytes;

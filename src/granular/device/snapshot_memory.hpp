@@ -1,7 +1,7 @@
 #pragma once
 
-// Where snapshots lie on the host: memory that a device copies into at full speed, which takes long to get, so that it
-// is used again once nobody has the snapshot any more.
+// Host memory of snapshots. Memory to which a device copies at full speed is expensive to allocate, so it is reused
+// after the release of a snapshot.
 
 #include <atomic>
 #include <cstddef>
@@ -18,7 +18,7 @@ class SnapshotMemories {
  public:
   explicit SnapshotMemories(const Executor& run) : run_(&run), records_(run) {}
 
-  /// Grains and contacts as they are, and their memory, which must be given up before the executor goes.
+  /// Copies grains and contacts to host memory, which must be released before the executor is destroyed.
   Snapshot take(const GasState<Executor>& gas, const GasLists<Executor>& lists) {
     records_.resize(gas.n);
     gas.list_records(records_.data());
@@ -50,7 +50,7 @@ class SnapshotMemories {
   std::shared_ptr<Memory> free_memory(std::size_t size) {
     for (std::shared_ptr<Memory>& memory : all_)
       if (memory.use_count() == 1) {
-        std::atomic_thread_fence(std::memory_order_acquire);  // who had it has read it
+        std::atomic_thread_fence(std::memory_order_acquire);  // the last owner has finished reading
         if (memory->size < size) memory = std::make_shared<Memory>(*run_, size + size / 4);
         return memory;
       }

@@ -1,7 +1,7 @@
 #pragma once
 
-// What is known of the grains of a gas on an executor, as they are sorted: taken from a checkpoint of Gas, and given
-// back to one.
+// State of the grains of a gas on an executor, in sorted order. It is loaded from a checkpoint of Gas and stored to
+// one.
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +38,7 @@ struct GasState {
     if (!options.parts.empty()) pair_force.resize(n), pair_energy.resize(1);
   }
 
-  /// All but contacts.
+  /// Loads all data except contacts.
   void load(const Checkpoint& checkpoint, const GrainContactLaw& with, bool in_elastic_stage, double stage_begin) {
     law = with;
     restitution.load(lichtenberg::reals(checkpoint, "restitution_check", 3 * RestitutionCheck::decades), stage_begin,
@@ -102,16 +102,16 @@ struct GasState {
     return static_cast<double>(dissipated_before + dissipated_quanta()) * quanta.energy;
   }
 
-  // With kernels, which nvcc wants to be public.
+  // Public because nvcc requires it of functions with kernels.
 
-  /// What a checkpoint has of each, by number.
+  /// Writes the checkpoint data of the grains, by number.
   void list_records(GrainRecord* to) const {
     const GrainsView g = view();
     run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       to[g.number[s]] = {g.place[s], g.momentum[s], g.charge[s], g.collisions[s], g.image[s], 0};
     });
   }
-  /// Puts all that goes with grains into this order; `felt`: what their charges feel, or null.
+  /// Permutes all data of grains. `felt`: fields at the charges, or null.
   void permute(const int* order, Felt* felt) {
     Grain* to = spare.data();
     const GrainsView all = view();
@@ -148,14 +148,14 @@ struct GasState {
   int n;
   Box<3> box;
   GrainContactLaw law;
-  bool elastic = false;  ///< the gas is being mixed: no charge moves
+  bool elastic = false;  ///< elastic stage: no charge is exchanged
   double largest_radius = 0, smallest_radius = 0, lightest = 0;
   Quanta quanta;
   double time = 0;
   Counters count;
 
   parallel::Arrays<GrainsView, Executor> grains{*run};
-  Array<WholeVec> pair_force{*run};  ///< of laws of pairs; empty if there are none
+  Array<WholeVec> pair_force{*run};  ///< forces by pair laws; empty without
   Array<std::int64_t> pair_energy{*run};
   Array<Grain> spare{*run};
 
@@ -176,14 +176,14 @@ struct GasState {
   void upload(T* to, const std::vector<T>& values) {
     run->to_device(to, values.data(), values.size() * sizeof(T));
   }
-  /// Multiples of the largest power that a contact could well have over 2^58, of momenta over 2^52: no sum of pairs is
-  /// 2^5 times as large, or the law is not one of grains.
+  /// Chooses the units of integer sums: 2^-58 of a bound on contact forces, 2^-52 of the largest momentum, rounded to
+  /// powers of two. Sums over the pairs of a grain may be 2^5 times as large.
   void choose_quanta() {
     const double heaviest = *std::ranges::max_element(options.mass);
     const double push = std::visit(
         [&](const auto& one) {
           const ContactParts most = one.parts(largest_radius, one.scale(largest_radius, largest_radius));
-          constexpr double fast = 100;  // a grain that is as fast flies through others
+          constexpr double fast = 100;  // v0; a faster grain would pass through others
           return most.elastic + fast * most.damping;
         },
         law);

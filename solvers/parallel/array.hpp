@@ -11,7 +11,8 @@
 
 namespace lichtenberg::parallel {
 
-/// Memory of an executor's device. It grows and never shrinks, so that a moving scene allocates nothing.
+/// Array in the memory of an executor's device. Its capacity grows and never shrinks, so that a moving scene allocates
+/// nothing.
 template <class T, class Executor>
 class Array {
  public:
@@ -31,7 +32,7 @@ class Array {
     if (data_) run_->release(data_);
   }
 
-  /// The values are undefined afterwards.
+  /// Sets the size; values are undefined afterwards.
   void resize(std::size_t size) {
     if (size > capacity_) {
       if (data_) run_->release(std::exchange(data_, nullptr));
@@ -62,20 +63,20 @@ class Array {
   std::size_t size_ = 0, capacity_ = 0;
 };
 
-/// A struct of pointers for kernels, `view`, and the device memory of those that resize() was called for: each array
-/// has one name, its pointer's. Other members of the struct are the caller's.
+/// Struct of pointers for kernels, `view`, together with the device memory of those pointers for which resize() was
+/// called. Other members of the struct belong to the caller.
 template <class View, class Executor>
 class Arrays {
  public:
   explicit Arrays(const Executor& run) : run_(&run) {}
   View view{};
 
-  /// Memory for n values for each of the pointers, members of `view`; as of Array, the values are undefined afterwards.
+  /// Allocates n values for each pointer, a member of `view`; values are undefined afterwards.
   template <class... T>
   void resize(std::size_t n, T*&... pointer) {
     (resize_bytes(n * sizeof(T), pointer), ...);
   }
-  /// Bytes 0 in all of these arrays.
+  /// Sets all bytes of these arrays to 0.
   template <class... T>
   void zero(T*&... pointer) {
     (memory(pointer).zero(), ...);
@@ -83,7 +84,7 @@ class Arrays {
 
  private:
   using Memory = Array<char, Executor>;
-  /// Found by the place of the pointer within the view.
+  /// Returns the memory of a pointer, identified by its offset within the view.
   template <class T>
   Memory& memory(T*& pointer) {
     const auto place = reinterpret_cast<const char*>(&pointer) - reinterpret_cast<const char*>(&view);
@@ -100,7 +101,7 @@ class Arrays {
   std::map<std::ptrdiff_t, Memory> memory_;
 };
 
-/// Arrays that travel together: one block of memory on the device and one on the host.
+/// Arrays that are transferred together: one block of memory on the device and one on the host.
 template <class Executor>
 class Parcel {
  public:
@@ -113,8 +114,8 @@ class Parcel {
   struct Part {
     T *host = nullptr, *device = nullptr;
   };
-  /// Allocates counts[k] values of the k-th T, in this order, and frees what was allocated before. The device's bytes
-  /// are 0, the host's undefined.
+  /// Allocates counts[k] values of the k-th T, in this order, and frees earlier memory. Device bytes are 0, host bytes
+  /// undefined.
   template <class... T>
   std::tuple<Part<T>...> divide(const std::array<std::size_t, sizeof...(T)>& counts) {
     release();
@@ -122,14 +123,14 @@ class Parcel {
     const std::size_t* count = counts.data();
     ((size_ += rounded(*count++ * sizeof(T))), ...);
     device_.resize(size_);
-    device_.zero();  // begin_fetch() copies what lies between the arrays, too
+    device_.zero();  // begin_fetch() also copies the padding between the arrays
     host_ = static_cast<char*>(run_->allocate_on_host(size_));
     count = counts.data();
     std::size_t end = 0;
     return std::tuple<Part<T>...>{part<T>(end, count)...};
   }
   void send() { run_->to_device(device_.data(), host_, size_); }
-  /// It is there once the executor has waited.
+  /// Starts the transfer to the host, which is complete once the executor has waited.
   void begin_fetch() { run_->begin_to_host(host_, device_.data(), size_); }
   void fetch() {
     begin_fetch();
@@ -153,8 +154,8 @@ class Parcel {
   std::size_t size_ = 0;
 };
 
-/// A value of which the host and the device each have a copy. Copies are made in the order of kernels: the host's is as
-/// it was fetched once the executor has waited, and changes only then.
+/// Value with a copy on the host and one on the device. Transfers are executed in the order of kernels. The host's copy
+/// changes only when the executor waits, and then has the value at the time of fetch().
 template <class T, class Executor>
 class Mirrored {
  public:

@@ -54,7 +54,7 @@ void Backlog::work() {
       } catch (...) {
         error = std::current_exception();
       }
-    }  // and with it all that it held
+    }  // Destroys the task with its captured data before the lock
     lock.lock();
     tasks_.pop_front();
     if (error) {

@@ -9,21 +9,22 @@
 
 namespace lichtenberg::parallel {
 
-/// Tasks that a thread of its own does one after the other, in the order in which they came, while their owner goes on.
+/// Task queue: one background thread executes tasks in the order of their addition.
 class Backlog {
  public:
-  /// Of at most so many that are not done; who adds one more waits. 0: no thread, each is done where it is added.
+  /// `most`: capacity in unfinished tasks; add() blocks when it is reached. 0: no thread, add() executes the task
+  /// itself.
   explicit Backlog(std::size_t most) : most_(most) {}
-  /// Does all there are.
+  /// Executes all remaining tasks.
   ~Backlog();
   Backlog(const Backlog&) = delete;
   Backlog& operator=(const Backlog&) = delete;
 
-  /// Throws what a task before has thrown, once; those that came after it are dropped.
+  /// Adds a task. Rethrows the exception of an earlier task, once; tasks after the failed one are dropped.
   void add(std::function<void()> task);
-  /// Waits until all are done; throws as `add` does.
+  /// Waits until all tasks are finished. Throws like `add`.
   void finish();
-  /// Whether the next of these will throw.
+  /// Returns true if the next call of `add` or `finish` will throw.
   bool has_failed() const;
 
  private:
@@ -33,10 +34,10 @@ class Backlog {
   std::size_t most_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<std::function<void()>> tasks_;  ///< the first of which is being done
+  std::deque<std::function<void()>> tasks_;  ///< Unfinished tasks; the first one is running
   std::exception_ptr error_;
   bool stop_ = false;
-  std::jthread thread_;  ///< from the first task on
+  std::jthread thread_;  ///< Starts with the first task
 };
 
 }  // namespace lichtenberg::parallel

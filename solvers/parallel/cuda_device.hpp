@@ -15,7 +15,7 @@ inline void check_cuda(cudaError_t code) {
   throw Failure(std::string("CUDA device: ") + cudaGetErrorString(code));
 }
 
-/// Throws InputError unless there is a CUDA device that can be used.
+/// Throws InputError unless there is a usable CUDA device.
 inline void require_cuda_device() {
   int count = 0;
   const cudaError_t code = cudaGetDeviceCount(&count);
@@ -25,9 +25,9 @@ inline void require_cuda_device() {
                    cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
 }
 
-/// Whether the host decides on conditions and loops, in place of conditional nodes in graphs: the environment variable
-/// LICHTENBERG_CUDA_LOOPS is "host". The tools of compute-sanitizer 2025.3 report false errors or crash for kernels in
-/// such nodes. Throws InputError for other values than "host" and "device".
+/// Returns true if the host evaluates conditions and loops, in place of conditional nodes in graphs: the environment
+/// variable LICHTENBERG_CUDA_LOOPS is "host". The tools of compute-sanitizer 2025.3 report false errors or crash for
+/// kernels in such nodes. Throws InputError for other values than "host" and "device".
 inline bool cuda_loops_on_host() {
   const char* name = "LICHTENBERG_CUDA_LOOPS";
   const char* value = std::getenv(name);

@@ -17,10 +17,10 @@
 
 namespace lichtenberg::parallel {
 
-/// Whether a kernel is brought to the processors after those ahead of it, or before they are done (begin_kernel).
+/// Launch mode of kernels: after the preceding kernels have finished, or before (begin_kernel).
 enum class KernelStart { in_turn, early };
 
-/// Runs a device's algorithms on the current CUDA device, in the stream given: another library's, or the default one.
+/// Executes device algorithms on the current CUDA device, in a given stream (of another library, or the default one).
 class CudaExecutor {
  public:
   explicit CudaExecutor(cudaStream_t stream = nullptr, KernelStart start = KernelStart::in_turn) : stream_(stream) {
@@ -62,7 +62,7 @@ class CudaExecutor {
     if (rows <= 0 || columns <= 0) return;
     const unsigned across = columns > 128 ? 256 : columns > 64 ? 128 : columns > 32 ? 64 : 32;
     const dim3 threads(across, 256 / across);
-    // CUDA allows 65535 blocks in y: there are fewer blocks in a row than rows.
+    // CUDA limits blocks in y to 65535. Rows are in x because a row has fewer blocks than there are rows.
     const dim3 blocks((rows + threads.y - 1) / threads.y, (columns + threads.x - 1) / threads.x);
     launch(row_kernel<F>, blocks, threads, 0, rows, columns, f);
   }
@@ -84,7 +84,8 @@ class CudaExecutor {
   using Grid = CudaGrid;
   template <class F>
   void together(F f) const {
-    constexpr int threads = 512;  // with 128 registers each: as fast as half as many with all of them
+    constexpr int threads = 512;  // 128 registers per thread; half as many threads with twice the registers are not
+                                  // faster
     int blocks = 0;
     check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, grid_kernel<threads, F>, threads, 0));
     void* arguments[] = {&f};
@@ -192,12 +193,13 @@ class CudaExecutor {
     return memory;
   }
   void release_on_host(void* memory) const { cudaFreeHost(memory); }
-  /// A kernel is faster than the engines that copy: some words that the device reads and writes in the host's memory.
+  /// Copies small data by a kernel, which reads or writes host memory directly and has a lower latency than the copy
+  /// engines.
   void begin_to_device(void* to, const void* from, std::size_t bytes) const { copy_words(to, from, bytes); }
   void begin_to_host(void* to, const void* from, std::size_t bytes) const { copy_words(to, from, bytes); }
   void wait() const { check_cuda(cudaStreamSynchronize(stream_)); }
 
-  /// A CUDA graph: many small kernels start faster from one.
+  /// CUDA graph: launches many small kernels with less overhead.
   class Recording {
    public:
     Recording() = default;
@@ -213,8 +215,8 @@ class CudaExecutor {
     cudaGraphExec_t graph_ = nullptr;
   };
 
-  /// Records the kernels that f launches as a graph, and launches the graph. Where the host decides on loops, f
-  /// launches the kernels itself.
+  /// Records the kernels that f launches as a graph, and launches the graph. If the host evaluates loops, f launches
+  /// the kernels directly.
   template <class F>
   void run(Recording& recording, F f) const {
     if (host_decides_) return f();
@@ -333,14 +335,14 @@ class CudaExecutor {
   }
 
  private:
-  /// Of the current device.
+  /// Returns an attribute of the current device.
   static int attribute(cudaDeviceAttr attribute) {
     int device = 0, value = 0;
     check_cuda(cudaGetDevice(&device));
     check_cuda(cudaDeviceGetAttribute(&value, attribute, device));
     return value;
   }
-  /// Of two kernels at the same time: whose blocks a processor that has room takes.
+  /// Priority of a stream when blocks of concurrent kernels compete for processors.
   enum class Priority { first, last };
   static cudaStream_t make_stream(Priority priority) {
     int lowest = 0, highest = 0;
@@ -351,7 +353,7 @@ class CudaExecutor {
     return stream;
   }
 
-  /// The graph that is being recorded, and what of it the next kernel waits for.
+  /// Graph in recording, and the nodes on which the next kernel depends.
   struct Recorded {
     cudaGraph_t graph = nullptr;
     const cudaGraphNode_t* before = nullptr;
@@ -375,7 +377,7 @@ class CudaExecutor {
     check_cuda(cudaGraphConditionalHandleCreate(&condition, recorded().graph, 0, 0));
     return condition;
   }
-  /// Records f as the body of a condition.
+  /// Records f as the body of a conditional node.
   template <class F>
   void conditionally(cudaGraphConditionalNodeType type, cudaGraphConditionalHandle condition, F f) const {
     cudaGraphNodeParams node{};
@@ -387,7 +389,7 @@ class CudaExecutor {
     cudaGraphNode_t added = nullptr;
     check_cuda(cudaGraphAddNode(&added, now.graph, now.before, now.how, now.count, &node));
     check_cuda(cudaStreamUpdateCaptureDependencies(stream_, &added, nullptr, 1, cudaStreamSetCaptureDependencies));
-    // Streams of their own: one that has been recorded on belongs to that recording until it ends.
+    // New streams, because a stream belongs to the recording in which it was used until that ends.
     cudaStream_t body = make_stream(Priority::first), beside = make_stream(Priority::last);
     cudaGraph_t graph = node.conditional.phGraph_out[0];
     check_cuda(cudaStreamBeginCaptureToGraph(body, graph, nullptr, nullptr, 0, cudaStreamCaptureModeRelaxed));
@@ -399,7 +401,7 @@ class CudaExecutor {
     check_cuda(cudaStreamDestroy(beside));
   }
 
-  /// What follows may be brought to the processors before this kernel is done (begin_kernel).
+  /// Launches a kernel; the following kernel may be loaded before this one has finished (begin_kernel).
   template <class... Parameters, class... Arguments>
   void launch(void (*kernel)(Parameters...), dim3 blocks, dim3 threads, std::size_t bytes,
               const Arguments&... arguments) const {
@@ -460,9 +462,9 @@ class CudaExecutor {
   mutable cudaStream_t stream_ = nullptr, beside_ = nullptr;
   cudaStream_t recorder_ = nullptr;
   cudaEvent_t fork_ = nullptr, join_ = nullptr;
-  bool starts_early_ = false;  // kernels, before those ahead of them are done
+  bool starts_early_ = false;  // True if kernels may be loaded before preceding ones have finished
   void* pinned_ = nullptr;
-  /// What runs at the same time has a stream and memory of its own; the first is that of what runs alone.
+  /// Stream and memory of concurrent work; the first element serves non-concurrent work.
   struct Branch {
     cudaStream_t stream = nullptr;
     cudaEvent_t end = nullptr;
@@ -473,8 +475,8 @@ class CudaExecutor {
   mutable int branch_ = 0;
   static constexpr long most_sums = 1024;
   static constexpr std::size_t sums_size = most_sums * 16 * sizeof(double);
-  void* sums_ = nullptr;  // of blocks, and how many are done
-  int* more_ = nullptr;   // behind them: what Again was last given, if the host decides
+  void* sums_ = nullptr;  // Sums of blocks, followed by the number of finished blocks
+  int* more_ = nullptr;   // Last value given to Again if the host evaluates loops; stored behind the sums
   bool host_decides_ = cuda_loops_on_host();
 };
 

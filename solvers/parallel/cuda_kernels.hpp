@@ -5,12 +5,12 @@
 
 #include "solvers/parallel/host_executor.hpp"
 
-// What CudaExecutor launches, and what an algorithm on it meets within a kernel.
+// Kernels that CudaExecutor launches, and the classes that algorithms use within a kernel.
 
 namespace lichtenberg::parallel {
 
-/// The first words of a kernel. What follows may be brought to the processors now, but begins, as this kernel's own
-/// work, when all before it is done: launch() lets it.
+/// First statements of a kernel. They allow the next kernel to be loaded now, and wait until all earlier kernels have
+/// finished (see CudaExecutor::launch).
 __device__ inline void begin_kernel() {
 #if __CUDA_ARCH__ >= 900
   cudaTriggerProgrammaticLaunchCompletion();
@@ -32,7 +32,7 @@ __global__ void row_kernel(int rows, int columns, F f) {
   if (row < rows && column < columns) f(row, column);
 }
 
-/// The value of the lane `offset` above.
+/// Returns the value of the lane `offset` above.
 template <class T>
 __device__ T value_of_lane_above(T value, int offset) {
   static_assert(sizeof(T) % sizeof(int) == 0);
@@ -44,7 +44,7 @@ __device__ T value_of_lane_above(T value, int offset) {
   return value;
 }
 
-/// The sum over some neighbouring lanes of a warp, in the first of them.
+/// Returns the sum over `lanes` neighbouring lanes of a warp, valid in the first of them.
 template <int lanes, class T>
 __device__ T sum_of_lanes(T sum) {
 #pragma unroll
@@ -52,7 +52,8 @@ __device__ T sum_of_lanes(T sum) {
   return sum;
 }
 
-/// Some lanes of a warp a segment: each sums every so-manieth value, then the lanes are summed as a tree.
+/// Sums segments with `lanes` lanes of a warp per segment: each lane sums every `lanes`-th value, then a tree sums the
+/// lanes.
 template <int lanes, class Count, class Value, class Finish>
 __global__ void segment_kernel(long n, Count count, Value value, Finish finish) {
   begin_kernel();
@@ -66,7 +67,8 @@ __global__ void segment_kernel(long n, Count count, Value value, Finish finish) 
   if (lane == 0 && segment < n) finish(s, sum);
 }
 
-/// Whether this is the last of n that come here, after all that the others have done; n more may come then.
+/// Returns true in the last of n calls, with all writes of the other callers visible; resets the counter for the next n
+/// calls.
 __device__ inline bool comes_last(int* count, int n) {
   __threadfence();
   const bool last = atomicAdd(count, 1) == n - 1;
@@ -75,8 +77,8 @@ __device__ inline bool comes_last(int* count, int n) {
   return last;
 }
 
-/// Some lanes a piece, and behind the pieces some lanes a segment that has none. Of a segment of several pieces the
-/// lanes that come last add up what all have left.
+/// Sums segments by pieces with `lanes` lanes per piece. Further lanes handle the segments without pieces. For a
+/// segment of several pieces, the lanes that finish last add up the partial sums.
 template <int lanes, class Sum, class Value, class More, class Finish>
 __global__ void pieces_kernel(Pieces pieces, Sum* partial, Value value, More more, Finish finish) {
   begin_kernel();
@@ -110,7 +112,7 @@ __global__ void pieces_kernel(Pieces pieces, Sum* partial, Value value, More mor
   if (lane == 0 && finishes) finish(s, count > 1 ? rest : sum + rest);
 }
 
-/// The sum over a block's threads, in its first one: warps, then the warps' sums, each as a tree.
+/// Returns the sum over a block's threads, valid in the first one: a tree over each warp, then over the warps' sums.
 template <class Sum>
 __device__ Sum sum_of_block(Sum sum) {
   constexpr int lanes = 32;
@@ -119,7 +121,7 @@ __device__ Sum sum_of_block(Sum sum) {
   Sum* of_warp = reinterpret_cast<Sum*>(memory);
   const int warp = threadIdx.x / lanes, lane = threadIdx.x % lanes;
   sum = sum_of_lanes<lanes>(sum);
-  __syncthreads();  // of_warp may still be read from before
+  __syncthreads();  // of_warp may still be in use by an earlier call
   if (lane == 0) of_warp[warp] = sum;
   __syncthreads();
   if (warp == 0) {
@@ -128,7 +130,7 @@ __device__ Sum sum_of_block(Sum sum) {
   return sum;
 }
 
-/// The block that comes last adds up what all have left, in their order.
+/// Sums value(k); the block that finishes last adds up the blocks' sums in their order.
 template <int threads, class Sum, class Value, class Finish>
 __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finish finish, Sum* of_block, int* done) {
   __shared__ bool last;
@@ -154,7 +156,7 @@ __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finis
   finish(sum);
 }
 
-/// Places for all that a warp keeps are taken at once: they stand in order.
+/// Selects items by warps. A warp reserves positions for all items that it keeps at once, so they stay in order.
 template <int rounds, class Keep, class Put>
 __device__ void select_by_warps(int n, int* taken, Keep keep, Put put) {
   constexpr int lanes = 32;
@@ -187,7 +189,7 @@ __global__ void select_kernel(Count count, int* taken, Keep keep, Put put) {
   select_by_warps<8>(count(), taken, keep, put);
 }
 
-/// The threads of a block, as HostExecutor::Block.
+/// Operations of the threads of a block; interface of HostExecutor::Block.
 class CudaBlock {
  public:
   template <int unrolled = 1, class F>
@@ -198,7 +200,7 @@ class CudaBlock {
     __syncthreads();
 #endif
   }
-  /// A warp a row.
+  /// Assigns one warp per row.
   template <class F>
   __host__ __device__ void each(int rows, int columns, F f) const {
 #ifdef __CUDA_ARCH__
@@ -212,7 +214,8 @@ class CudaBlock {
   __host__ __device__ void sum_segments(int n, Count count, Value value, Finish finish) const {
 #ifdef __CUDA_ARCH__
     const int at_once = blockDim.x / lanes, lane = threadIdx.x % lanes;
-    for (int first = 0; first < n; first += at_once) {  // as many rounds for all: they shuffle
+    for (int first = 0; first < n; first += at_once) {  // All threads need the same number of rounds, because they
+                                                        // shuffle
       const int s = first + threadIdx.x / lanes, end = s < n ? count(s) : 0;
       decltype(value(0, 0)) sum{};
 #pragma unroll 4
@@ -263,10 +266,10 @@ __global__ void __launch_bounds__(threads) block_kernel(F f) {
   f(CudaBlock{}, static_cast<int>(blockIdx.x));
 }
 
-/// All threads of a device at once, as HostExecutor::Grid.
+/// Operations of all threads of a device; interface of HostExecutor::Grid.
 class CudaGrid {
  public:
-  /// Warps of one block lie as far apart as there are blocks: a short loop keeps all processors busy.
+  /// Distributes successive warps over the blocks, so that a short loop uses all processors.
   template <class F>
   __host__ __device__ void each(int n, F f) const {
 #ifdef __CUDA_ARCH__
@@ -285,7 +288,7 @@ class CudaGrid {
       for (int i = 0; i < together; ++i) found[i] = first + i * all < n && test(first + i * all);
 #pragma unroll 1
       for (int i = 0; i < together; ++i) {
-        // Without an index into registers.
+        // Shifts the array, since registers cannot be indexed at run time.
         const bool now = found[0];
 #pragma unroll
         for (int j = 1; j < together; ++j) found[j - 1] = found[j];
@@ -314,7 +317,7 @@ class CudaGrid {
   template <class Keep, class Put>
   __host__ __device__ void select(int n, int* taken, Keep keep, Put put) const {
 #ifdef __CUDA_ARCH__
-    // As many to a warp as keep all warps busy; more, if many would otherwise ask for places at once.
+    // Few rounds per warp keep all warps busy; for large n, more rounds reduce the contention for positions.
     if (n > 1 << 20)
       select_by_warps<8>(n, taken, keep, put);
     else
@@ -329,15 +332,15 @@ __global__ void __launch_bounds__(threads) grid_kernel(F f) {
   f(CudaGrid{});
 }
 
-/// Lets what a condition stands before in a graph be done, or done again, or not.
+/// Sets whether the body of a conditional node is executed (again).
 template <class Flag>
 __global__ void condition_kernel(cudaGraphConditionalHandle condition, const Flag* flag) {
   begin_kernel();
   cudaGraphSetConditional(condition, *flag != 0);
 }
 
-/// Whether the body of CudaExecutor::repeat is run again: told to the graph's condition or, if the host decides, to
-/// `more`.
+/// Sets whether the body of CudaExecutor::repeat is executed again: through the graph's condition or, if the host
+/// evaluates loops, through `more`.
 struct CudaAgain {
   cudaGraphConditionalHandle condition{};
   int* more = nullptr;

@@ -14,8 +14,8 @@
 
 namespace lichtenberg::parallel {
 
-/// Adds to, or makes larger, what other items of a loop change too. Sums of whole numbers do not depend on the order;
-/// nor do those of doubles that are all multiples of one power of two.
+/// Adds a value atomically to one that other items of a loop change too. Integer sums do not depend on the order. The
+/// same holds for doubles that are multiples of one power of two.
 template <class T>
 LICHTENBERG_HOST_DEVICE void add_atomically(T* to, T value) {
 #ifdef __CUDA_ARCH__
@@ -27,7 +27,7 @@ LICHTENBERG_HOST_DEVICE void add_atomically(T* to, T value) {
   *to += value;
 #endif
 }
-/// Adds 1, and returns what was there: the next place of a list whose order does not matter.
+/// Adds 1 and returns the previous value: the next index in a list of arbitrary order.
 LICHTENBERG_HOST_DEVICE inline int take_place(int* count) {
 #ifdef __CUDA_ARCH__
   return atomicAdd(count, 1);
@@ -35,7 +35,7 @@ LICHTENBERG_HOST_DEVICE inline int take_place(int* count) {
   return (*count)++;
 #endif
 }
-/// A value as others have left it, in the kernel that changes it.
+/// Returns the current value in memory, as changed by other threads of the same kernel.
 template <class T>
 LICHTENBERG_HOST_DEVICE T fresh(const T* value) {
 #ifdef __CUDA_ARCH__
@@ -48,7 +48,7 @@ LICHTENBERG_HOST_DEVICE T fresh(const T* value) {
   return *value;
 #endif
 }
-/// Puts a value there, and returns what was there before.
+/// Replaces a value and returns the previous one.
 LICHTENBERG_HOST_DEVICE inline int exchange_atomically(int* at, int value) {
 #ifdef __CUDA_ARCH__
   return atomicExch(at, value);
@@ -56,10 +56,11 @@ LICHTENBERG_HOST_DEVICE inline int exchange_atomically(int* at, int value) {
   return std::exchange(*at, value);
 #endif
 }
-/// Not for negative values: those of floating point are compared by their bits.
+/// Replaces a value by the maximum atomically. Not for negative values: floating-point numbers are compared by their
+/// bits.
 template <class T>
 LICHTENBERG_HOST_DEVICE void enlarge_atomically(T* to, T value) {
-  if (!(value > *to)) return;  // most are not
+  if (!(value > *to)) return;  // True for most values
 #ifdef __CUDA_ARCH__
   if constexpr (std::is_same_v<T, double>)
     atomicMax(reinterpret_cast<long long*>(to), __double_as_longlong(value));
@@ -72,60 +73,59 @@ LICHTENBERG_HOST_DEVICE void enlarge_atomically(T* to, T value) {
 #endif
 }
 
-/// Segments' values in pieces, so that a long segment is no long serial sum: pieces start[s] ... start[s + 1] - 1 are
-/// segment s's. `begin`, `end`, `of`: by piece, from the first to the last of all; begin's and end's values are
-/// numbers.
+/// Values of segments in pieces, so that long segments can be summed in parallel: segment s has pieces start[s] ...
+/// start[s + 1] - 1. `begin`, `end` and `of` are indexed by piece; begin and end are indices of values.
 struct Pieces {
   int segments = 0;
-  int room = 0;  ///< for so many pieces
+  int room = 0;  ///< Capacity in pieces
   const int* start = nullptr;
   const int *begin = nullptr, *end = nullptr;
-  const int* of = nullptr;  ///< its segment, counted from `first_segment` on
+  const int* of = nullptr;  ///< Segment of a piece, relative to `first_segment`
   int first_segment = 0;
-  int* done = nullptr;  ///< by segment: 0, and 0 again when all is done
+  int* done = nullptr;  ///< Counter per segment: 0 before and after use
   LICHTENBERG_HOST_DEVICE int count(int s) const { return start[s + 1] - start[s]; }
 };
 
-/// No more values than those of the pieces.
+/// Additional values of segments: none.
 struct NoMore {
   LICHTENBERG_HOST_DEVICE int count(int) const { return 0; }
   LICHTENBERG_HOST_DEVICE float value(int, int) const { return 0; }
 };
 
-/// Runs a device's algorithms on the CPU, item after item: their reference, and what the tests run. CudaExecutor has
-/// the same functions.
+/// Executes device algorithms on the CPU, one item after another; reference for tests. CudaExecutor has the same
+/// functions.
 class HostExecutor {
  public:
-  /// f(k) for k = 0 ... n - 1, in any order. On a device `threads` of them are one block.
+  /// Calls f(k) for k = 0 ... n - 1, in any order. On a device, `threads` of them form a block.
   template <int threads = 256, class F>
   void for_each(long n, F f) const {
     for (long k = 0; k < n; ++k) f(static_cast<int>(k));
   }
 
-  /// f(row, column), in any order.
+  /// Calls f(row, column) for all rows and columns, in any order.
   template <class F>
   void for_each(int rows, int columns, F f) const {
     for (int row = 0; row < rows; ++row)
       for (int column = 0; column < columns; ++column) f(row, column);
   }
 
-  /// What the threads of a block do together.
+  /// Cooperative operations of the threads of a block.
   class Block {
    public:
     explicit Block(void* memory) : memory_(memory) {}
-    /// f(k) for k = 0 ... n - 1, in any order; all of it is done when this returns. On a device a thread's calls are
-    /// written out `unrolled` at a time, so that what they wait for comes together.
+    /// Calls f(k) for k = 0 ... n - 1, in any order, and returns when all are finished. On a device the loop of a
+    /// thread is unrolled `unrolled` times, so that memory accesses overlap.
     template <int unrolled = 1, class F>
     void each(int n, F f) const {
       for (int k = 0; k < n; ++k) f(k);
     }
-    /// f(row, column), likewise.
+    /// Calls f(row, column) for all rows and columns, in any order.
     template <class F>
     void each(int rows, int columns, F f) const {
       for (int row = 0; row < rows; ++row)
         for (int column = 0; column < columns; ++column) f(row, column);
     }
-    /// As HostExecutor::sum_segments and sum_pieces; of the latter `listed` segments alone, n in number.
+    /// Like HostExecutor::sum_segments and sum_pieces; the latter only for the n segments in `listed`.
     template <int lanes = 8, class Count, class Value, class Finish>
     void sum_segments(int n, Count count, Value value, Finish finish) const {
       HostExecutor().sum_segments(n, count, value, finish);
@@ -135,7 +135,7 @@ class HostExecutor {
                     Finish finish) const {
       for (int k = 0; k < n; ++k) HostExecutor::sum_of_segment<Sum>(pieces, listed[k], value, more, finish);
     }
-    /// finish(sum of what each thread has).
+    /// Calls finish(sum over the threads of `mine`).
     template <class Sum, class Finish>
     void sum(const Sum& mine, Finish finish) const {
       finish(mine);
@@ -148,8 +148,8 @@ class HostExecutor {
    private:
     void* memory_;
   };
-  /// f(Block, b) for b = 0 ... blocks - 1, each with so many bytes of fast memory of its own: undefined at first, no
-  /// more than most_block_memory(). On a device `threads` threads share a block.
+  /// Calls f(Block, b) for b = 0 ... blocks - 1, each with `bytes` of fast memory: initially undefined, at most
+  /// most_block_memory(). On a device `threads` threads form a block.
   template <int threads = 128, class F>
   void for_each_block(int blocks, std::size_t bytes, F f) const {
     std::vector<double> memory(bytes / sizeof(double) + 1);
@@ -157,45 +157,45 @@ class HostExecutor {
   }
   std::size_t most_block_memory() const { return 200 << 10; }
 
-  /// What all threads of a device do together, one loop after the other.
+  /// Cooperative operations of all threads of a device, one loop after another.
   class Grid {
    public:
-    /// f(k) for k = 0 ... n - 1, in any order; all of it is done when this returns.
+    /// Calls f(k) for k = 0 ... n - 1, in any order, and returns when all are finished.
     template <class F>
     void each(int n, F f) const {
       for (int k = 0; k < n; ++k) f(k);
     }
-    /// f(k) for those k = 0 ... n - 1 with test(k), in any order. On a device several are tested at once.
+    /// Calls f(k) for all k = 0 ... n - 1 with test(k), in any order. On a device several tests run at once.
     template <class Test, class F>
     void each_that(int n, Test test, F f) const {
       for (int k = 0; k < n; ++k)
         if (test(k)) f(k);
     }
-    /// As each, but done when the loop that follows is.
+    /// Like each, but finished only when the following loop is.
     template <class F>
     void begin(int n, F f) const {
       each(n, f);
     }
-    /// The same, but on a device threads that the loop which follows leaves idle, if it is short, come first.
+    /// Like begin. On a device it prefers threads that the following loop leaves idle if that is short.
     template <class F>
     void begin_last(int n, F f) const {
       each(n, f);
     }
-    /// As HostExecutor::select.
+    /// Like HostExecutor::select.
     template <class Keep, class Put>
     void select(int n, int* taken, Keep keep, Put put) const {
       for (int k = 0; k < n; ++k)
         if (keep(k)) put(take_place(taken), k);
     }
   };
-  /// f(Grid): loops that follow each other without the time that a kernel takes to start.
+  /// Calls f(Grid): loops in sequence without the launch overhead of kernels.
   template <class F>
   void together(F f) const {
     f(Grid());
   }
 
-  /// put(place, k) for those k = 0 ... n() - 1, at most `most`, with keep(k), in any order; their places are the
-  /// numbers from *taken on, to which their count is added. On a device n() is asked there.
+  /// Calls put(index, k) for all k = 0 ... n() - 1, at most `most`, with keep(k), in any order. Indices are successive
+  /// numbers from *taken on, and *taken increases by their count. On a device, n() is evaluated there.
   template <class Count, class Keep, class Put>
   void select(long most, Count n, int* taken, Keep keep, Put put) const {
     const int end = n();
@@ -203,8 +203,8 @@ class HostExecutor {
       if (keep(k)) put(take_place(taken), k);
   }
 
-  /// finish(s, sum of value(s, t) over t = 0 ... count(s) - 1) for every segment s; the same order of summation each
-  /// time. On a device `lanes` threads share a segment.
+  /// Calls finish(s, sum of value(s, t) over t = 0 ... count(s) - 1) for every segment s. The order of summation is
+  /// always the same. On a device `lanes` threads share a segment.
   template <int lanes = 32, class Count, class Value, class Finish>
   void sum_segments(long n, Count count, Value value, Finish finish) const {
     using Sum = decltype(value(0, 0));
@@ -216,16 +216,16 @@ class HostExecutor {
     }
   }
 
-  /// finish(s, sum over the values k of segment s's pieces of value(k), and over t = 0 ... more.count(s) - 1 of
-  /// more.value(s, t)) for every segment; the same order of summation each time. `partial`: one a piece. What finish
-  /// changes no value may depend on.
+  /// Calls finish(s, sum) for every segment. The sum includes value(k) for the values k of the segment's pieces, and
+  /// more.value(s, t) for t = 0 ... more.count(s) - 1. The order of summation is always the same. `partial`: one
+  /// element per piece. No value may depend on data that finish changes.
   template <class Sum, class Value, class More, class Finish>
   void sum_pieces(const Pieces& pieces, Sum* /*partial*/, Value value, More more, Finish finish) const {
     for (int s = 0; s < pieces.segments; ++s) sum_of_segment<Sum>(pieces, s, value, more, finish);
   }
 
-  /// finish(sum of value(k) over k = 0 ... n - 1), in the same order of summation each time. Not within `beside` or
-  /// `side_by_side`. On a device a thread takes `a_thread` values at least.
+  /// Calls finish(sum of value(k) over k = 0 ... n - 1). The order of summation is always the same. Not allowed within
+  /// `beside` or `side_by_side`. On a device a thread takes at least `a_thread` values.
   template <int a_thread = 4, class Value, class Finish>
   void sum(long n, Value value, Finish finish) const {
     decltype(value(0)) sum{};
@@ -233,7 +233,7 @@ class HostExecutor {
     finish(sum);
   }
 
-  /// Each of the n values becomes the sum of those before it.
+  /// Replaces each of the n values by the sum of those before it.
   template <class T>
   void exclusive_scan(T* values, long n) const {
     T sum{};
@@ -244,7 +244,7 @@ class HostExecutor {
     }
   }
 
-  /// Sorts the keys, 0 ... `largest`, and takes the values along; equal keys keep their order.
+  /// Sorts the keys, 0 ... `largest`, together with the values; the sort is stable.
   void sort(int* keys, int* values, int n, int /*largest*/ = std::numeric_limits<int>::max()) const {
     std::vector<std::pair<int, int>> pairs(n);
     for (int k = 0; k < n; ++k) pairs[k] = {keys[k], values[k]};
@@ -255,9 +255,9 @@ class HostExecutor {
     }
   }
 
-  /// Throws Failure if so much more memory cannot be had.
+  /// Throws Failure if less memory than this is free.
   void check_room(std::size_t) const {}
-  /// Bytes of memory that can still be had.
+  /// Returns the number of bytes of free memory.
   std::size_t room() const { return std::size_t{1} << 62; }
   void* allocate(std::size_t bytes) const { return std::malloc(bytes); }
   void release(void* memory) const { std::free(memory); }
@@ -265,14 +265,14 @@ class HostExecutor {
   void copy(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void to_device(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void to_host(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
-  /// Memory of the host that copies are fast from and to; they have been made after a wait.
+  /// Allocates host memory with fast transfers; these are complete after wait().
   void* allocate_on_host(std::size_t bytes) const { return std::malloc(bytes); }
   void release_on_host(void* memory) const { std::free(memory); }
   void begin_to_device(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void begin_to_host(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void wait() const {}
 
-  /// A sequence of kernels that is run many times.
+  /// Sequence of kernels that is executed many times.
   struct Recording {
     void clear() {}
   };
@@ -280,7 +280,7 @@ class HostExecutor {
   void run(Recording&, F f) const {
     f();
   }
-  /// Within what is recorded: f if, or while, *flag is not 0, as its kernels find it, on the device.
+  /// Within a recording: executes f if, or while, *flag is not 0. The flag is evaluated on the device.
   template <class F>
   void when(const int* flag, F f) const {
     if (*flag) f();
@@ -289,7 +289,8 @@ class HostExecutor {
   void repeat_while(const int* flag, F f) const {
     while (*flag) f();
   }
-  /// Within what is recorded: f(Again), and again while the Again, which a kernel of it calls, was last given true.
+  /// Within a recording: calls f(Again), and repeats it while the last call of the Again in a kernel had the argument
+  /// true.
   struct Again {
     bool* more;
     void operator()(bool go) const { *more = go; }
@@ -302,20 +303,20 @@ class HostExecutor {
     }
   }
 
-  /// Runs f(0) ... f(n - 1), which touch nothing in common, at the same time where that can be done.
+  /// Runs f(0) ... f(n - 1) concurrently where possible; they must not share data.
   template <class F>
   void side_by_side(int n, F f) const {
     for (int k = 0; k < n; ++k) f(k);
   }
 
-  /// Runs f and g, which touch nothing in common, at the same time where that can be done; g where f leaves room.
+  /// Runs f and g concurrently where possible; they must not share data. g has the lower priority.
   template <class F, class G>
   void beside(F f, G g) const {
     f();
     g();
   }
 
-  /// A moment in the sequence of kernels. The executor must have waited before the time between two is asked for.
+  /// Point in the sequence of kernels. The executor must have waited before the time between two is computed.
   class Moment {
    public:
     double seconds_since(const Moment& earlier) const {
@@ -328,7 +329,7 @@ class HostExecutor {
   };
   void mark(Moment& moment) const { moment.at_ = std::chrono::steady_clock::now(); }
 
-  /// Seconds that f's kernels take.
+  /// Returns the time (s) of f's kernels.
   template <class F>
   double seconds(F f) const {
     const auto start = std::chrono::steady_clock::now();

@@ -10,10 +10,10 @@
 
 namespace lichtenberg::parallel {
 
-inline constexpr std::size_t huge_page = std::size_t{2} << 20;  ///< bytes; of x86-64, and of most others
+inline constexpr std::size_t huge_page = std::size_t{2} << 20;  ///< Bytes of a huge page on x86-64 and most other
+                                                                ///< systems
 
-/// Asks the system for huge pages where memory that nobody has touched yet holds them whole. A wish: where it is not
-/// granted pages stay small.
+/// Requests huge pages for untouched memory where it contains them completely. The system may ignore the request.
 inline void ask_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
 #if defined(__linux__)
   const auto from = (reinterpret_cast<std::uintptr_t>(memory) + huge_page - 1) / huge_page * huge_page;
@@ -22,9 +22,9 @@ inline void ask_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] s
 #endif
 }
 
-/// values.resize(size), in huge pages if they fill half of one and more. For what is kept from one solve to the next:
-/// the system clears a huge page each time that it hands it out. Room for some more stays behind, so that a few more
-/// groups do not move all.
+/// Resizes `values`, in huge pages if they fill at least half of one. For data kept between solves, because the system
+/// clears a huge page at each allocation. The capacity includes a reserve, so that a small increase does not move all
+/// values.
 template <class T>
 void resize_in_huge_pages(std::vector<T>& values, std::size_t size) {
   if (values.capacity() < size && size * sizeof(T) >= huge_page / 2) {

@@ -16,8 +16,8 @@ std::vector<std::string>& options() {
   return list;
 }
 
-// PETSc prints its errors to stderr unless told otherwise; the first message of a traceback is the one that says what
-// happened, and it becomes the text of the exception.
+// PETSc prints errors to stderr by default. The first message of a traceback describes the cause, and becomes the text
+// of the exception.
 std::string& last_message() {
   static std::string message;
   return message;
@@ -29,8 +29,8 @@ PetscErrorCode keep_message(MPI_Comm, int, const char*, const char*, PetscErrorC
   return code;
 }
 
-/// Threads of OpenBLAS, where that is the machine's BLAS, would change scalar products' bits with the number of cores,
-/// and wait for each other on vectors of some thousand unknowns for longer than these take.
+/// Limits OpenBLAS, if it is the BLAS, to one thread. Several threads would make the rounding of scalar products depend
+/// on the number of cores, and their synchronization costs more than vectors of some thousand unknowns.
 void keep_blas_to_one_thread() {
   using Set = void (*)(int);
   if (const auto set = reinterpret_cast<Set>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))) set(1);
@@ -68,16 +68,17 @@ void start_petsc() {
   if (petsc_started()) return;
   keep_blas_to_one_thread();
   std::vector<std::string> arguments = options();
-  // Options come from the command line and from PETSC_OPTIONS, which results record, and not from files that lie about.
-  // PETSc's signal handler would hide crashes from debuggers and Ctrl-C from the program, and take its handlers away.
+  // Options come from the command line and from PETSC_OPTIONS, which results record, and not from files in the working
+  // folder. PETSc's signal handler would hide crashes from debuggers and Ctrl-C from the program, and replace its
+  // handlers.
   arguments.insert(arguments.begin(), {"lichtenberg", "-skip_petscrc", "-no_signal_handler"});
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   pointers.push_back(nullptr);
   int count = static_cast<int>(arguments.size());
   char** values = pointers.data();
-  // Alone, without mpirun, Open MPI would start a daemon beside us to wait for company, and share folders in /tmp with
-  // other processes that are alone: one that ends takes them away while another starts.
+  // Without mpirun, Open MPI would start a daemon process to wait for others, and share folders in /tmp with unrelated
+  // single processes. A process that ends deletes these folders while another starts.
   if (!std::getenv("OMPI_COMM_WORLD_SIZE")) {
     setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
     setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
@@ -91,7 +92,7 @@ std::vector<std::string> unused_petsc_options() {
   std::vector<std::string> unused;
   for (const std::string& word : options()) {
     if (word.size() < 2 || word[0] != '-' || !std::isalpha(static_cast<unsigned char>(word[1]))) continue;
-    if (word.starts_with("-options_")) continue;  // PETSc asks for these when it ends
+    if (word.starts_with("-options_")) continue;  // PETSc reads these when it ends
     PetscBool used = PETSC_FALSE;
     if (petsc_started()) check_petsc(PetscOptionsUsed(nullptr, word.c_str() + 1, &used));
     if (!used) unused.push_back(word);

@@ -7,28 +7,28 @@
 
 namespace lichtenberg::parallel {
 
-/// Options for PETSc, verbatim as on its command line ("-field_pc_type", "gamg", ...). To be called before the first
-/// solver that uses it is made; PETSc itself starts with that one and never without it.
+/// Sets options for PETSc, verbatim as on its command line ("-field_pc_type", "gamg", ...). Must be called before the
+/// first solver that uses PETSc is made; PETSc starts with that solver only.
 void set_petsc_options(std::vector<std::string> options);
 
-/// Starts PETSc if it is not running (once a process). Throws Failure.
+/// Starts PETSc if it is not running (once per process). Throws Failure.
 void start_petsc();
 
-/// Ends PETSc, which else ends with the process. A program that has used a CUDA device must call this before main
-/// returns, when its solvers are gone: in an exit handler PETSc 3.22 aborts over its memory on the device.
+/// Ends PETSc, which otherwise ends with the process. A program that has used a CUDA device must call this before main
+/// returns, after its solvers are destroyed. In an exit handler PETSc 3.22 aborts because of its memory on the device.
 void finish_petsc();
 
-/// True once PETSc has been started in this process.
+/// Returns true once PETSc has been started in this process.
 bool petsc_started();
 
-/// This process's number among those that mpirun started, from 0, and how many they are (0 and 1 before PETSc runs).
+/// Return this process's number among those that mpirun started, from 0, and their count (0 and 1 before PETSc runs).
 int process_rank();
 int process_count();
 
-/// Returns the options of `set_petsc_options` that nothing has asked for yet: all of them before PETSc runs.
+/// Returns the options of `set_petsc_options` that have not been read yet: all of them before PETSc runs.
 std::vector<std::string> unused_petsc_options();
 
-/// Turns a PETSc error code into a Failure with PETSc's own message.
+/// Converts a PETSc error code into a Failure with PETSc's own message.
 void check_petsc(PetscErrorCode code);
 
 }  // namespace lichtenberg::parallel

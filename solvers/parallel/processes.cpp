@@ -14,11 +14,11 @@ namespace lichtenberg::parallel {
 
 namespace {
 
-/// Of a message: one for `take_part`, or the last one.
+/// Tags of messages: one for `take_part`, and the last one.
 constexpr int work_tag = 1, dismissal_tag = 2;
 
-/// How long a process waits for another's word after something went wrong. An error that all have is found by all at
-/// about the same time; one that has it alone must not leave the others waiting for it forever.
+/// Time limit for a message from another process after an error. An error common to all processes occurs in all at
+/// about the same time. A process with an error of its own must not block the others forever.
 constexpr std::chrono::seconds patience{2};
 
 bool leading = false;
@@ -40,7 +40,7 @@ Message receive(int from, int* tag) {
   return Message(std::move(bytes));
 }
 
-/// False if nothing has come when patience ends.
+/// Returns false if no message arrives within `patience`.
 bool hears_from(int rank) {
   const auto end = std::chrono::steady_clock::now() + patience;
   while (std::chrono::steady_clock::now() < end) {
@@ -58,7 +58,7 @@ bool hears_from(int rank) {
   std::abort();
 }
 
-/// Until the first process has no more need of this one.
+/// Handles messages until the first process dismisses this one.
 void follow(const std::function<void(Message&)>& take_part) {
   std::string trouble;
   for (;;) {
@@ -72,7 +72,7 @@ void follow(const std::function<void(Message&)>& take_part) {
     try {
       take_part(message);
     } catch (const std::exception& error) {
-      if (!trouble.empty()) abort_all(trouble);  // the first process goes on as if nothing had happened
+      if (!trouble.empty()) abort_all(trouble);  // The first process continues, so the error is not common to all
       trouble = error.what();
     }
   }
@@ -107,7 +107,7 @@ void dismiss_processes(bool after_error) {
   leading = false;
   send_to_others({}, dismissal_tag);
   for (int rank = 1; rank < process_count(); ++rank) {
-    // It may wait for what the error has kept this one from.
+    // That process may wait for a message that this one cannot send after the error.
     if (after_error && !hears_from(rank)) MPI_Abort(PETSC_COMM_WORLD, 1);
     int tag = 0;
     receive(rank, &tag);

@@ -8,10 +8,10 @@
 
 namespace lichtenberg::parallel {
 
-// A program under mpirun: the first process runs it; the others do what it tells them to, their part of what takes all
-// processes. They read no scene, print nothing, write no file, and decide nothing.
+// Program under mpirun: the first process runs it; the others execute their part of collective operations on its
+// messages. They read no scene, print nothing, write no file, and make no decisions.
 
-/// What the first process tells the others: plain structs and arrays of them, one after the other.
+/// Message from the first process to the others: a sequence of plain structs and arrays of them.
 class Message {
  public:
   Message() = default;
@@ -48,21 +48,20 @@ class Message {
   std::size_t at_ = 0;
 };
 
-/// To be called at the start of a program. Started alone (told from the launcher's environment, without touching MPI)
-/// it does nothing and returns true. Otherwise it starts PETSc and returns true in the first process, and in the others
-/// only when the first has dismissed them: false, and nothing is left to do but to exit. Until then they hand each
-/// message to `take_part`. What that throws may be the first process's trouble as well, which then says no more but to
-/// end things; if it throws again, all processes end. Throws InputError if PETSc was built without MPI.
+/// To be called at the start of a program. In a single process (according to the launcher's environment, without MPI
+/// calls) it has no effect and returns true. Otherwise it starts PETSc and returns true in the first process. In the
+/// others it passes each message to `take_part`, and returns false once the first process dismisses them; they must
+/// exit then. An exception of `take_part` may occur in the first process too, which then only ends the program; after a
+/// second exception all processes end. Throws InputError if PETSc was built without MPI.
 bool join_processes(const std::function<void(Message&)>& take_part);
 
-/// Ends the others' part; after an error, whatever state it has left them in. Of no effect in a program that runs
-/// alone.
+/// Dismisses the other processes; after an error, in any state. No effect in a single process.
 void dismiss_processes(bool after_error);
 
-/// True in the first process of several, until it has dismissed the others.
+/// Returns true in the first process of several, until it has dismissed the others.
 bool leads_processes();
 
-/// Sends a message to the others; to be called where leads_processes().
+/// Sends a message to the other processes; only valid if leads_processes().
 void tell_others(const Message& message);
 
 }  // namespace lichtenberg::parallel

@@ -11,17 +11,16 @@ namespace lichtenberg::parallel {
 
 namespace {
 
-// In loop_: 24 bits for the loop's number, 20 for where the indices that are left end, 20 for the first of them.
+// Layout of loop_: 24 bits for the loop's number, 20 for the end of the remaining indices, 20 for the first of them.
 constexpr int index_bits = 20;
 constexpr std::uint64_t index_mask = (1u << index_bits) - 1;
 constexpr std::uint64_t first_left(std::uint64_t loop) { return loop & index_mask; }
 constexpr std::uint64_t end_of_left(std::uint64_t loop) { return (loop >> index_bits) & index_mask; }
 constexpr bool any_left(std::uint64_t loop) { return first_left(loop) < end_of_left(loop); }
 
-/// How long a helper watches for the next loop, and how long for one that comes late, leaving its processor to whoever
-/// else can use it, before it sleeps: to be woken takes tens of microseconds, longer than most loops. What is serial
-/// between a solve's loops takes up to some hundreds, so that a helper that slept through it would come too late for
-/// the loops that follow; what lies between two solves of a run, a hundred.
+/// Times for which an idle worker thread polls, and then yields its processor, before it sleeps. Waking a thread takes
+/// longer than most loops. The serial parts between a solve's loops are shorter than these times, and so are the parts
+/// between two solves of a run. A sleeping worker would miss the loops that follow.
 constexpr std::chrono::microseconds watch{50}, linger{1000};
 
 void pause() {
@@ -38,7 +37,7 @@ Team::Team(int threads) {
   for (int k = 1; k < threads; ++k) try {
       helpers_.emplace_back([this] { help_until_stopped(); });
     } catch (const std::exception& error) {
-      dismiss();  // those that there are: their own destructors would wait for them
+      dismiss();  // Stops the started threads: their destructors would wait for them
       throw Failure("thread " + std::to_string(k + 1) + " of " + std::to_string(threads) + " cannot be started (" +
                     error.what() + "): ask for fewer threads");
     }
@@ -57,7 +56,7 @@ Team& Team::single() {
   return team;
 }
 
-/// Does one piece of the loop in progress, the first or the last that is left; false if none is.
+/// Executes the first or the last remaining piece of the current loop; returns false if there is none.
 bool Team::help(From from) {
   std::uint64_t loop = loop_.load(std::memory_order_acquire), taken = 0;
   do {
@@ -120,7 +119,7 @@ void Team::start(std::function<void()> task) {
   side_error_ = nullptr;
   side_task_.store(waiting, std::memory_order_release);
   if (helpers_.empty()) return;
-  // An empty loop wakes the helpers.
+  // An empty loop wakes the workers.
   loop_.store(((loop_.load(std::memory_order_relaxed) >> (2 * index_bits)) + 1) << (2 * index_bits),
               std::memory_order_release);
   loop_.notify_all();

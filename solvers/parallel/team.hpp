@@ -9,25 +9,24 @@
 
 namespace lichtenberg::parallel {
 
-/// Threads that share loops of some microseconds. Who has nothing to do watches for the next loop for a moment, yields
-/// for a millisecond, then sleeps; a loop never waits for a thread that has not come to help, so that a busy machine
-/// delays nobody. What a task computes must not depend on who does it: then the results are the same bits for any
-/// number of threads.
+/// Team of threads for short loops. An idle thread polls for the next loop, then yields, then sleeps. A loop never
+/// waits for a thread that has not joined it, so that a busy machine causes no delay. Tasks must not depend on the
+/// thread that executes them; results are then bitwise identical for any number of threads.
 class Team {
  public:
-  /// Threads in all, the caller's among them. Throws Failure if the machine does not give so many.
+  /// `threads`: total number, including the caller's. Throws Failure if the system cannot start that many.
   explicit Team(int threads);
   ~Team();
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
-  /// A team of the caller alone.
+  /// Returns a team of the caller alone.
   static Team& single();
 
   int size() const { return static_cast<int>(helpers_.size()) + 1; }
 
-  /// Calls task(k) for every k from 0 to count - 1, in any order, and returns when all are done. Fewer than 2^20 of
-  /// them. Tasks must not throw and must not call for_each themselves.
+  /// Calls task(k) for every k from 0 to count - 1, in any order, and returns when all are finished. `count` must be
+  /// below 2^20. Tasks must not throw and must not call for_each.
   template <class Task>
   void for_each(int count, const Task& task) {
     if (helpers_.empty() || count == 1) {
@@ -37,15 +36,15 @@ class Team {
     share(count, do_one<Task>, &task);
   }
 
-  /// Leaves a longer task to a helper while the caller goes on; `finish` does it now if no helper has begun, waits for
-  /// its end and rethrows what it threw. One at a time.
+  /// Starts a longer task on a worker thread while the caller continues. `finish` executes the task if no worker has
+  /// started it, waits for its end and rethrows its exception. Only one task at a time.
   void start(std::function<void()> task);
   void finish();
 
  private:
   using Call = void (*)(const void*, int);
-  /// Compiled once, for who is alone and for who shares: inlined into one of the two, a task could be contracted or
-  /// vectorized, and so be rounded, otherwise. The call costs about a nanosecond, so that a task should be a range.
+  /// Compiled once for all threads. If it were inlined separately for the caller and the workers, contraction or
+  /// vectorization could round differently. The call has an overhead, so a task should be a range.
   template <class Task>
   [[gnu::noinline, gnu::noclone]] static void do_one(const void* task, int k) {
     (*static_cast<const Task*>(task))(k);
@@ -57,9 +56,9 @@ class Team {
   void help_until_stopped();
   bool run_side_task();
 
-  // The loop in progress: its number and which indices are left in one word, so that taking one is one exchange that
-  // fails if the loop is another one by now. The caller takes the first, helpers the last: what pass after pass is at
-  // the same place of memory stays in the caches of who had it. call_ and context_ are read by who has an index only.
+  // Current loop: its number and the remaining indices in one word. Taking an index is one atomic exchange, which fails
+  // if the loop has changed. The caller takes the first indices, workers the last ones, so that data of repeated loops
+  // stay in the caches of the same thread. Only a thread with an index reads call_ and context_.
   std::atomic<std::uint64_t> loop_{0};
   std::atomic<int> done_{0};
   Call call_ = nullptr;

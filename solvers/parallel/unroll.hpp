@@ -1,6 +1,6 @@
 #pragma once
 
-/// In front of a loop: write it out so many times; 1: do not. Each compiler has its own word for it.
+/// Placed in front of a loop: unrolls it `times` times; 1: not at all. Compilers have different pragmas.
 #define LICHTENBERG_PRAGMA(text) _Pragma(#text)
 #ifdef __CUDACC__
 #define LICHTENBERG_UNROLL(times) LICHTENBERG_PRAGMA(unroll times)

@@ -38,8 +38,9 @@ void CircuitNodes::set_potentials(std::vector<double>& potential) const {
   factors_.substitute(potential.data());
 }
 
-/// capacitance * (V_a - V_b) first, then what is left of the balances, sent through the same network. Each group has
-/// eps to ground in it, about what it has in the field, so that rounding goes there and not through weak couplings.
+/// Computes capacitance * (V_a - V_b) first, then distributes the residuals of the balances through the same network.
+/// Each group has the conductance eps to ground in it, about its capacitance in the field, so that rounding errors flow
+/// to ground and not through weak couplings.
 std::vector<double> coupling_charges(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   if (problem.couplings.empty()) return {};
   std::vector<double> flowed;
@@ -54,7 +55,7 @@ std::vector<double> coupling_charges(const LaplaceProblem& problem, const Laplac
       ground[problem.groups[a].floating ? a : b] += capacitance;
   }
   const NetworkFactors factors(std::move(ground), links);
-  constexpr int passes = 4;  // a pass leaves 1e-16 of what flows at most, times capacitance / eps
+  constexpr int passes = 4;  // Each pass leaves at most 1e-16 of the charges, times capacitance / eps
   for (int pass = 0; pass < passes && !flowed.empty(); ++pass) {
     std::vector<double> left(problem.groups.size());
     for (std::size_t g = 0; g < left.size(); ++g) left[g] = problem.groups[g].charge;

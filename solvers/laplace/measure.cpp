@@ -19,7 +19,7 @@ double potential_range(const LaplaceProblem& problem, const LaplaceSolution& sol
   return largest_difference(potentials);
 }
 
-/// Returns the difference over the largest value; nan for a difference that is nan.
+/// Returns the difference over the largest value; nan if the difference is nan.
 double error_of(double difference, double largest, double rounding) {
   return difference <= rounding ? 0 : difference / std::max(largest, rounding);
 }
@@ -35,7 +35,7 @@ double largest_difference(const std::vector<double>& potentials) {
   if (potentials.empty()) return 0;
   if (!std::ranges::all_of(potentials, [](double v) { return std::isfinite(v); })) return NAN;
   const auto [low, high] = std::ranges::minmax(potentials);
-  // Potentials are sums of some tens of terms; differences of some roundings of them are none.
+  // Potentials are sums of some tens of terms; differences at the level of their rounding count as zero.
   constexpr double rounding = 100 * std::numeric_limits<double>::epsilon();
   return high - low > rounding * std::max(std::abs(high), std::abs(low)) ? high - low : 0;
 }
@@ -67,7 +67,7 @@ Scales scales_of(const LaplaceProblem& problem, const LaplaceSolution& solution)
 
 double largest_error(const LaplaceProblem& problem, const LaplaceSolution& solution, const LaplaceSolution& reference,
                      const Scales& scales) {
-  if (scales.potential == 0) return 0;  // nothing but rounding
+  if (scales.potential == 0) return 0;  // All potentials are equal to rounding
   double worst = 0;
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
     worst = larger(worst, std::abs(solution.group_potential[g] - reference.group_potential[g]) / scales.potential);

@@ -7,7 +7,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// A node's links, by the other node.
+/// Links of a node as pairs (other node, conductance), sorted by node.
 using Neighbours = std::vector<std::pair<int, double>>;
 
 void add(Neighbours& neighbours, int node, double conductance) {
@@ -34,7 +34,7 @@ NetworkFactors::NetworkFactors(std::vector<double> ground, const std::vector<Net
     add(neighbours[a], b, conductance);
     add(neighbours[b], a, conductance);
   }
-  // Least degree first: trees are taken from their leaves and fill nothing in.
+  // Elimination by least degree: trees are eliminated from their leaves without fill-in.
   std::set<std::pair<std::size_t, int>> order;
   const auto is_kept = [&](int node) { return !keep.empty() && keep[node]; };
   const auto enter = [&](int node) {

@@ -13,31 +13,31 @@ struct NetworkLink {
   double conductance;
 };
 
-/// Factorization of a network of conductances, some of its nodes linked to ground: diag(ground) + the graph Laplacian
-/// of the links. Eliminating a node puts links between its neighbours (star-mesh transformation), and what it had to
-/// ground is theirs in parts. Nothing is ever subtracted, so that pivots keep all digits whatever lies between the
-/// weakest conductance and the strongest (Alfa, Xue & Ye 2002): with a Cholesky factorization, nodes linked a 1e12
-/// times more strongly to each other than to ground would keep four. For some thousand nodes with grounds, over and
-/// over; large networks between a few electrodes are the room solvers/network's.
+/// Factorization of a network of conductances with some nodes linked to ground: diag(ground) + the graph Laplacian of
+/// the links. Eliminating a node adds links between its neighbours (star-mesh transformation), and its ground
+/// conductance is distributed among them. No step subtracts, so pivots keep all digits for any ratio of conductances
+/// (Alfa, Xue & Ye 2002). A Cholesky factorization would keep four digits of nodes linked 1e12 times more strongly to
+/// each other than to ground. Intended for some thousand nodes and repeated solves; solvers/network handles large
+/// networks between few electrodes.
 class NetworkFactors {
  public:
   NetworkFactors() = default;
-  /// ground [nodes], not negative; nodes that `keep` marks are not eliminated (empty: all are). Links of no conductance
-  /// are left out.
+  /// `ground` [nodes]: not negative; nodes marked in `keep` are not eliminated (empty: all are). Links of zero
+  /// conductance are ignored.
   NetworkFactors(std::vector<double> ground, const std::vector<NetworkLink>& links, const std::vector<char>& keep = {});
 
-  /// Takes what flows into each node to its potential. Nodes that are linked to no ground: one of each set of them gets
-  /// zero.
+  /// Replaces the current into each node by its potential. Of each set of nodes without a link to ground, one gets
+  /// potential zero.
   void solve(double* flow) const;
-  /// By rows, what solve() multiplies with where all nodes are eliminated: sums of positive terms, so that entries have
-  /// all digits.
+  /// Returns the matrix, by rows, that solve() applies if all nodes are eliminated. Its entries are sums of positive
+  /// terms and have all digits.
   std::vector<double> inverse() const;
-  /// The parts of it: shares of what flows into eliminated nodes to those that are kept, and back with their
-  /// potentials.
+  /// Parts of solve(): `eliminate` distributes the current into eliminated nodes to those kept; `substitute` computes
+  /// the potentials of eliminated nodes from theirs.
   void eliminate(double* flow) const;
   void substitute(double* potential) const;
 
-  /// Between nodes that are kept, those that elimination has made among them.
+  /// Returns the links between kept nodes, including those that elimination has added.
   std::vector<NetworkLink> kept_links() const;
 
  private:

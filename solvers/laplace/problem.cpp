@@ -32,7 +32,7 @@ void check_box(const LaplaceProblem& problem) {
   }
 }
 
-/// Returns which groups have a body: whatever else is asked of bodies is asked of their groups.
+/// Returns for each group whether it has a body. Throws InputError for a body without a group, position or size.
 std::vector<char> check_bodies(const LaplaceProblem& problem) {
   const int groups = static_cast<int>(problem.groups.size());
   std::vector<char> has_body(problem.groups.size());
@@ -76,7 +76,7 @@ void check_couplings(const LaplaceProblem& problem) {
   }
 }
 
-/// What lies in the set of coupled groups that a group is the first of.
+/// Contents of a set of coupled groups, at the index of its first group.
 struct SetContents {
   bool has_body = false, has_fixed = false;
 };
@@ -109,7 +109,8 @@ void check_carriers(const LaplaceProblem& problem, const std::vector<int>& set_o
                        " floats but has no body to carry its charge, and is coupled to none");
 }
 
-/// Sets of coupled groups without a body have their charge from what is fixed among them.
+/// Throws InputError unless the charges sum to zero. Sets of coupled groups without a body take their charge from their
+/// fixed groups.
 void check_neutral(const LaplaceProblem& problem, const std::vector<int>& set_of,
                    const std::vector<SetContents>& sets) {
   double total = 0, sum_of_magnitudes = 0;
@@ -118,11 +119,11 @@ void check_neutral(const LaplaceProblem& problem, const std::vector<int>& set_of
     total += problem.groups[g].charge;
     sum_of_magnitudes += std::abs(problem.groups[g].charge);
   }
-  // Charges that cancel on paper are summed with rounding, and may come from a long run's bookkeeping.
+  // Exactly cancelling charges are summed with rounding, and may have accumulated rounding errors of a long run.
   constexpr double rounding = 1e-10;
   if (std::abs(total) <= rounding * sum_of_magnitudes) return;
   std::ostringstream share;
-  share << total / sum_of_magnitudes;  // std::to_string would make 0.000000 of a small one
+  share << total / sum_of_magnitudes;  // std::to_string would print a small share as 0.000000
   throw InputError("the box is insulated and nothing is grounded, so the charges must sum to zero, but they sum to " +
                    share.str() + " of their magnitudes");
 }

@@ -10,7 +10,7 @@
 namespace lichtenberg::network {
 namespace {
 
-/// Index into the electrodes by wall or particle, or -1.
+/// Index of the electrode of each wall and particle, or -1.
 struct ElectrodeOf {
   std::vector<int> wall, particle;
 
@@ -21,7 +21,8 @@ struct ElectrodeOf {
   }
 };
 
-/// Where a wall that is an electrode is drawn, and cut by the dissection: it is not eliminated, so it does not matter.
+/// Returns the position of an electrode for the dissection. For a wall it is arbitrary, because electrodes are not
+/// eliminated.
 Point place(const ParticlePacking& packing, const PackingElectrode& electrode) {
   return electrode.wall ? packing.walls[electrode.index].point : packing.position[electrode.index];
 }
@@ -30,7 +31,7 @@ int dimension(const ParticlePacking& packing) {
   return std::ranges::any_of(packing.position, [](const Point& p) { return p[2] != 0; }) ? 3 : 2;
 }
 
-/// What touches each particle: contact points, and the nodes that stand there.
+/// Contacts of each particle: contact points and their nodes.
 struct Touching {
   std::vector<int> start, node;
   std::vector<Point> point;
@@ -100,7 +101,7 @@ std::string why_no_contact_network(const ParticlePacking& packing, const Contact
 
 namespace {
 
-/// The nodes of a contact-centred network, and what touches each particle.
+/// Nodes of a contact-centred network, and the contacts of each particle.
 class ContactNodes {
  public:
   ContactNodes(const ParticlePacking& packing, const Contacts& contacts,
@@ -113,7 +114,7 @@ class ContactNodes {
     if (const std::string why = why_no_contact_network(packing, contacts, electrodes); !why.empty())
       throw InputError(why);
     number();
-    // Counted, then filled, by the same visit.
+    // The same traversal counts first, then fills the arrays.
     each([&](int particle, int, const Point&) { ++touching.start[particle + 1]; });
     for (int i = 0; i < packing.size(); ++i) touching.start[i + 1] += touching.start[i];
     touching.node.resize(touching.start.back());
@@ -145,7 +146,7 @@ class ContactNodes {
                                            electrode_of_.particle[contacts_.pairs[k].j])];
   }
 
-  /// Every particle that is no electrode, with each of the nodes on it.
+  /// Visits every particle that is not an electrode, with each of its nodes.
   template <class Visit>
   void each(const Visit& visit) const {
     for (std::size_t k = 0; k < contacts_.pairs.size(); ++k)
@@ -162,7 +163,7 @@ class ContactNodes {
   const Contacts& contacts_;
   const std::vector<PackingElectrode>& electrodes_;
   ElectrodeOf electrode_of_;
-  std::vector<int> node_;  // by pair
+  std::vector<int> node_;  // Node of each pair
 
  public:
   Touching touching;
@@ -183,7 +184,7 @@ PackingNetwork contact_network(const ParticlePacking& packing, const Contacts& c
   Particle particle;
   for (int p = 0; p < packing.size(); ++p) {
     const int first = touching.start[p], n = touching.start[p + 1] - first;
-    if (n < 2) continue;  // a dead end
+    if (n < 2) continue;  // A dead end carries no current
     particle.centre = packing.position[p];
     particle.radius = packing.radius[p];
     particle.resistivity = packing.resistivity_of(p);

@@ -12,28 +12,30 @@ namespace lichtenberg::network {
 
 struct ResistorModel;
 
-/// The network of a packing, and what its nodes and links are.
+/// Network of a packing, and the particles of its nodes and links.
 struct PackingNetwork {
   Network network;
-  std::vector<int> electrode;        ///< node of each electrode
-  std::vector<int> first_particle;   ///< [links] the particle in which the link runs, or where it begins
-  std::vector<int> second_particle;  ///< [links] where it ends; the same in a contact-centred network, -1: a wall
+  std::vector<int> electrode;        ///< Node of each electrode
+  std::vector<int> first_particle;   ///< [links] particle that contains the link, or at which it begins
+  std::vector<int> second_particle;  ///< [links] particle at which it ends; equal to the first in a contact-centred
+                                     ///< network, -1: a wall
 };
 
-/// A node a particle, a link a contact, from centre to centre or wall. Nodes 0 ... N - 1 are the particles, then come
-/// the walls that are electrodes.
-/// Throws InputError if the model has no resistor for that, or as check_particles does.
+/// Makes a particle-centred network: one node per particle, one link per contact, from centre to centre or wall. Nodes
+/// 0 ... N - 1 are the particles, followed by the walls that are electrodes. Throws InputError if the model has no
+/// resistor for it. Also throws the exceptions of check_particles.
 PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
                                 const Parameters& parameters, const std::vector<PackingElectrode>& electrodes);
 
-/// Why the electrodes can have no contact-centred network: they touch each other, and their contact would have to be at
-/// two potentials. Empty if they can.
+/// Returns the reason why the electrodes exclude a contact-centred network: they touch each other, and their contact
+/// would have two potentials. Empty if they do not.
 std::string why_no_contact_network(const ParticlePacking& packing, const Contacts& contacts,
                                    const std::vector<PackingElectrode>& electrodes);
 
-/// A node a contact, links between all contacts of a particle. Nodes are the contacts between particles that are no
-/// electrodes, in their order, then the electrodes: contacts with one of those belong to it.
-/// Throws InputError with what why_no_contact_network says, and as check_particles does.
+/// Makes a contact-centred network: one node per contact, links between all contacts of a particle. Nodes are the
+/// contacts between non-electrode particles, in their order, followed by the electrodes, which include their own
+/// contacts. Throws InputError with the message of why_no_contact_network. Also throws the exceptions of
+/// check_particles.
 PackingNetwork contact_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes);
 

@@ -8,8 +8,7 @@
 namespace lichtenberg::network {
 namespace {
 
-/// A depth-first walk from a, whose tree branches along a path to b first have to be found: low[n] is the earliest
-/// visited node that n's subtree reaches by one link back.
+/// Depth-first search from a; low[n] is the earliest visited node that n's subtree reaches by one back edge.
 class DepthFirst {
  public:
   DepthFirst(const Network& network, const Incidence& incidence)
@@ -75,15 +74,15 @@ Components components(const Network& network) {
 }
 
 std::vector<char> backbone(const Network& network, int a, int b) {
-  // With one more link from a to b, what carries is that link's biconnected piece. Its tree path from a (the root) to b
-  // lies in one piece because of the extra link; a subtree belongs to that piece if it reaches above its parent, which
-  // itself is in the piece.
+  // With an additional link from a to b, the links that carry current are the biconnected component of that link. It
+  // contains the tree path from a (the root) to b. A subtree belongs to it if its parent does and if it reaches above
+  // its parent.
   Network closed{.nodes = network.nodes, .links = network.links};
   closed.links.push_back({a, b, 1});
   const Incidence incidence(closed);
   DepthFirst walk(closed, incidence);
   walk.from(a);
-  std::vector<char> below(network.nodes, 0);  // the tree link to the node's parent is in the piece
+  std::vector<char> below(network.nodes, 0);  // True if the tree link to the node's parent is in the component
   const auto parent = [&](int node) { return other_end(closed.links[walk.parent_link[node]], node); };
   const int extra = static_cast<int>(network.links.size());
   for (int node = b; node != a; node = parent(node)) below[node] = 1;
@@ -96,7 +95,8 @@ std::vector<char> backbone(const Network& network, int a, int b) {
   for (int k = 0; k < extra; ++k) {
     const Link& link = network.links[k];
     if (link.a == link.b || walk.visit[link.a] < 0) continue;
-    const int later = walk.visit[link.a] > walk.visit[link.b] ? link.a : link.b;  // a link back is in its lower end's
+    const int later = walk.visit[link.a] > walk.visit[link.b] ? link.a : link.b;  // A back edge belongs to the
+                                                                                  // component of its later end
     carries[k] = below[later];
   }
   return carries;

@@ -6,17 +6,17 @@
 
 namespace lichtenberg::network {
 
-/// The pieces of a network that no link joins, by union-find. Numbered by their first node.
+/// Connected components of a network, by union-find; numbered by their first node.
 struct Components {
   int number = 0;
-  std::vector<int> of;  ///< [nodes] piece of each node
+  std::vector<int> of;  ///< [nodes] component of each node
 };
 Components components(const Network& network);
 
-/// Which links can carry a current from node a to node b: those on some simple path between the two, that is the
-/// biconnected piece that a link from a to b would close. Exact, decided on the graph alone; in linear time (Tarjan
-/// 1972). A balanced bridge counts as carrying, although its current is zero.
-/// Returns [links]; all false if no path leads from a to b.
+/// Returns the links that can carry a current from node a to node b: those on a simple path between the two. They are
+/// the biconnected component of an additional link from a to b. Exact, from the graph alone, in linear time (Tarjan
+/// 1972). A balanced bridge counts, although its current is zero. Returns [links]; all false if no path leads from a to
+/// b.
 std::vector<char> backbone(const Network& network, int a, int b);
 
 }  // namespace lichtenberg::network

@@ -7,8 +7,8 @@
 
 namespace lichtenberg::network {
 
-/// The network as its kept nodes see it: [kept, kept] conductances (S) between them, zero diagonal. Those that no path
-/// joins have none. Throws InputError if a node is kept twice or not in the network.
+/// Condenses the network to its kept nodes: returns the conductances (S) [kept, kept] between them, with zero diagonal,
+/// and zero without a path. Throws InputError if a kept node is listed twice or not in the network.
 Eigen::MatrixXd condense(const Network& network, const std::vector<int>& kept);
 
 }  // namespace lichtenberg::network

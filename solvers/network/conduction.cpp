@@ -28,14 +28,14 @@ void check_nodes(const Network& network, const std::vector<int>& nodes) {
   }
 }
 
-/// Some of a network's links, and the nodes at their ends.
+/// Subset of a network's links, with the nodes at their ends.
 struct Part {
   Network network;
-  std::vector<int> node;    ///< [nodes of the part] in the whole
-  std::vector<int> number;  ///< [nodes of the whole] in the part, or -1
+  std::vector<int> node;    ///< [nodes of the part] index in the whole network
+  std::vector<int> number;  ///< [nodes of the whole network] index in the part, or -1
 };
 
-/// `first`: nodes that come first in any case. `chosen(k)`: whether link k is in the part.
+/// Extracts a part. `first`: nodes that come first in any case. `chosen(k)`: true if link k is in the part.
 template <class Chosen>
 Part part_of(const Network& network, const std::vector<int>& first, const Chosen& chosen) {
   Part part{.number = std::vector<int>(network.nodes, -1)};
@@ -56,7 +56,7 @@ Part part_of(const Network& network, const std::vector<int>& first, const Chosen
   return part;
 }
 
-/// Nodes of a dead end get the potential of the node where it begins.
+/// Sets the potential of dead ends to that of the node where they begin.
 void fill_dead_ends(const Network& network, std::vector<double>& potential) {
   const Incidence incidence(network);
   std::vector<int> reached;
@@ -71,9 +71,9 @@ void fill_dead_ends(const Network& network, std::vector<double>& potential) {
     }
 }
 
-/// Powers must balance. With potentials wrong by rounding, sum i^2 r is wrong in second order only, and the sum itself
-/// by an eps a link; with the multigrid, by V times the currents out of balance. Summed over V I: the squares of small
-/// currents are no numbers.
+/// Checks the balance of powers. For potentials with rounding errors, sum i^2 r has an error of second order, and a
+/// summation error of one eps per link. With the multigrid the error is V times the unbalanced currents. Terms are
+/// divided by V I before summation, because squares of small currents underflow.
 void check_power(Conduction& result, const Network& network, const ConductionOptions& options) {
   double share = 0;
   for (std::size_t k = 0; k < network.links.size(); ++k) {
@@ -94,10 +94,10 @@ void check_power(Conduction& result, const Network& network, const ConductionOpt
 
 namespace {
 
-/// Conductances over more decades than this are for the elimination alone: the multigrid's potentials lose the digits.
+/// Ratio of conductances above which only the elimination is accurate: the multigrid's potentials lose digits.
 constexpr double widest_for_multigrid = 1e6;
-/// Operations of the elimination a link in whose time the multigrid is done, with a factor of two in favour of the
-/// elimination, whose time is known before (README.md).
+/// Number of elimination operations per link that take as long as the multigrid, times two in favour of the
+/// elimination, whose time is predictable (README.md).
 constexpr double operations_a_link = 3e4;
 
 Elimination::Limits limits(const Network& network, const ConductionOptions& options) {
@@ -137,7 +137,7 @@ std::vector<double> iterate(const Network& network, const ConductionOptions& opt
   return current;
 }
 
-/// Of a network all of whose links can carry a current, from node 0 to node 1.
+/// Solves a network in which all links can carry a current, between node 0 and node 1; returns the link currents.
 std::vector<double> solve(const Network& network, const ConductionOptions& options, Conduction& result) {
   const Elimination elimination(network, {0, 1}, limits(network, options));
   return elimination.done() ? eliminate(network, elimination, options.voltage, result)

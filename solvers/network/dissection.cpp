@@ -12,9 +12,9 @@
 namespace lichtenberg::network {
 namespace {
 
-constexpr int leaf_size = 8;  ///< nodes that are not cut further
+constexpr int leaf_size = 8;  ///< Number of nodes below which parts are not cut further
 
-/// Neighbours of every node among those that are eliminated.
+/// Neighbours of every node among the eliminated nodes.
 struct Neighbours {
   std::vector<int> start, node;
 
@@ -35,7 +35,7 @@ class Geometric {
     for (const Link& link : network.links)
       if (!kept[link.a] && !kept[link.b])
         reach_ = std::max(reach_, distance(network.position[link.a], network.position[link.b]));
-    reach_ *= 1 + 1e-12;  // rounding of a distance against that of a coordinate's difference
+    reach_ *= 1 + 1e-12;  // Margin for rounding of distances relative to coordinate differences
     for (int n = 0; n < network.nodes; ++n)
       if (!kept[n]) sites_.push_back({network.position[n], n});
     result_.order.reserve(network.nodes);
@@ -65,8 +65,8 @@ class Geometric {
     return longest;
   }
 
-  /// Moves those of [first, middle) that have a neighbour in [middle, last) to the end of the former; returns where
-  /// they begin. Only sites within reach of the cut are looked at closely.
+  /// Moves the sites of [first, middle) with a neighbour in [middle, last) to the end of that range, and returns the
+  /// index of the first of them. Only sites within reach of the cut are tested.
   int separate(int first, int middle, int last, int axis) {
     const double at = sites_[middle].x[axis];
     ++stamp_;
@@ -83,7 +83,7 @@ class Geometric {
     return std::any_of(begin, end, [&](int n) { return right_[n] == stamp_; });
   }
 
-  /// Returns how many fronts wait for one that takes them in.
+  /// Cuts a range of sites recursively. Returns the number of fronts that a later one takes in.
   int cut(int first, int last) {
     if (last - first <= leaf_size) return add_front(first, last, 0);
     const int middle = first + (last - first) / 2;
@@ -93,7 +93,7 @@ class Geometric {
                        return a.x[axis] != b.x[axis] ? a.x[axis] < b.x[axis] : a.node < b.node;
                      });
     const int separator = separate(first, middle, last, axis);
-    // The separator is eliminated last, but its sites stay where they are: order_ is written as the fronts come.
+    // The separator is eliminated last, but its sites stay in place: `order` grows with each front.
     const int children = cut(first, separator) + cut(middle, last);
     return add_front(separator, middle, children);
   }
@@ -114,7 +114,7 @@ class Geometric {
   Dissection result_;
 };
 
-/// CHOLMOD's nested dissection of a graph: METIS, and CAMD in the parts.
+/// CHOLMOD's nested dissection of a graph: METIS, and CAMD within the parts.
 class ByGraph {
  public:
   ByGraph(const Network& network, const std::vector<char>& kept) {
@@ -158,7 +158,7 @@ class ByGraph {
       const int node = nodes_[k];
       for (int e = neighbours_->start[node]; e < neighbours_->start[node + 1]; ++e) {
         const int other = number_[neighbours_->node[e]];
-        if (other < k) row[entries++] = other;  // upper triangle
+        if (other < k) row[entries++] = other;  // Upper triangle
       }
       std::sort(row + start[k], row + entries);
       entries = static_cast<int>(std::unique(row + start[k], row + entries) - row);
@@ -175,7 +175,7 @@ class ByGraph {
     parent_.resize(parts);
   }
 
-  /// A part behind all that it separates. Returns how many fronts wait for one that takes them in.
+  /// Adds a part after all parts that it separates. Returns the number of fronts that a later one takes in.
   int add(int part, Dissection& result) const {
     int waiting = 0;
     for (const int child : children_[part]) waiting += add(child, result);

@@ -6,20 +6,21 @@
 
 namespace lichtenberg::network {
 
-/// The order in which nodes are eliminated, and the fronts that do it: nested dissection (George 1973). A front is a
-/// separator, eliminated when the parts that it separates are done, or a small part itself.
+/// Elimination order of the nodes, and the fronts of the elimination: nested dissection (George 1973). A front is a
+/// separator, eliminated after the parts that it separates, or a small part itself.
 struct Dissection {
   struct Front {
-    int first = 0, last = 0;  ///< eliminates order[first] ... order[last - 1]
-    int children = 0;         ///< fronts just before it whose results it takes in, each with its own before it
+    int first = 0, last = 0;  ///< Eliminates order[first] ... order[last - 1]
+    int children = 0;         ///< Number of preceding fronts whose results it takes in, each preceded by its own
+                              ///< children
   };
   std::vector<int> order;     ///< [nodes] all nodes, the kept ones last
-  std::vector<Front> fronts;  ///< children before parents
-  int pending = 0;            ///< fronts whose results nobody took: the kept nodes'
+  std::vector<Front> fronts;  ///< Fronts, children before parents
+  int pending = 0;            ///< Number of fronts whose results go to the kept nodes
 };
 
-/// Cuts at the median of the longest coordinate, again and again, where the network has positions; otherwise METIS
-/// finds the separators. `kept` ([nodes], nonzero: not eliminated).
+/// Computes the dissection. With positions it cuts recursively at the median of the longest coordinate; otherwise METIS
+/// finds the separators. `kept`: [nodes], nonzero for nodes that are not eliminated.
 Dissection dissect(const Network& network, const std::vector<char>& kept);
 
 }  // namespace lichtenberg::network

@@ -5,10 +5,10 @@
 
 namespace lichtenberg::network {
 
-/// In place of a second electrode: each of the particles, one after the other.
+/// Name that stands for each particle in turn as the second electrode.
 constexpr const char* all_particles = "all";
 
-/// A wall or a particle that is held at a potential; it is one node of the network. Other walls insulate.
+/// Wall or particle at a fixed potential: one node of the network. Other walls are insulating.
 struct PackingElectrode {
   bool wall = false;
   int index = 0;
@@ -16,16 +16,16 @@ struct PackingElectrode {
   friend bool operator==(const PackingElectrode&, const PackingElectrode&) = default;
 };
 
-/// The two electrodes of a text such as "bottom,top" or "0, top": walls by name, particles by number. Throws InputError
-/// unless it names two of them, different ones.
+/// Reads two electrodes from a text such as "bottom,top" or "0, top": walls by name, particles by number. Throws
+/// InputError unless it names two different electrodes.
 std::vector<PackingElectrode> read_electrodes(const std::string& between, const std::vector<std::string>& walls,
                                               int particles);
 
-/// One electrode of such a text. Throws InputError unless there is one of that name.
+/// Reads one electrode. Throws InputError if none has this name.
 PackingElectrode read_electrode(const std::string& name, const std::vector<std::string>& walls, int particles);
 
-/// Whether an electrode can be called so: not empty, no number, not all_particles, no comma in it and no blank at its
-/// ends.
+/// Returns true for a valid electrode name: not empty, not a number, not all_particles, without commas and without
+/// blanks at its ends.
 bool is_electrode_name(const std::string& name);
 
 }  // namespace lichtenberg::network

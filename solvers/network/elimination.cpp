@@ -7,14 +7,14 @@
 namespace lichtenberg::network {
 namespace {
 
-/// Star-mesh elimination of the first `stars` nodes of a dense network of m nodes. `g` ([m, m], column-major): the
-/// conductances below the diagonal, overwritten column k by those that node k had when it was eliminated, with their
-/// sum s_k on the diagonal, and the last m - stars columns by the mesh that is left. Other diagonal entries are no
-/// conductances and are never read.
+/// Eliminates the first `stars` nodes of a dense network of m nodes by star-mesh transformations. `g`: [m, m],
+/// column-major, with conductances below the diagonal. Column k is overwritten by the conductances of node k at its
+/// elimination, with their sum s_k on the diagonal. The last m - stars columns become the remaining mesh. Other
+/// diagonal entries are not conductances and are never read.
 void eliminate_stars(double* g, int m, int stars) {
-  constexpr int block = 48;         // columns that stay in the cache while they update each other
-  constexpr int worth_a_call = 24;  // columns from which Eigen's blocked product is faster than a loop
-  const auto spread = [&](int k, int from, int to) {  // the mesh of star k, in columns from ... to - 1
+  constexpr int block = 48;         // Number of columns that stay in the cache during their elimination
+  constexpr int worth_a_call = 24;  // Number of columns from which Eigen's blocked product is faster than a loop
+  const auto spread = [&](int k, int from, int to) {  // Adds the mesh of star k in columns from ... to - 1
     const double* star = g + std::size_t(k) * m;
     for (int j = from; j < to; ++j) {
       const double share = star[j] / star[k];
@@ -44,7 +44,7 @@ void eliminate_stars(double* g, int m, int stars) {
 
 }  // namespace
 
-/// Links by the earlier of their ends, both in the order of elimination.
+/// Links by their earlier end, with both ends numbered in the order of elimination.
 struct Elimination::Later {
   std::vector<int> start, number;
   std::vector<double> conductance;
@@ -68,15 +68,15 @@ struct Elimination::Later {
   }
 };
 
-/// The work of the constructor, and what only it needs.
+/// Construction of an elimination, with its temporary data.
 class Elimination::Run {
  public:
   Run(Elimination& result, const Network& network)
       : r_(result), later_(network, result.dissection_.order), local_(network.nodes, -1) {}
 
-  /// Which later nodes each front joins, and with that the size of everything.
+  /// Finds the later nodes that each front joins, and from these the sizes of all arrays.
   void symbolic() {
-    std::vector<int> waiting;  // fronts whose results wait to be taken in
+    std::vector<int> waiting;  // Fronts whose results have not been taken in yet
     r_.border_start_ = {0};
     r_.factor_start_ = {0};
     for (std::size_t f = 0; f < r_.dissection_.fronts.size(); ++f) {
@@ -103,7 +103,8 @@ class Elimination::Run {
     }
   }
 
-  /// Of the factor, and of the largest front with what waits for it: its children's results, about as much again.
+  /// Returns the bytes of the factor and of the largest front with its children's results, which are about as large
+  /// again.
   double bytes() const {
     return 8.0 * (static_cast<double>(r_.factor_start_.back()) + 3.0 * largest_ * largest_) + 4.0 * r_.border_.size();
   }
@@ -122,7 +123,7 @@ class Elimination::Run {
   }
 
  private:
-  /// The front's own links, and what its children left.
+  /// Assembles a front from its own links and its children's results.
   void assemble(int f) {
     const auto [first, last, children] = r_.dissection_.fronts[f];
     const int s = last - first, m = s + r_.border(f);
@@ -135,7 +136,7 @@ class Elimination::Run {
     for (int c = 0; c < children; ++c) take_in(front_.data(), m);
   }
 
-  /// Adds the last waiting result to a dense network of m nodes, whose places local_ says.
+  /// Adds the last pending result to a dense network of m nodes; local_ maps nodes to its rows.
   void take_in(double* into, int m) {
     const int child = waiting_.back();
     waiting_.pop_back();
@@ -160,7 +161,7 @@ class Elimination::Run {
     waiting_.push_back(f);
   }
 
-  /// What is left joins the kept nodes.
+  /// Adds the remaining results to the mesh of the kept nodes.
   void finish() {
     const int kept = r_.kept_, first = r_.nodes_ - kept;
     Eigen::MatrixXd& mesh = r_.mesh_;
@@ -196,7 +197,7 @@ Elimination::Elimination(const Network& network, const std::vector<int>& kept, c
 
 Eigen::MatrixXd Elimination::potentials(const Eigen::MatrixXd& given, const Eigen::MatrixXd& fed) const {
   const auto columns = given.cols();
-  // By number in the order of elimination: first the currents that reach a node, then its potential.
+  // Rows by number in the order of elimination: first the currents that reach a node, then its potential.
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(nodes_, columns);
   const int fronts = static_cast<int>(dissection_.fronts.size());
   const auto star = [&](int f, int k) {
@@ -225,7 +226,7 @@ Eigen::MatrixXd Elimination::potentials(const Eigen::MatrixXd& given, const Eige
   return potential;
 }
 
-/// The front that takes in what each one leaves, or -1.
+/// Returns for each front the front that takes in its result, or -1.
 std::vector<int> Elimination::parents() const {
   std::vector<int> parent(dissection_.fronts.size(), -1), waiting;
   for (std::size_t f = 0; f < parent.size(); ++f) {
@@ -238,8 +239,9 @@ std::vector<int> Elimination::parents() const {
   return parent;
 }
 
-/// Fills in the rows and columns of a front's own nodes, from the last to the first: the potential of a star's middle
-/// is the mean of its ends' by weights w, so Z_ki = sum_j w_j Z_ji, and Z_kk = 1 / s_k + sum_i w_i Z_ki.
+/// Computes the rows and columns of the inverse for a front's own nodes, from the last to the first. The potential of a
+/// star's centre is the mean of those of its ends with weights w. Hence Z_ki = sum_j w_j Z_ji, and Z_kk = 1 / s_k +
+/// sum_i w_i Z_ki.
 void Elimination::invert_stars(int front, Eigen::MatrixXd& inverse) const {
   const Eigen::Index m = inverse.rows();
   for (Eigen::Index k = size(front) - 1; k >= 0; --k) {
@@ -258,7 +260,7 @@ Eigen::VectorXd Elimination::resistances() const {
   std::vector<std::vector<int>> children(parent.size());
   for (std::size_t f = 0; f < parent.size(); ++f)
     if (parent[f] >= 0) children[parent[f]].push_back(static_cast<int>(f));
-  std::vector<Eigen::MatrixXd> of_border(parent.size());  // what the parent knows of each front's border
+  std::vector<Eigen::MatrixXd> of_border(parent.size());  // Inverse of each front's border, taken from its parent
   std::vector<int> place(nodes_, -1), rows;
   for (int f = static_cast<int>(parent.size()) - 1; f >= 0; --f) {
     const int s = size(f), m = s + border(f);

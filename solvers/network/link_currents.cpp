@@ -9,11 +9,12 @@
 namespace lichtenberg::network {
 namespace {
 
-constexpr double error_of_potentials = 16 * 2.2e-16;  ///< relative to the largest in the cluster
-constexpr double error_allowed = 1e-9;                ///< of a link's current, relative to the current fed
+constexpr double error_of_potentials = 16 * 2.2e-16;  ///< Error of potentials, relative to the largest in the cluster
+constexpr double error_allowed = 1e-9;                ///< Permitted error of a link's current, relative to the injected
+                                                      ///< current
 
-/// The links that are not resolved yet, their nodes counted from 1: all clusters have node 0 in common, from which
-/// their potentials are counted. That changes no current, for what is fed into a cluster leaves it again.
+/// Links that are not resolved yet, with their nodes numbered from 1. Node 0 is common to all clusters and the
+/// reference of their potentials. It changes no currents, because the current into a cluster also leaves it.
 class Clusters {
  public:
   Clusters(const Network& whole, const std::vector<int>& links) {
@@ -42,12 +43,12 @@ class Clusters {
     number_of_pieces = pieces.number;
   }
 
-  /// Potentials of the nodes for the currents fed into them.
+  /// Returns the potentials of the nodes for the injected currents.
   Eigen::VectorXd solve(const Eigen::VectorXd& fed) const {
     return Elimination(network, {0}).potentials(Eigen::MatrixXd::Zero(1, 1), fed);
   }
 
-  /// [links] largest potential in each link's cluster.
+  /// Returns, [links], the largest potential in each link's cluster.
   std::vector<double> scale(const Eigen::VectorXd& potential) const {
     std::vector<double> largest(number_of_pieces, 0);
     for (int n = 1; n < network.nodes; ++n) largest[piece[n]] = std::max(largest[piece[n]], std::abs(potential[n]));
@@ -57,14 +58,14 @@ class Clusters {
   }
 
   Network network;
-  std::vector<int> number;  ///< [nodes of the whole], -1: not in a cluster
+  std::vector<int> number;  ///< [nodes of the whole network] number of each node, -1: not in a cluster
 
  private:
   std::vector<int> piece, piece_of_link;
   int number_of_pieces = 0;
 };
 
-/// Currents fed into the nodes of the whole by the source and the resolved links.
+/// Returns the currents injected into all nodes by the source and the resolved links.
 std::vector<double> fed_currents(const Network& network, const std::vector<double>& current,
                                  const std::vector<char>& resolved, const Feed& feed) {
   std::vector<double> fed(network.nodes, 0);

@@ -14,12 +14,12 @@ namespace {
 
 using Vector = Eigen::VectorXd;
 
-/// The equations of the nodes that are no electrodes: sum_j g_ij (v_i - v_j) + ground_i v_i = fed_i.
+/// Equations of the nodes that are not electrodes: sum_j g_ij (v_i - v_j) + ground_i v_i = fed_i.
 struct Level {
   std::vector<int> start, neighbour;
-  std::vector<double> conductance;  ///< of each neighbour
-  Vector diagonal;                  ///< sum of a node's conductances, that to the ground among them
-  std::vector<int> coarse;          ///< node of the next level, -1: smoothed only
+  std::vector<double> conductance;  ///< Conductance to each neighbour
+  Vector diagonal;                  ///< Sum of a node's conductances, including that to ground
+  std::vector<int> coarse;          ///< Node on the next level, -1: smoothed only
   mutable Vector residual, correction;
 
   int size() const { return static_cast<int>(diagonal.size()); }
@@ -34,7 +34,7 @@ struct Level {
   }
 };
 
-/// Nodes in the order of a walk through the network: neighbours are then near each other in memory.
+/// Returns the nodes in breadth-first order, so that neighbours are close in memory.
 std::vector<int> walking_order(const Network& network, int from) {
   const Incidence incidence(network);
   std::vector<int> order{from};
@@ -54,7 +54,7 @@ struct Entry {
   double conductance;
 };
 
-/// Rows from entries in any order, those of one place added.
+/// Fills the rows from entries in any order; entries with the same indices are added up.
 void fill(Level& level, int n, const std::vector<Entry>& entries) {
   std::vector<int> end(n + 1, 0);
   for (const Entry& e : entries) ++end[e.row + 1];
@@ -79,9 +79,9 @@ void fill(Level& level, int n, const std::vector<Entry>& entries) {
   }
 }
 
-/// Merges nodes in pairs: each that is still single with the single neighbour of largest conductance, if that is not
-/// small against the node's largest. One whose neighbours are all taken joins the pair of the strongest, or merging
-/// would come to a halt on networks of few loops. A node that is mostly grounded needs no coarse level (Notay 2010).
+/// Merges nodes in pairs. Each unpaired node joins the unpaired neighbour of largest conductance, unless this is small
+/// compared to the node's largest. A node whose neighbours are all paired joins the pair of the strongest; otherwise
+/// merging would stop on networks with few loops. A node that is mostly grounded needs no coarse level (Notay 2010).
 std::vector<int> pairs(const Level& level, int& number) {
   constexpr double mostly = 0.8, strong = 0.25;
   constexpr int single = -2;
@@ -109,7 +109,7 @@ std::vector<int> pairs(const Level& level, int& number) {
   return coarse;
 }
 
-/// The network whose nodes are merged ones (Galerkin, with a constant on each).
+/// Returns the network of the merged nodes (Galerkin, with a constant on each).
 Level merged(const Level& fine, const std::vector<int>& coarse, int number) {
   std::vector<Entry> entries;
   entries.reserve(fine.neighbour.size());
@@ -159,7 +159,7 @@ class Hierarchy {
   const Level& finest() const { return levels_.front(); }
   int levels() const { return static_cast<int>(levels_.size()); }
 
-  /// One K-cycle: x ~ A^-1 r.
+  /// Applies one K-cycle: x ~ A^-1 r.
   void precondition(const Vector& r, Vector& x, std::size_t l = 0) const {
     if (l + 1 == levels_.size()) {
       x = coarsest_.solve(r);
@@ -179,7 +179,7 @@ class Hierarchy {
   }
 
  private:
-  /// x starts at 0: nothing comes from nodes that are still to follow.
+  /// Returns the row sum over the nodes before i: x starts at 0, so the later ones contribute nothing.
   static double row_before(const Level& level, int i, const Vector& x) {
     double sum = 0;
     for (int e = level.start[i]; e < level.start[i + 1]; ++e)
@@ -187,7 +187,7 @@ class Hierarchy {
     return sum;
   }
 
-  /// Two steps of flexible conjugate gradients, or one if that is enough (Notay 2010, algorithm 3.2).
+  /// Performs two steps of flexible conjugate gradients, or one if it suffices (Notay 2010, algorithm 3.2).
   void improve(const Vector& r, Vector& x, std::size_t l) const {
     if (l + 1 == levels_.size()) return precondition(r, x, l);
     Vector c, v, d, w;
@@ -217,7 +217,7 @@ class Hierarchy {
   Eigen::LLT<Eigen::MatrixXd> coarsest_;
 };
 
-/// The equations of all nodes but the two that are held, in walking order, and the currents that those feed them.
+/// Equations of all nodes except the two electrodes, in breadth-first order, and the currents from those.
 struct Inside {
   std::vector<int> order;
   Level finest;
@@ -252,7 +252,7 @@ Inside inside(const Network& network, int low, int high, double voltage) {
   return result;
 }
 
-/// Flexible conjugate gradients: the preconditioner is not the same linear map every time. Returns the potentials.
+/// Solves by flexible conjugate gradients, since the preconditioner is not a fixed linear map. Returns the potentials.
 Vector conjugate_gradients(const Hierarchy& hierarchy, const Vector& fed, double voltage, double tolerance,
                            MultigridSolution& result) {
   const Level& a = hierarchy.finest();

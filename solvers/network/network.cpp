@@ -31,7 +31,7 @@ Incidence::Incidence(const Network& network) : start(network.nodes + 1, 0) {
   for (const Link& l : network.links)
     if (l.a != l.b) ++start[l.a], ++start[l.b];
   int sum = 0;
-  for (int& s : start) sum += s, s = sum;  // ends, from which the filling counts down to the starts
+  for (int& s : start) sum += s, s = sum;  // Ends of the ranges; the filling counts them down to the starts
   link.resize(sum);
   for (int k = static_cast<int>(network.links.size()) - 1; k >= 0; --k) {
     const Link& l = network.links[k];

@@ -6,29 +6,29 @@
 
 namespace lichtenberg::network {
 
-/// A place in space (m); in the plane the third coordinate is 0.
+/// Position in space (m); in the plane the third coordinate is 0.
 using Point = std::array<double, 3>;
 double distance(const Point& a, const Point& b);
 
-/// A resistor between nodes a and b.
+/// Resistor between nodes a and b.
 struct Link {
   int a = 0, b = 0;
-  double conductance = 0;  ///< S
+  double conductance = 0;  ///< Conductance (S)
 };
 
-/// Nodes and the resistors between them. Parallel links add; a link from a node to itself means nothing.
+/// Nodes and the resistors between them. Parallel links add up; a link from a node to itself has no effect.
 struct Network {
   int nodes = 0;
   std::vector<Link> links;
-  /// [nodes], or empty: where the nodes are. Only the speed depends on it.
+  /// Positions of the nodes, [nodes] or empty. They affect only the speed.
   std::vector<Point> position;
 };
 
-/// Throws InputError if a link leads to a node that is not there or its conductance is not positive and finite.
+/// Throws InputError if a link refers to a missing node or its conductance is not positive and finite.
 void check(const Network& network);
 
-/// Which links end at a node: links[start[n]] ... links[start[n + 1] - 1], as indices into Network::links. Links from a
-/// node to itself are left out.
+/// Links at each node: link[start[n]] ... link[start[n + 1] - 1], as indices into Network::links. Links from a node to
+/// itself are excluded.
 struct Incidence {
   std::vector<int> start, link;
 

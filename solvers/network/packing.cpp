@@ -16,7 +16,8 @@ double height(const Point& p, const PackingWall& wall) {
          (p[2] - wall.point[2]) * wall.normal[2];
 }
 
-/// Particles sorted into cubes that no pair in contact reaches across: only neighbouring cubes need to be searched.
+/// Particles sorted into cubes at least as large as the largest diameter, so that pairs in contact are in neighbouring
+/// cubes.
 class Cells {
  public:
   explicit Cells(const ParticlePacking& packing) {
@@ -55,7 +56,7 @@ class Cells {
     int index;
   };
 
-  /// Larger cells where there would be more of them than particles: widely scattered particles.
+  /// Chooses the cell size: larger cells if there were more of them than particles, for widely scattered particles.
   void choose_size(double largest_diameter, int n) {
     size_ = largest_diameter;
     for (;; size_ *= 2) {
@@ -75,7 +76,7 @@ class Cells {
     const int here = x + count_[0] * (y + count_[1] * z);
     for (int a = start_[here]; a < start_[here + 1]; ++a)
       for (int b = a + 1; b < start_[here + 1]; ++b) visit(member_[a], member_[b]);
-    // Half of the neighbouring cells: the others look here.
+    // Half of the neighbouring cells suffices, because the other half finds the pairs from its side.
     constexpr int half[13][3] = {{1, 0, 0},  {-1, 1, 0}, {0, 1, 0}, {1, 1, 0},  {-1, -1, 1}, {0, -1, 1}, {1, -1, 1},
                                  {-1, 0, 1}, {0, 0, 1},  {1, 0, 1}, {-1, 1, 1}, {0, 1, 1},   {1, 1, 1}};
     for (const auto& [dx, dy, dz] : half) {

@@ -4,13 +4,14 @@
 
 namespace lichtenberg::network {
 
-/// What the models are told. Each says which ones it needs.
+/// Parameters of the resistor models; each model needs some of them.
 struct Parameters {
   std::optional<double> resistance;             ///< Ohm
   std::optional<double> resistance_per_length;  ///< Ohm/m: resistivity over a cross-section
-  std::optional<double> sheet_resistance;       ///< Ohm (a square): resistivity over the depth
+  std::optional<double> sheet_resistance;       ///< Ohm (per square): resistivity over the depth
   std::optional<double> resistivity;            ///< Ohm m
-  std::optional<double> spot;                   ///< m, half of a contact's width; its radius between spheres
+  std::optional<double> spot;                   ///< Contact radius (m): half of a contact's width, its radius between
+                                                ///< spheres
 };
 
 }  // namespace lichtenberg::network

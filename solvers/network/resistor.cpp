@@ -16,7 +16,8 @@ namespace {
 
 using std::numbers::pi;
 
-/// Every pair of a particle's contacts, by a resistance (Ohm) that the pair's distance gives.
+/// Returns the conductances of every pair of a particle's contacts, given the resistance (Ohm) as a function of their
+/// distance.
 template <class Resistance>
 Eigen::MatrixXd all_pairs(const Particle& particle, const Resistance& resistance) {
   const auto n = static_cast<Eigen::Index>(particle.contacts.size());
@@ -27,7 +28,7 @@ Eigen::MatrixXd all_pairs(const Particle& particle, const Resistance& resistance
   return links;
 }
 
-// Constant: a resistor is a resistor.
+// Constant: the same resistance for every resistor.
 
 double constant_path(const Parameters& p, const Path& path) {
   return *p.resistance * (path.wall ? path.resistivity[0] : 0.5 * (path.resistivity[0] + path.resistivity[1]));
@@ -46,9 +47,9 @@ Eigen::MatrixXd length_particle(const Parameters& p, const Particle& particle) {
   return all_pairs(particle, [&](double d) { return *p.resistance_per_length * particle.resistivity * d; });
 }
 
-// Constriction: a particle is at one potential but near its contacts, whose spots of radius b are disks on a half-space
-// of resistivity rho: rho / (4 b) on either side (Holm 1967). The contacts of a particle then form a star, and its mesh
-// is the same network as the particle-centred one.
+// Constriction: a particle is at one potential except near its contacts. Contact spots of radius b are disks on a
+// half-space of resistivity rho, with rho / (4 b) on either side (Holm 1967). The contacts of a particle then form a
+// star, whose mesh is equivalent to the particle-centred network.
 
 double constriction_path(const Parameters& p, const Path& path) {
   return *p.resistivity / (4 * *p.spot) * (path.resistivity[0] + (path.wall ? 0 : path.resistivity[1]));
@@ -64,7 +65,7 @@ Eigen::MatrixXd constriction_particle(const Parameters& p, const Particle& parti
       fmt::format("spot = {:g} m is too large: {} particle {} of radius {:g} m", spot, why, particle, radius));
 }
 
-/// The contacts must not overlap: their formulas hold for spots that are small against their distances.
+/// Throws InputError if contacts overlap: the formulas hold for spots that are small compared to their distances.
 void check_spots(const Particle& particle, double spot) {
   for (std::size_t j = 0; j < particle.contacts.size(); ++j)
     for (std::size_t i = 0; i < j; ++i)
@@ -72,7 +73,7 @@ void check_spots(const Particle& particle, double spot) {
         refuse_spot(spot, "contacts would overlap on", particle.index, particle.radius);
 }
 
-/// The particle with its contacts moved to the surface: an overlap pulls them inside.
+/// Returns the particle with its contacts moved to the surface, because an overlap puts them inside.
 Particle with_contacts_on_surface(Particle particle) {
   const Point& centre = particle.centre;
   for (Point& contact : particle.contacts) {
@@ -82,7 +83,8 @@ Particle with_contacts_on_surface(Particle particle) {
   return particle;
 }
 
-/// Conductances that are not positive come from spots too wide for the formulas.
+/// Returns the links; throws InputError for conductances that are not positive, which result from spots too wide for
+/// the formulas.
 Eigen::MatrixXd checked_links(const Particle& particle, double spot, const Eigen::MatrixXd& resistance) {
   Eigen::MatrixXd links = links_of_terminals(resistance);
   for (Eigen::Index j = 0; j < links.cols(); ++j)
@@ -92,8 +94,9 @@ Eigen::MatrixXd checked_links(const Particle& particle, double spot, const Eigen
   return links;
 }
 
-// Disk: the Neumann Green's function of a disk of radius a between points of its rim is -(rho_s / pi) ln(d / a) but for
-// a constant; a contact of half-angle eps at one potential has the mean -(rho_s / pi) ln sin(eps / 2) to itself.
+// Disk: the Neumann Green's function of a disk of radius a between points of its rim is -(rho_s / pi) ln(d / a) up to a
+// constant. For a contact of half-angle eps at one potential, its mean over the contact itself is -(rho_s / pi) ln
+// sin(eps / 2).
 
 Eigen::MatrixXd disk_particle(const Parameters& p, const Particle& touched) {
   const Particle particle = with_contacts_on_surface(touched);
@@ -110,7 +113,7 @@ Eigen::MatrixXd disk_particle(const Parameters& p, const Particle& touched) {
   return checked_links(particle, *p.spot, resistance);
 }
 
-// Sphere: the same in space, with circular spots of radius b.
+// Sphere: the corresponding formula in space, with circular spots of radius b.
 
 Eigen::MatrixXd sphere_particle(const Parameters& p, const Particle& touched) {
   const Particle particle = with_contacts_on_surface(touched);
@@ -211,7 +214,8 @@ void check_particles(const ResistorModel& model, const Parameters& parameters, s
 Eigen::MatrixXd links_of_terminals(const Eigen::MatrixXd& resistance) {
   const auto n = resistance.rows();
   if (n < 2) return Eigen::MatrixXd::Zero(n, n);
-  // Currents and the constant together: P may be singular, the bordered matrix is not. Scaled to entries near 1.
+  // Solves for currents and the constant together: P may be singular, the bordered matrix is not. Entries are scaled to
+  // about 1.
   const double scale = resistance.cwiseAbs().maxCoeff();
   Eigen::MatrixXd bordered = Eigen::MatrixXd::Ones(n + 1, n + 1);
   bordered.topLeftCorner(n, n) = resistance / scale;

@@ -12,7 +12,7 @@
 
 #include "solvers/error.hpp"
 #include "src/analysis/circuit.hpp"
-#include "src/effects/charge_ledger.hpp"
+#include "src/effects/charges.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/contact_resistance.hpp"
 #include "src/effects/current_source.hpp"

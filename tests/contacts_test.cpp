@@ -6,7 +6,7 @@
 #include <random>
 
 #include "solvers/error.hpp"
-#include "src/effects/charge_ledger.hpp"
+#include "src/effects/charges.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/groups.hpp"
 #include "tests/conductors.hpp"
@@ -287,7 +287,7 @@ TEST_CASE("a compensated sum keeps what a plain one loses") {
   CHECK(std::abs(plain - exact) > 1e-13);
 }
 
-TEST_CASE("the ledger conserves charge through any history of merges, splits, feeding and draining") {
+TEST_CASE("charges: merges, splits, injection and collection conserve the sum") {
   const int n = 20;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> noise(-1, 1);
@@ -304,12 +304,12 @@ TEST_CASE("the ledger conserves charge through any history of merges, splits, fe
     for (const double q : initial) sum += q;
     return sum.total();
   }();
-  ChargeLedger ledger(initial, 1);
+  Charges charges(initial, 1);
   double time = 0;
   for (int step = 0; step < 20000; ++step) {
     const double dt = 1e-3 * (1 + noise(random));
     time += dt;
-    ledger.feed(current, dt);
+    charges.inject(current, dt);
     std::vector<Contact> contacts;
     for (int k = step % 12; k > 0; --k) {
       const int i = pick(random), j = pick(random);
@@ -318,27 +318,27 @@ TEST_CASE("the ledger conserves charge through any history of merges, splits, fe
     }
     std::ranges::sort(contacts);
     for (double& q : by_field) q = 1e-10 * noise(random);  // a field solver that knows nothing of the charges
-    ledger.settle(electrical_groups(scene, contacts), by_field);
+    charges.distribute(electrical_groups(scene, contacts), by_field);
   }
   // Rounding happens only where the sums' two parts are added up: a few 1e-16 of the largest of them, fed.
-  CHECK(ledger.fed() == near(n * 0.2e-9 * time, 1e-13));  // `time` itself is a plain sum
-  CHECK(std::abs(ledger.held() + ledger.drained() - ledger.fed() - start) < 1e-15 * ledger.fed());
+  CHECK(charges.injected() == near(n * 0.2e-9 * time, 1e-13));  // `time` itself is a plain sum
+  CHECK(std::abs(charges.stored() + charges.collected() - charges.injected() - start) < 1e-15 * charges.injected());
 }
 
-TEST_CASE("a floating group keeps its charge and shares it as the field does, a held one takes the field's") {
+TEST_CASE("charges: a floating group keeps its sum, a held one takes the field's") {
   Scene scene = scene_of(std::vector<Vec2>(4));
   scene.electrodes = {electrode_of("ground", Disk{{0.05, 0.05}, 1e-3}, 0)};
   const std::vector<double> initial = {1, 2, 3, 4};
-  ChargeLedger ledger(initial, 1);
+  Charges charges(initial, 1);
   const std::vector<Contact> contacts = {{0, 1}, {2, 4}};
   const std::vector<double> by_field = {2.0, 1.2, -7, 99};  // 0 and 1 together hold 3: the field has 0.2 too much
-  ledger.settle(electrical_groups(scene, contacts), by_field);
-  CHECK(ledger.charge(0) == near(1.9));
-  CHECK(ledger.charge(1) == near(1.1));
-  CHECK(ledger.charge(0) + ledger.charge(1) == 3);
-  CHECK(ledger.charge(2) == -7);
-  CHECK(ledger.drained() == 10);
-  CHECK(ledger.charge(3) == 4);  // alone: it has what it has
+  charges.distribute(electrical_groups(scene, contacts), by_field);
+  CHECK(charges.charge(0) == near(1.9));
+  CHECK(charges.charge(1) == near(1.1));
+  CHECK(charges.charge(0) + charges.charge(1) == 3);
+  CHECK(charges.charge(2) == -7);
+  CHECK(charges.collected() == 10);
+  CHECK(charges.charge(3) == 4);  // a group of one keeps its charge
 }
 
 TEST_CASE("charge drains to the supply that its conductor touches, though all at one potential are one group") {
@@ -357,22 +357,32 @@ TEST_CASE("charge drains to the supply that its conductor touches, though all at
   REQUIRE(supplies.size() == 4);
   CHECK(supplies[3].name == "the group \"wire\"");
   CHECK(supplies[3].potential == 5);
-  ChargeLedger ledger(std::vector<double>{1, 2, 3, 4}, supplies.size());
-  ledger.settle(groups, std::vector<double>{0.5, -1, 10, 4});
-  CHECK(ledger.drained_by_supply() == std::vector<double>{0.5, 3, 0, -7});
-  CHECK(ledger.drained() == -3.5);
-  CHECK(ledger.held() + ledger.drained() == 10);
+  Charges charges(std::vector<double>{1, 2, 3, 4}, supplies.size());
+  charges.distribute(groups, std::vector<double>{0.5, -1, 10, 4});
+  CHECK(charges.collected_by_source() == std::vector<double>{0.5, 3, 0, -7});
+  CHECK(charges.collected() == -3.5);
+  CHECK(charges.stored() + charges.collected() == 10);
 }
 
-TEST_CASE("a ledger is saved and restored to the last bit") {
+TEST_CASE("charges: the forecast of a step agrees with its injection and leakage") {
+  const std::vector<double> initial = {1e-10, -2e-10, 3e-10}, current = {1e-9, 0};  // no current into the last node
+  for (const double relaxation_time : {INFINITY, 0.3}) {
+    Charges charges(initial, 1);
+    const std::vector<double> forecast = charges.after(charge_step(0.1, 0, relaxation_time), current);
+    charges.inject(current, 0.1, relaxation_time);
+    for (int i = 0; i < 3; ++i) CHECK(charges.charge(i) == near(forecast[i], 1e-15));
+  }
+}
+
+TEST_CASE("charges: a restored state is bitwise identical") {
   const std::vector<double> initial = {1e-10, -2e-10}, current = {1e-9 / 3, 1e-9 / 7};
-  ChargeLedger ledger(initial, 2), copy(initial, 2);
-  for (int k = 0; k < 1000; ++k) ledger.feed(current, 1e-3 / 3);
-  ledger.settle({.id = {0, 1}, .potential = {7.0, {}}, .supply = {1, -1}}, std::vector<double>{1e-12 / 3, 0});
-  copy.restore(ledger.save());
-  ledger.feed(current, 0.1);
-  copy.feed(current, 0.1);
-  CHECK(copy.save() == ledger.save());
+  Charges charges(initial, 2), copy(initial, 2);
+  for (int k = 0; k < 1000; ++k) charges.inject(current, 1e-3 / 3);
+  charges.distribute({.id = {0, 1}, .potential = {7.0, {}}, .supply = {1, -1}}, std::vector<double>{1e-12 / 3, 0});
+  copy.restore(charges.save());
+  charges.inject(current, 0.1);
+  copy.inject(current, 0.1);
+  CHECK(copy.save() == charges.save());
   CHECK_THROWS_AS(copy.restore(std::vector<double>(6)), Failure);
 }
 

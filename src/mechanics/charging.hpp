@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "src/effects/charge_ledger.hpp"
+#include "src/effects/charges.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/held_field.hpp"
@@ -25,7 +25,7 @@ struct Charging {
   double time = 0;                         ///< s, until which charges are booked
   std::vector<effects::Contact> contacts;  ///< in ascending order
   effects::ElectricalGroups groups;
-  effects::ChargeLedger ledger;
+  effects::Charges charges;
   CarriedCharges carried;
   effects::Electrostatics field;     ///< of the last solve that was accepted; without potentials before the first
   effects::HeldField held;           ///< what acts on the bodies now

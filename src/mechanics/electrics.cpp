@@ -33,7 +33,7 @@ Electrics::Electrics(const Scene& scene, Model& model, effects::FloatingConducto
       supplies_(effects::supplies_of(scene)),
       relaxation_time_(model.charge_relaxation_time()),
       resistors_(scene, model, discharge, terminals_, supplies_, now_),
-      now_{.ledger = {with_terminals(model.bodies.charge, scene), supplies_.size()}} {
+      now_{.charges = {with_terminals(initial_charges(scene), scene), supplies_.size()}} {
   const std::size_t n = model.bodies.size();
   now_.held = {.force = std::vector<Vec3>(n),
                .force_rate = std::vector<Vec3>(n),
@@ -49,12 +49,6 @@ void Electrics::connect() {
   resistors_.update(true);
 }
 
-void Electrics::show_charges() {
-  for_ranges(*model_.team, model_.bodies.size(), [&](int first, int end) {
-    for (int i = first; i < end; ++i) model_.bodies.charge[i] = now_.ledger.charge(i);
-  });
-}
-
 /// A, by the effects, into each conductor.
 std::vector<double> Electrics::currents(double time) const {
   std::vector<double> current(model_.bodies.size());
@@ -68,15 +62,10 @@ Trial Electrics::solve(double time, FieldGrid grid) {
               .field = {},
               .step = effects::charge_step(time - now_.time, now_.carried.last_step, relaxation_time_),
               .fed = currents(time)};
-  effects::NodeCharges charges{.resistors = now_.carried.resistors,
+  effects::NodeCharges charges{.charge = now_.charges.after(trial.step, trial.fed, *model_.team),
+                               .resistors = now_.carried.resistors,
                                .weight = trial.step.weight,
                                .fed = std::accumulate(trial.fed.begin(), trial.fed.end(), 0.0)};
-  charges.charge.resize(now_.ledger.size());
-  for_ranges(*model_.team, now_.ledger.size(), [&](int first, int end) {
-    for (int i = first; i < end; ++i)
-      charges.charge[i] =
-          trial.step.decay * now_.ledger.charge(i) + (i < model_.bodies.size() ? trial.fed[i] * trial.step.fed : 0);
-  });
   resistors_.add_charges(trial.step, charges.charge);
   const Stopwatch watch(counters_.field_seconds);
   trial.field = grid == FieldGrid::predictor ? field_.predict(model_.bodies, now_.groups, charges)
@@ -92,25 +81,31 @@ Trial Electrics::solve(double time, FieldGrid grid) {
 void Electrics::share(double time, std::span<const double> by_field) {
   const double dt = time - now_.time;
   const std::vector<double> fed = currents(time);
-  now_.ledger.feed(fed, dt, relaxation_time_);
+  now_.charges.inject(fed, dt, relaxation_time_);
+  distribute(fed, dt, by_field);
   now_.time = time;
-  now_.ledger.settle(now_.groups, by_field, *model_.team);
-  if (now_.energy) now_.energy->note(fed, dt, now_.ledger.leaked_in_step());
-  show_charges();
+}
+
+/// Ends a step of the charges (`fed`: A, for dt in s): divides each group's charge among its members as the field does
+/// (`by_node`: C), and sets the bodies' charges, which laws of pairs read.
+void Electrics::distribute(std::span<const double> fed, double dt, std::span<const double> by_node) {
+  now_.charges.distribute(now_.groups, by_node, *model_.team);
+  if (now_.energy) now_.energy->note(fed, dt, now_.charges.leaked_in_step());
+  for_ranges(*model_.team, model_.bodies.size(), [&](int first, int end) {
+    for (int i = first; i < end; ++i) model_.bodies.charge[i] = now_.charges.charge(i);
+  });
 }
 
 void Electrics::accept(Trial trial, bool merged) {
   const double dt = trial.time - now_.time;
   now_.field = std::move(trial.field);
-  now_.ledger.feed(trial.fed, dt, relaxation_time_);
+  now_.charges.inject(trial.fed, dt, relaxation_time_);
   if (dt > 0) resistors_.carry(trial);
   resistors_.linearize();
   if (dt == 0 && now_.carried.noise > 0) resistors_.guess();
-  now_.ledger.settle(now_.groups, resistors_.by_node(now_.field.charge, now_.field.terminal_charge), *model_.team);
-  if (now_.energy) now_.energy->note(trial.fed, dt, now_.ledger.leaked_in_step());
+  distribute(trial.fed, dt, resistors_.by_node(now_.field.charge, now_.field.terminal_charge));
   if (now_.energy) book_energy(trial, merged);
   now_.time = trial.time;
-  show_charges();
   note_largest();
   // Else they would press each other with a force that no grid follows, and bounce for ever.
   if (const std::string touching = resistors_.pressed_apart_in_potential(); !touching.empty()) throw Failure(touching);
@@ -163,7 +158,7 @@ double Electrics::work_since_booking(double time) const {
 
 void Electrics::book_energy(const Trial& trial, bool merged) {
   EnergyBook::Instant instant{trial.time, now_.field.energy, resistors_.node_potentials(now_.field),
-                              now_.field.terminal_charge, now_.ledger.drained_by_supply()};
+                              now_.field.terminal_charge, now_.charges.collected_by_source()};
   const bool time_passed = trial.time > now_.time;  // if not, resistors have carried nothing
   if (merged)
     now_.energy->book_merger(std::move(instant),
@@ -186,7 +181,7 @@ bool Electrics::stationary(double fraction) const {
 }
 
 std::vector<TerminalReading> Electrics::terminals() const {
-  const std::vector<double> drained = now_.ledger.drained_by_supply();
+  const std::vector<double> drained = now_.charges.collected_by_source();
   std::vector<TerminalReading> readings;
   for (std::size_t k = 0; k < supplies_.size(); ++k)
     readings.push_back({supplies_[k].name, supplies_[k].potential, drained[k]});
@@ -201,7 +196,7 @@ std::vector<TerminalReading> Electrics::terminals() const {
 }
 
 void Electrics::save(Checkpoint& checkpoint) const {
-  checkpoint.reals["charge_ledger"] = now_.ledger.save();
+  checkpoint.reals["charge_ledger"] = now_.charges.save();
   resistors_.save(checkpoint);
   if (now_.energy) checkpoint.reals["energy_book"] = now_.energy->save();
   checkpoint.reals["largest_force_and_speed"] = {now_.largest_force, now_.largest_speed};
@@ -211,7 +206,7 @@ void Electrics::save(Checkpoint& checkpoint) const {
 }
 
 void Electrics::restore(const Checkpoint& checkpoint, double time) {
-  now_.ledger.restore(reals(checkpoint, "charge_ledger", now_.ledger.saved_size()));
+  now_.charges.restore(reals(checkpoint, "charge_ledger", now_.charges.saved_size()));
   now_.time = time;
   const std::vector<double>& largest = reals(checkpoint, "largest_force_and_speed", 2);
   now_.largest_force = largest[0];

@@ -39,8 +39,8 @@ struct Regrouping {
   std::vector<Merger> mergers;  ///< if so
 };
 
-/// The electric half of a conductor scene: who is connected with whom, who holds which charge, what the field does. All
-/// that goes on in time is its Charging. A solve returns a Trial and leaves that alone; accept() makes the trial true.
+/// Electrical state of a scene of conductors: contacts, groups, charges and field. `Charging` holds all of it that changes
+/// in time. solve() returns a Trial and does not change the state; accept() commits a trial.
 class Electrics {
  public:
   /// `field` and `discharge` are the model's; `discharge` is null if only wires connect. All must outlive this.
@@ -50,7 +50,7 @@ class Electrics {
   Electrics& operator=(const Electrics&) = delete;
 
   const Charging& now() const { return now_; }
-  /// Everything electric is as it was in `before`.
+  /// Restores the state `before`. The bodies, whose charges follow it, are the caller's to restore.
   void go_back(const Charging& before) { now_ = before; }
   /// Sets the field that acts on the bodies from now on.
   void hold(effects::HeldField held) { now_.held = std::move(held); }
@@ -61,12 +61,11 @@ class Electrics {
   void connect();
   /// Solves the field where the bodies are, with the charges that they will have at `time`.
   Trial solve(double time, FieldGrid grid = FieldGrid::whole);
-  /// Books the charges fed until the trial's instant, and shares them as its field does. The bodies must be where they
-  /// were when it was solved, and nothing else must have been booked since. Throws Failure with the sentence of
+  /// Commits a trial: injects the charge until its instant and distributes all charges as its field does. Requires the
+  /// positions and the state for which it was solved. Throws Failure with the message of
   /// ResistorCurrents::pressed_apart_in_potential.
   void accept(Trial trial) { accept(std::move(trial), false); }
-  /// Books and shares as accept does, at an instant without a solve, with charges `by_field` (C) known otherwise. Not
-  /// with resistors.
+  /// As accept(), at an instant without a solve, with extrapolated charges `by_field` (C). Not with resistors.
   void share(double time, std::span<const double> by_field);
   /// Makes and loses contacts where the bodies are now. If groups part, their members keep the charges that they have:
   /// these must be accepted or shared at this instant. If groups merge, charges move: solves, accepts and returns true.
@@ -103,7 +102,7 @@ class Electrics {
                                            double time) const;
   std::pair<int, int> groups_of(effects::Contact contact) const;
   std::vector<double> currents(double time) const;
-  void show_charges();
+  void distribute(std::span<const double> fed, double dt, std::span<const double> by_node);
   void note_largest();
   void accept(Trial trial, bool merged);
   void book_energy(const Trial& trial, bool merged);

@@ -19,7 +19,7 @@ class EnergyBook {
  public:
   EnergyBook(const Scene& scene, double relaxation_time);  ///< of charges, s
 
-  /// Notes what the ledger has just been told: fed (A, a conductor, for dt in s), and leaked (C, a node).
+  /// Records the current into each conductor (A, for dt in s) and the charge leaked from each node (C) of the last step.
   void note(std::span<const double> current, double dt, std::span<const double> leaked);
 
   /// What a field solve found.

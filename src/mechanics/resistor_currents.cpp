@@ -207,7 +207,7 @@ void ResistorCurrents::carry(const Trial& trial) {
     current[k] = now_.field.carried[k] / step.weight + resistors[k].source;
     remaining[k] = step.weight * current[k] + step.inherited * remaining[k];
     plain[k] = step.plain_weight * current[k] + step.plain_inherited * plain[k];
-    now_.ledger.carry(resistors[k], remaining[k], plain[k]);
+    now_.charges.transfer(resistors[k], remaining[k], plain[k]);
   }
   last_step = trial.time - now_.time;
   noise = 0;

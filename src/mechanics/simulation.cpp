@@ -190,16 +190,16 @@ ConductorFrame Simulation::Implementation::now() {
   }
   if (!electrics) return frame;
   const effects::Electrostatics& field = electrics->now().field;
-  const effects::ChargeLedger& ledger = electrics->now().ledger;
+  const effects::Charges& charges = electrics->now().charges;
   frame.force = field.force;
   frame.charge = model.bodies.charge;
   frame.potential = field.potential;
   frame.group = electrics->now().groups.connected;
   frame.energy = field.energy;
-  frame.charge_held = ledger.held();
-  frame.charge_fed = ledger.fed();
-  frame.charge_drained = ledger.drained();
-  frame.charge_leaked = ledger.leaked();
+  frame.charge_held = charges.stored();
+  frame.charge_fed = charges.injected();
+  frame.charge_drained = charges.collected();
+  frame.charge_leaked = charges.leaked();
   frame.terminals = electrics->terminals();
   if (const mechanics::EnergyBook* energy = electrics->energy()) {
     frame.energy_balance = {model.kinetic_energy(), model.stored_energy(time), energy->flows()};

@@ -1,4 +1,4 @@
-#include "src/effects/charge_ledger.hpp"
+#include "src/effects/charges.hpp"
 
 #include <fmt/format.h>
 
@@ -21,17 +21,17 @@ double total(std::span<const CompensatedSum> terms) {
 
 }  // namespace
 
-ChargeLedger::ChargeLedger(std::span<const double> initial, std::size_t supplies)
-    : drained_(supplies), before_(initial.size()), leaked_in_step_(initial.size()) {
+Charges::Charges(std::span<const double> initial, std::size_t supplies)
+    : collected_(supplies), before_(initial.size()), leaked_in_step_(initial.size()) {
   for (const double charge : initial) charge_.emplace_back(charge);
 }
 
-void ChargeLedger::leak(int node, double charge) {
+void Charges::leak(int node, double charge) {
   leaked_ += charge;
   leaked_in_step_[node] += charge;
 }
 
-void ChargeLedger::feed(std::span<const double> current, double dt, double relaxation_time) {
+void Charges::inject(std::span<const double> current, double dt, double relaxation_time) {
   const ChargeStep step = charge_step(dt, 0, relaxation_time);
   step_ = dt / relaxation_time;
   std::ranges::fill(leaked_in_step_, 0.0);
@@ -39,20 +39,20 @@ void ChargeLedger::feed(std::span<const double> current, double dt, double relax
   if (step_ > 0)
     for (std::size_t i = 0; i < charge_.size(); ++i) before_[i] = charge_[i].total();
   // Products are stored in an array. Contracted into one of the sums, they could differ from the summands of the other.
-  std::vector<double> fed(current.begin(), current.begin() + std::min(current.size(), charge_.size()));
-  for (double& charge : fed) charge *= dt;
-  for (std::size_t i = 0; i < fed.size(); ++i) charge_[i] += fed[i];
-  for (const double charge : fed) fed_ += charge;
+  std::vector<double> injected(current.begin(), current.begin() + std::min(current.size(), charge_.size()));
+  for (double& charge : injected) charge *= dt;
+  for (std::size_t i = 0; i < injected.size(); ++i) charge_[i] += injected[i];
+  for (const double charge : injected) injected_ += charge;
   if (step_ == 0) return;
   for (std::size_t i = 0; i < charge_.size(); ++i) {
-    const double still_there = i < fed.size() && fed[i] != 0 ? current[i] * step.fed : 0;
+    const double still_there = i < injected.size() && injected[i] != 0 ? current[i] * step.fed : 0;
     const double leaked = charge_[i].total() - step.decay * before_[i] - still_there;
     charge_[i] += -leaked;
     leak(static_cast<int>(i), leaked);
   }
 }
 
-void ChargeLedger::carry(const Resistor& resistor, double remaining, double plain) {
+void Charges::transfer(const Resistor& resistor, double remaining, double plain) {
   charge_[resistor.a] += -remaining;
   if (resistor.b >= 0) {
     charge_[resistor.b] += remaining;
@@ -62,13 +62,13 @@ void ChargeLedger::carry(const Resistor& resistor, double remaining, double plai
     // Both the loss of a and its leaked part are exact to the last digit.
     CompensatedSum missing(plain);
     missing += -remaining;
-    drained_[resistor.supply] += plain;
+    collected_[resistor.supply] += plain;
     leaked_ -= missing;
     leaked_in_step_[resistor.a] -= missing.total();
   }
 }
 
-void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double> by_field, parallel::Team& team) {
+void Charges::distribute(const ElectricalGroups& groups, std::span<const double> by_field, parallel::Team& team) {
   for (int i = 0; i < size(); ++i)
     if (const int supply = groups.supply[i]; supply >= 0) {
       // Trapezoidal leakage from the old charge and the field's charge.
@@ -77,18 +77,18 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
         charge_[i] += -more;
         leak(i, more);
       }
-      drained_[supply] += charge_[i];
+      collected_[supply] += charge_[i];
       charge_[i] = CompensatedSum(by_field[i]);
-      drained_[supply] -= charge_[i];
+      collected_[supply] -= charge_[i];
     }
   step_ = 0;
-  share_out(groups, by_field, team);
+  redistribute(groups, by_field, team);
 }
 
 namespace {
 
 /// Divides a group's charge among its members (at least two) as the field does; the last member takes the remainder.
-void share_out(std::vector<CompensatedSum>& charge, std::span<const int> members, std::span<const double> by_field) {
+void redistribute(std::vector<CompensatedSum>& charge, std::span<const int> members, std::span<const double> by_field) {
   CompensatedSum rest;
   for (const int i : members) rest += charge[i];
   CompensatedSum missing = rest;
@@ -139,7 +139,7 @@ SharedGroups shared_groups(const ElectricalGroups& groups, int nodes) {
 /// Redistributes the charges of floating groups. Single-member groups keep their charge, renormalized by one
 /// compensated addition. For efficiency this addition is applied to all nodes. Among members of groups it changes only
 /// the last, which holds the remainder, so that charge is restored.
-void ChargeLedger::share_out(const ElectricalGroups& groups, std::span<const double> by_field, parallel::Team& team) {
+void Charges::redistribute(const ElectricalGroups& groups, std::span<const double> by_field, parallel::Team& team) {
   const SharedGroups shared = shared_groups(groups, size());
   const std::size_t count = shared.begin.size() - 1;
   std::vector<CompensatedSum> rests(count);
@@ -147,7 +147,7 @@ void ChargeLedger::share_out(const ElectricalGroups& groups, std::span<const dou
     auto begin = std::ranges::lower_bound(shared.begin.begin(), shared.begin.end() - 1, first);
     for (; begin + 1 != shared.begin.end() && *begin < end; ++begin) {
       const auto members = std::span(shared.members).subspan(*begin, begin[1] - *begin);
-      effects::share_out(charge_, members, by_field);
+      effects::redistribute(charge_, members, by_field);
       rests[begin - shared.begin.begin()] = charge_[members.back()];
     }
   });
@@ -161,32 +161,43 @@ void ChargeLedger::share_out(const ElectricalGroups& groups, std::span<const dou
   for (std::size_t g = 0; g < count; ++g) charge_[shared.members[shared.begin[g + 1] - 1]] = rests[g];
 }
 
-double ChargeLedger::held() const { return total(charge_); }
-double ChargeLedger::drained() const { return total(drained_); }
-
-std::vector<double> ChargeLedger::drained_by_supply() const {
-  std::vector<double> drained;
-  for (const CompensatedSum& sum : drained_) drained.push_back(sum.total());
-  return drained;
+std::vector<double> Charges::after(const ChargeStep& step, std::span<const double> current,
+                                   parallel::Team& team) const {
+  std::vector<double> charge(current.begin(), current.begin() + std::min(current.size(), charge_.size()));
+  for (double& injected : charge) injected *= step.fed;
+  charge.resize(charge_.size());
+  for_ranges(team, size(), [&](int first, int end) {
+    for (int i = first; i < end; ++i) charge[i] += step.decay * charge_[i].total();
+  });
+  return charge;
 }
 
-std::vector<double> ChargeLedger::save() const {
+double Charges::stored() const { return total(charge_); }
+double Charges::collected() const { return total(collected_); }
+
+std::vector<double> Charges::collected_by_source() const {
+  std::vector<double> collected;
+  for (const CompensatedSum& sum : collected_) collected.push_back(sum.total());
+  return collected;
+}
+
+std::vector<double> Charges::save() const {
   std::vector<double> saved;
-  for (const std::vector<CompensatedSum>& sums : {charge_, drained_, {fed_, leaked_}})
+  for (const std::vector<CompensatedSum>& sums : {charge_, collected_, {injected_, leaked_}})
     for (const CompensatedSum& sum : sums) saved.insert(saved.end(), {sum.value(), sum.lost()});
   return saved;
 }
 
-void ChargeLedger::restore(std::span<const double> saved) {
+void Charges::restore(std::span<const double> saved) {
   if (saved.size() != saved_size())
     throw Failure(fmt::format("the checkpoint holds {} charge sums, but this scene has {}: it is of another scene",
                               saved.size() / 2, saved_size() / 2));
   const auto sum = [&](std::size_t k) { return CompensatedSum(saved[2 * k], saved[2 * k + 1]); };
   const std::size_t n = charge_.size();
   for (std::size_t i = 0; i < n; ++i) charge_[i] = sum(i);
-  for (std::size_t k = 0; k < drained_.size(); ++k) drained_[k] = sum(n + k);
-  fed_ = sum(n + drained_.size());
-  leaked_ = sum(n + drained_.size() + 1);
+  for (std::size_t k = 0; k < collected_.size(); ++k) collected_[k] = sum(n + k);
+  injected_ = sum(n + collected_.size());
+  leaked_ = sum(n + collected_.size() + 1);
 }
 
 }  // namespace lichtenberg::effects

@@ -10,17 +10,17 @@ namespace lichtenberg {
 namespace {
 
 namespace stdx = std::experimental;
-/// Some more than there are in three cells, as a rule; how many are compared at once has no part in what is found.
+/// Usually somewhat more than the number of particles in three cells; the vector width does not affect the result.
 constexpr int width = 8;
 using Several = stdx::simd<float, stdx::simd_abi::deduce_t<float, width>>;
 
-/// 0, 1, 2 ...
+/// Lane numbers 0, 1, 2 ...
 const Several lanes([](int lane) { return static_cast<float>(lane); });
 
 }  // namespace
 
-/// No more cells than four a particle, or one that flew far away would cost memory for nothing. Along a periodic axis
-/// there are three or more, so that no two cells meet twice, or one alone.
+/// Chooses the cells. There are at most four per particle, so that a single distant particle does not cost memory. A
+/// periodic axis has at least three cells, so that no two cells are neighbours twice, or a single one.
 template <int d>
 void CellOrder<d>::lay_out(const Spheres<d>& spheres) {
   const int n = spheres.size(), most = std::max(1, static_cast<int>(std::pow(4.0 * n, 1.0 / d)));
@@ -38,13 +38,13 @@ void CellOrder<d>::lay_out(const Spheres<d>& spheres) {
       }
       length = std::max(high - low_[k], range_);
     }
-    constexpr double rounding = 1e-9;  // more than moves a place against the cells' borders
+    constexpr double rounding = 1e-9;  // More than the rounding of positions relative to the cells' borders
     count_[k] = static_cast<int>(std::clamp(length / (range_ * (1 + rounding)), 1.0, static_cast<double>(most)));
     if (period_[k] > 0 && count_[k] < 3) count_[k] = 1, folds_ = true;
     cells_a_metre_[k] = count_[k] / length;
     longest = std::max(longest, length);
   }
-  // Places are rounded by up to half of their last digit, and so is what they are turned by.
+  // Positions are rounded by up to half of their last digit, and so are the shifts of images.
   rounded_ = 4 * longest * std::numeric_limits<float>::epsilon();
   const double within = (range_ + rounded_) * (1 + 1e-6);
   within_square_ = static_cast<float>(within * within);
@@ -52,7 +52,7 @@ void CellOrder<d>::lay_out(const Spheres<d>& spheres) {
 
 template <int d>
 int CellOrder<d>::column(double x, int k) const {
-  return x > 0 ? static_cast<int>(std::min(x * cells_a_metre_[k], count_[k] - 1.0)) : 0;  // what is no number too
+  return x > 0 ? static_cast<int>(std::min(x * cells_a_metre_[k], count_[k] - 1.0)) : 0;  // Also for NaN
 }
 
 template <int d>
@@ -79,7 +79,7 @@ void CellOrder<d>::sort(const Spheres<d>& spheres, double range) {
     ++start_[(cell_[i] = cell) + 1];
   }
   std::partial_sum(start_.begin(), start_.end(), start_.begin());
-  // Each cell's slots are filled from its start on; then starts are those of the cells after them.
+  // Fills each cell's slots from its start on; afterwards the starts are those of the next cells.
   for (int i = 0; i < n; ++i) {
     const int slot = slot_[i] = start_[cell_[i]]++;
     particle_[slot] = i;
@@ -89,7 +89,7 @@ void CellOrder<d>::sort(const Spheres<d>& spheres, double range) {
   start_[0] = 0;
 }
 
-/// Half of the rows around a row: the other half have it among theirs.
+/// Returns half of the rows around a row: the other half includes this row among theirs.
 template <int d>
 auto CellOrder<d>::rows_beside(int y, int z) const -> std::vector<Row> {
   std::vector<Row> rows;
@@ -117,13 +117,14 @@ void CellOrder<d>::set_velocity(int slot, const Vec<d>& velocity) {
   for (int k = 0; k < d; ++k) velocity_[k][slot] = static_cast<float>(velocity[k]);
 }
 
-/// `folded`: nearest images are looked for; else `turned` says where they are. `flies`: only who meets is found. All of
-/// that is computed of each vector before anything depends on it: who is near is hard to guess.
+/// Finds the particles near a slot. `folded`: computes nearest images; otherwise `turned` is the shift of the image.
+/// `flies`: finds only pairs that may meet. Each vector is computed without branches, because the results are hard to
+/// predict.
 template <int d>
 template <bool folded, bool flies>
 [[gnu::always_inline]] inline void CellOrder<d>::search(int slot, const Among& among, Near& near) const {
   for (int first = among.first; first < among.last; first += width) {
-    Several square = 0, rate = 0;  // of half the square
+    Several square = 0, rate = 0;  // Rate of half the square
     for (int k = 0; k < d; ++k) {
       Several apart = Several(&place_[k][first], stdx::element_aligned) - (place_[k][slot] - among.turned[k]);
       if (folded && period_[k] > 0) {
@@ -150,7 +151,7 @@ void CellOrder<d>::search_row(int y, int z, Near& near) const {
   const std::vector<Row> beside = rows_beside(y, z);
   const bool turns = period_[0] > 0 && columns > 1;
   const auto behind = static_cast<float>(period_[0]);
-  std::vector<Among> others;  // of a cell: those outside, among which each of it looks
+  std::vector<Among> others;  // Slots outside the cell that each of its particles is compared with
   const auto add = [&](int first_cell, int end_cell, std::array<float, d> turned, int turn) {
     turned[0] = static_cast<float>(turn) * behind;
     others.push_back({start_[first_cell], start_[end_cell], turned});
@@ -197,8 +198,8 @@ const std::vector<Pair>& CellOrder<d>::pairs(parallel::Team& team) {
 
 template <int d>
 const std::vector<Pair>& CellOrder<d>::pairs_that_meet(const Flight& flight, parallel::Team& team) {
-  // What is wrong by rounding, of the distance and of its rate: the direction by that over the distance, which is not
-  // below `near`, and velocities by a few of their last digits.
+  // Bound on rounding errors of the distance and of its rate. The error of the direction is that of the distance over
+  // the distance, which is at least `near`; velocities are wrong by a few of their last digits.
   constexpr double last_digits = 8 * std::numeric_limits<float>::epsilon();
   double squares = 0;
   for (int s = 0; s < size(); ++s) {

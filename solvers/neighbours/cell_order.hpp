@@ -7,46 +7,46 @@
 
 namespace lichtenberg {
 
-/// Particles in the order of the cells that they lie in: who is near in space is near in memory. A place in that order
-/// is a slot; within a cell particles ascend. For those who sort their own arrays so and look for pairs anew every few
-/// steps; who keeps a list for long takes pairs.hpp.
+/// Particles in the order of their cells, so that particles close in space are close in memory. A slot is an index in
+/// this order; within a cell particles ascend. Intended for callers that sort their own arrays in this order and
+/// rebuild the pair list every few steps; pairs.hpp serves long-lived lists.
 template <int d>
 class CellOrder {
  public:
-  /// Sorts particles into cells at least `range` (m) wide, which all pairs closer than that, centre to centre, are then
-  /// found in.
+  /// Sorts particles into cells at least `range` (m) wide. pairs() then finds all pairs with a centre distance below
+  /// it.
   void sort(const Spheres<d>& spheres, double range);
 
   int size() const { return static_cast<int>(particle_.size()); }
-  const std::vector<int>& particles() const { return particle_; }  ///< by slot
-  const std::vector<int>& slots() const { return slot_; }          ///< by particle
+  const std::vector<int>& particles() const { return particle_; }  ///< Particle of each slot
+  const std::vector<int>& slots() const { return slot_; }          ///< Slot of each particle
 
-  /// Pairs of slots i < j, each once: all whose centres are closer than the range when they were sorted, nearest images
-  /// counting, and some that are farther by rounding. The same order for any number of threads.
+  /// Returns pairs of slots i < j, each once: all with a distance of the nearest images' centres below the range at the
+  /// last sort, and some slightly farther due to rounding. The order is the same for any number of threads.
   const std::vector<Pair>& pairs(parallel::Team& team);
 
-  /// A time (s) of flight at constant velocities.
+  /// Time (s) of flight at constant velocities, and limits of distances.
   struct Flight {
     double time = 0;
-    double within = 0;  ///< m: pairs that come closer than that are looked for
-    double near = 0;    ///< m, above 0: and pairs that are closer than that at first
+    double within = 0;  ///< Distance (m) below which pairs must come during the flight
+    double near = 0;    ///< Initial distance (m), above 0, below which pairs are found in any case
   };
-  /// Of the particle in this slot (m/s), as of the last sort.
+  /// Sets the velocity (m/s) of the particle in this slot, for the present sort.
   void set_velocity(int slot, const Vec<d>& velocity);
-  /// Those of pairs() that may come so close. The distance of two, r, is a convex function of time: it is never below
-  /// r + r' time, r' its rate at first, and who stays within by that is found, besides some that don't by rounding.
-  /// Velocities of all slots have been set since the sort.
+  /// Returns the pairs of pairs() that may come this close. The distance r of two particles is a convex function of
+  /// time, hence never below r + r' time, with r' its initial rate. A pair is returned if this bound is within the
+  /// limit, up to rounding. The velocities of all slots must have been set since the sort.
   const std::vector<Pair>& pairs_that_meet(const Flight& flight, parallel::Team& team);
 
  private:
-  /// Slots side by side, and how far away their image is that is near others.
+  /// Range of slots, with the shift of their image.
   struct Among {
     int first = 0, last = 0;
     std::array<float, d> turned{};
   };
-  /// Cells side by side along the first axis, and how far away their image is that is near another row.
+  /// Range of cells along the first axis, with the shift of their image near another row.
   struct Row {
-    int first = 0;  ///< cell
+    int first = 0;  ///< First cell
     std::array<float, d> turned{};
   };
   using Near = std::vector<Pair>;
@@ -61,17 +61,17 @@ class CellOrder {
   template <bool folded, bool flies>
   void search(int slot, const Among& among, Near& near) const;
 
-  double range_ = 0, rounded_ = 0;  ///< rounded_: by which a difference of two places may be wrong
+  double range_ = 0, rounded_ = 0;  ///< rounded_: bound on the rounding error of a difference of positions
   float within_square_ = 0;
-  float time_ = 0, met_within_ = 0, near_square_ = 0;  ///< of the flight, with what rounding needs
+  float time_ = 0, met_within_ = 0, near_square_ = 0;  ///< Parameters of the flight, enlarged by rounding
   std::array<int, 3> count_{1, 1, 1};
-  bool folds_ = false;                                        ///< along some periodic axis there is one cell alone
-  std::array<double, 3> low_{}, period_{}, cells_a_metre_{};  ///< period 0: not periodic
+  bool folds_ = false;                                        ///< True if a periodic axis has a single cell
+  std::array<double, 3> low_{}, period_{}, cells_a_metre_{};  ///< Period 0: not periodic
   std::vector<int> start_, cell_, particle_, slot_;
-  std::vector<std::array<float, d>> inside_;    ///< by particle, from low_ on
-  std::array<std::vector<float>, d> place_;     ///< the same by slot, and room for a whole vector beyond the last
-  std::array<std::vector<float>, d> velocity_;  ///< as place_
-  std::vector<Near> found_;                     ///< by task
+  std::vector<std::array<float, d>> inside_;    ///< Position of each particle relative to low_
+  std::array<std::vector<float>, d> place_;     ///< Position of each slot, padded by a whole vector
+  std::array<std::vector<float>, d> velocity_;  ///< Velocity of each slot, padded like place_
+  std::vector<Near> found_;                     ///< Pairs of each task
   Near pairs_;
 };
 

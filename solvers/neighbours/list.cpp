@@ -47,7 +47,7 @@ bool NeighbourList::covers(const Spheres<d>& spheres, std::span<const int> some)
   return std::ranges::none_of(some, [&](int i) { return has_left(spheres, i); });
 }
 
-/// Whether the particle has moved by more than half of the skin since the search.
+/// Returns true if the particle has moved by more than half of the skin since the last rebuild.
 template <int d>
 bool NeighbourList::has_left(const Spheres<d>& spheres, int i) const {
   return norm2(moved(spheres, searched_at_, i)) > 0.25 * skin_ * skin_;

@@ -8,26 +8,27 @@
 
 namespace lichtenberg {
 
-/// The pairs within `range`, kept up to date while particles move. A new search is made only when a particle has moved
-/// by half of `skin`; until then the list, which holds all pairs that were within range + skin, cannot miss one. That a
-/// particle left a periodic box and came in on the other side is no motion.
+/// Neighbour (Verlet) list: pairs within `range`, kept up to date while particles move. The list contains all pairs
+/// within range + skin. It is rebuilt only when a particle has moved by half of `skin`; until then it cannot miss a
+/// pair. Crossing a periodic boundary does not count as motion.
 class NeighbourList {
  public:
   NeighbourList(double range, double skin) : range_(range), skin_(skin) {}
 
-  /// Makes pairs() complete for these places. Throws what pairs_closer_than throws.
+  /// Makes pairs() complete for these positions. Throws the exceptions of pairs_closer_than.
   template <int d>
   void update(const Spheres<d>& spheres, parallel::Team& team = parallel::Team::single());
-  /// The two halves of `update`: whether these places of the particles from `first` on up to before `end` leave pairs()
-  /// complete (those of another number of particles never do), and the search that makes it so.
+  /// First half of `update`: returns true if pairs() is complete for the present positions of the particles from
+  /// `first` up to before `end`. False if the number of particles has changed. `search`, the second half, rebuilds the
+  /// list.
   template <int d>
   bool covers(const Spheres<d>& spheres, int first, int end) const;
-  /// The first half for some of the particles.
+  /// Like `covers` above, for some of the particles.
   template <int d>
   bool covers(const Spheres<d>& spheres, std::span<const int> some) const;
   template <int d>
   void search(const Spheres<d>& spheres, parallel::Team& team = parallel::Team::single());
-  /// In ascending order, so that sums over pairs do not depend on when the list was made.
+  /// Pairs in ascending order, so that sums over pairs do not depend on the time of the rebuild.
   std::span<const Pair> pairs() const { return pairs_; }
   std::int64_t searches() const { return searches_; }
 
@@ -36,7 +37,7 @@ class NeighbourList {
   bool has_left(const Spheres<d>& spheres, int i) const;
 
   double range_, skin_;
-  std::vector<double> searched_at_;  ///< positions of the last search
+  std::vector<double> searched_at_;  ///< Positions at the last rebuild
   std::vector<Pair> pairs_;
   std::int64_t searches_ = 0;
 };

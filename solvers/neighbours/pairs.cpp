@@ -12,16 +12,16 @@
 namespace lichtenberg {
 namespace {
 
-/// A particle as a search sees it: in its cell, beside those that it is compared with.
+/// Particle in the order of cells, close in memory to those that it is compared with.
 template <int d>
 struct Spot {
-  Vec<d> place;       ///< m, inside the box along periodic axes
-  double radius = 0;  ///< m
+  Vec<d> place;       ///< Position (m), inside the box along periodic axes
+  double radius = 0;  ///< Radius (m)
   int particle = 0;
 };
 
-/// Columns of cells, from `first` to `last`, along one axis. Along a periodic one they may lie a turn below 0 or above
-/// the number of columns, but no column is there twice.
+/// Range of columns of cells, from `first` to `last`, along one axis. Along a periodic axis the indices may be below 0
+/// or above the number of columns by up to one period; no column occurs twice.
 struct Columns {
   int first = 0, last = 0;
 };
@@ -32,7 +32,7 @@ class Cells {
  public:
   Cells(const Spheres<d>& spheres, double width) : spheres_(spheres) {
     const int n = spheres.size();
-    // No more cells than particles, or one that flew far away would cost memory for nothing.
+    // At most one cell per particle, so that a single distant particle does not cost memory.
     const int most = std::max(1, static_cast<int>(std::pow(n, 1.0 / d)));
     for (int k = 0; k < d; ++k) {
       if (spheres.box.periodic(k)) {
@@ -56,14 +56,14 @@ class Cells {
 
   const Spot<d>& spot(int s) const { return spots_[s]; }
 
-  /// Of the image of b that is nearest to a.
+  /// Returns the squared distance of the image of b nearest to a.
   template <bool periodic>
   double distance_squared(const Spot<d>& a, const Spot<d>& b) const {
     double sum = 0;
     for (int k = 0; k < d; ++k) {
       double apart = a.place[k] - b.place[k];
       if constexpr (periodic) {
-        // Both lie inside. Along other axes the period is 0.
+        // Both are inside the box. Along other axes the period is 0.
         if (apart > 0.5 * period_[k]) apart -= period_[k];
         if (apart < -0.5 * period_[k]) apart += period_[k];
       }
@@ -72,7 +72,7 @@ class Cells {
     return sum;
   }
 
-  /// Calls visit(spots) for all the particles in the cells within `distance` (m) of a centre, in each direction.
+  /// Calls visit(spots) for all particles in the cells within `distance` (m) of a centre, along each axis.
   template <class Visit>
   void for_each_near(const Spot<d>& centre, double distance, Visit visit) const {
     std::array<Columns, 3> columns{};
@@ -92,7 +92,7 @@ class Cells {
   }
 
  private:
-  /// Of a cell's side: more than rounding can move a place against the cells' borders.
+  /// Margin in units of a cell's side: more than the rounding of positions relative to the cells' borders.
   static constexpr double slack = 1e-9;
 
   double folded(double x, int k) const {
@@ -101,7 +101,7 @@ class Cells {
     return inside >= 0 && inside < period_[k] ? inside : 0;
   }
   int column(double x, int k) const {
-    // Not std::clamp: infinity times 0, of a distance without end, is no number, and the only column is 0.
+    // Not std::clamp: for an infinite distance, infinity times 0 is NaN, and the only column is 0.
     const double at = (x - low_[k]) * columns_a_metre_[k];
     return at > 0 ? static_cast<int>(std::min(at, count_[k] - 1.0)) : 0;
   }
@@ -127,7 +127,7 @@ class Cells {
     return spot;
   }
 
-  /// Counting sort: cell c holds spots_[start_[c]] ... spots_[start_[c + 1] - 1], in ascending order of particles.
+  /// Counting sort: cell c contains spots_[start_[c]] ... spots_[start_[c + 1] - 1], in ascending order of particles.
   void sort() {
     const int n = spheres_.size();
     start_.assign(static_cast<std::size_t>(count_[0]) * count_[1] * count_[2] + 1, 0);
@@ -140,14 +140,14 @@ class Cells {
   }
 
   const Spheres<d>& spheres_;
-  std::array<double, 3> low_{}, side_{}, period_{};  ///< m; period 0: not periodic
+  std::array<double, 3> low_{}, side_{}, period_{};  ///< Lengths (m); period 0: not periodic
   std::array<double, 3> columns_a_metre_{};
   std::array<int, 3> count_{1, 1, 1};
   std::vector<int> start_;
   std::vector<Spot<d>> spots_;
 };
 
-/// Two images of one particle within range of another would be two pairs.
+/// Throws InputError if two images of one particle could be within range of another, which would be two pairs.
 template <int d>
 void check_box(const Box<d>& box, double within) {
   for (int k = 0; k < d; ++k)
@@ -158,7 +158,7 @@ void check_box(const Box<d>& box, double within) {
                       box.lengths[k], side_names[2 * k], side_names[2 * k + 1], within));
 }
 
-/// Every particle looks for others; what it finds stands, by particle, in the order of the particles.
+/// Collects the pairs that look(spot, others) finds for each particle, in the order of the particles.
 template <int d, class Look>
 std::vector<Pair> collect(const Cells<d>& cells, int n, parallel::Team& team, const Look& look) {
   constexpr int spots_a_task = 2048;
@@ -191,11 +191,11 @@ std::vector<Pair> collect(const Cells<d>& cells, int n, parallel::Team& team, co
   return pairs;
 }
 
-/// Puts the particles of `spots` for which `is_near` holds behind the first `count` of `others`.
+/// Appends the particles of `spots` for which `is_near` is true to the first `count` of `others`.
 template <int d, class IsNear>
 int append_near(std::span<const Spot<d>> spots, int count, std::vector<int>& others, const IsNear& is_near) {
   if (others.size() < count + spots.size()) others.resize(2 * (count + spots.size()));
-  for (const Spot<d>& there : spots) {  // no branch: which ones are near is hard to guess
+  for (const Spot<d>& there : spots) {  // Without a branch, which would be hard to predict
     others[count] = there.particle;
     count += is_near(there);
   }
@@ -218,7 +218,8 @@ std::vector<Pair> search(const Spheres<d>& spheres, const Cells<d>& cells, doubl
   });
 }
 
-/// The one that reaches farther looks for the other: what one fast particle costs, it alone costs.
+/// Finds pairs within individual reaches. Of each pair the particle with the longer reach finds the other, so that a
+/// fast particle does not extend the searches of all others.
 template <int d>
 std::vector<Pair> search_within_reach(const Spheres<d>& spheres, const Cells<d>& cells, double largest, double range,
                                       std::span<const double> reach, parallel::Team& team) {
@@ -235,7 +236,7 @@ std::vector<Pair> search_within_reach(const Spheres<d>& spheres, const Cells<d>&
     });
     return count;
   });
-  std::ranges::sort(pairs);  // the one that looks may be the second
+  std::ranges::sort(pairs);  // The particle that finds a pair may be the second one
   return pairs;
 }
 

@@ -7,7 +7,7 @@
 namespace lichtenberg {
 namespace {
 
-/// In a box without periodic sides.
+/// Returns true if the pair is within range plus reaches, in a box without periodic sides.
 template <int d>
 bool is_within(const Spheres<d>& spheres, double range, std::span<const double> reach, int i, int j) {
   const double within = spheres.radius[i] + spheres.radius[j] + range + reach[i] + reach[j];
@@ -16,7 +16,7 @@ bool is_within(const Spheres<d>& spheres, double range, std::span<const double> 
 
 }  // namespace
 
-/// Notes how far particles have moved and which ones are far; false if a search is due.
+/// Updates the displacements and the list of far particles; returns false if a rebuild is needed.
 template <int d>
 bool ReachList::covers(const Spheres<d>& spheres, double range, std::span<const double> reach) {
   if (searches_ == 0 || searched_at_.size() != spheres.position.size() || range > range_) return false;
@@ -39,7 +39,7 @@ bool ReachList::covers(const Spheres<d>& spheres, double range, std::span<const 
       farthest_ = std::max(farthest_, together);
     }
   }
-  // A search takes as long as some hundred comparisons a particle.
+  // A rebuild costs as much as some hundred comparisons per particle.
   const std::size_t most = std::max(32, n / 128);
   return far_.size() <= most;
 }
@@ -93,7 +93,7 @@ std::vector<Pair> ReachList::pairs(const Spheres<d>& spheres, double range, std:
       found.push_back(candidates_[k]);
   };
   const auto close = std::ranges::lower_bound(by_gap_, widest, {}, [&](int k) { return gap_[k]; });
-  // Few are sorted sooner than all are looked at.
+  // A small selection is sorted faster than all candidates are tested.
   if (8 * (close - by_gap_.begin()) < std::ssize(by_gap_)) {
     for (auto k = by_gap_.begin(); k != close; ++k) look_at(*k);
     std::ranges::sort(found);
@@ -109,8 +109,8 @@ std::vector<Pair> ReachList::pairs(const Spheres<d>& spheres, double range, std:
   return found;
 }
 
-/// Pairs of those that are far: of each other, and with others, which are no farther from where they were at the search
-/// than farthest_ less their reach.
+/// Adds pairs of far particles: with each other, and with others, whose displacement since the rebuild is at most
+/// farthest_ less their reach.
 template <int d>
 void ReachList::add_far(const Spheres<d>& spheres, double range, std::span<const double> reach,
                         std::vector<Pair>& found) const {

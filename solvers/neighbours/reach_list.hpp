@@ -7,17 +7,16 @@
 
 namespace lichtenberg {
 
-/// pairs_within_reach() for particles that are asked for time and again while they move. A search finds all pairs
-/// within the range and a skin of the smallest radius; as long as particles have moved little, later pairs are looked
-/// for among these. A particle whose reach and way since the search are more than half of the skin together is compared
-/// with all that are near it along the first axis, so that a few fast ones make no search. In a periodic box every look
-/// is a search.
+/// Repeated pairs_within_reach() for moving particles. A rebuild finds all pairs within the range plus a skin, the
+/// smallest radius; later calls select from these candidates while displacements are small. A particle is far if its
+/// reach plus its displacement since the rebuild exceeds half of the skin. It is compared with all particles near it
+/// along the first axis, so that a few fast particles cause no rebuild. In a periodic box every call searches again.
 class ReachList {
  public:
-  /// As pairs_within_reach(spheres, range, reach). Throws what that throws.
+  /// Returns pairs_within_reach(spheres, range, reach). Throws its exceptions.
   template <int d>
   std::vector<Pair> pairs(const Spheres<d>& spheres, double range, std::span<const double> reach);
-  /// How far (m) each particle is from where it was at the last search.
+  /// Displacement (m) of each particle since the last rebuild.
   std::span<const double> moved() const { return moved_; }
   int searches() const { return searches_; }
 
@@ -31,23 +30,23 @@ class ReachList {
   template <int d>
   void add_far(const Spheres<d>& spheres, double range, std::span<const double> reach, std::vector<Pair>& found) const;
 
-  double skin_ = 0, range_ = 0;      ///< m; range: of the candidates
-  std::vector<double> searched_at_;  ///< positions
-  std::vector<Pair> candidates_;     ///< in ascending order
-  std::vector<double> gap_;          ///< m, of these at the search
-  std::vector<int> by_gap_;          ///< their numbers, the closest first
+  double skin_ = 0, range_ = 0;      ///< Lengths (m); range_: that of the candidates
+  std::vector<double> searched_at_;  ///< Positions at the last rebuild
+  std::vector<Pair> candidates_;     ///< Candidate pairs in ascending order
+  std::vector<double> gap_;          ///< Gap of each candidate at the rebuild (m)
+  std::vector<int> by_gap_;          ///< Indices of the candidates by ascending gap
   double largest_radius_ = 0;        ///< m
-  std::vector<int> along_;           ///< particles as they lay along the first axis at the search
-  std::vector<double> along_at_;     ///< m, where
-  double farthest_ = 0;              ///< m: reach and way together of those that are not far
-  /// By how much (m) a particle's way since the search and its reach have narrowed a gap, at least and at most; no gap
-  /// of those that are far.
+  std::vector<int> along_;           ///< Particles sorted along the first axis, at the rebuild
+  std::vector<double> along_at_;     ///< Coordinates of these particles along the first axis (m)
+  double farthest_ = 0;              ///< Largest reach plus displacement of particles that are not far (m)
+  /// Bounds (m), at least and at most, on the reduction of a gap by a particle's displacement since the rebuild and its
+  /// reach; minus infinity for far particles.
   struct Room {
     double least = 0, most = 0;
   };
   std::vector<Room> room_;
   std::vector<double> moved_;
-  std::vector<int> far_;  ///< those whose pairs are no candidates
+  std::vector<int> far_;  ///< Far particles, whose pairs are not among the candidates
   std::vector<char> is_far_;
   int searches_ = 0;
 };

@@ -1,7 +1,7 @@
 #pragma once
 
-// Neighbours in a periodic box on an executor (solvers/parallel): particles sorted by cells, and for each a list of its
-// partners.
+// Neighbour lists in a periodic box on an executor (solvers/parallel): particles sorted by cells, and a list of
+// partners for each.
 
 #include <algorithm>
 #include <array>
@@ -15,48 +15,48 @@
 
 namespace lichtenberg {
 
-/// A place in a periodic box, in 2^-32 of its lengths: differences wrap as the box does, so that the difference of two
-/// as signed numbers is that of their nearest images; the high bits of a product with a number of cells are the cell.
+/// Position in a periodic box as fixed-point fractions of its lengths, in units of 2^-32. Differences wrap like the
+/// box: the signed difference of two positions is that of their nearest images. The high bits of a product with a
+/// number of cells are the cell.
 struct Turns {
   std::uint32_t x = 0, y = 0, z = 0;
 };
 
 constexpr double whole_turn = 0x1p32;
 
-/// Of a place that may lie in any image of the box; `over_length`: 2^32 / length.
+/// Converts a position in any image of the box; `over_length`: 2^32 / length.
 LICHTENBERG_HOST_DEVICE inline std::uint32_t turns(double place, double over_length) {
   return static_cast<std::uint32_t>(static_cast<long long>(std::floor(place * over_length)));
 }
-/// a - b of nearest images, in turns.
+/// Returns a - b of nearest images, in units of 2^-32 of the length.
 LICHTENBERG_HOST_DEVICE inline float apart(std::uint32_t a, std::uint32_t b) {
   return static_cast<float>(static_cast<std::int32_t>(a - b));
 }
-/// The cell of so many along an axis.
+/// Returns the cell of a position, for `cells` cells along the axis.
 LICHTENBERG_HOST_DEVICE inline int cell_of(std::uint32_t turns, int cells) {
   return static_cast<int>((static_cast<std::uint64_t>(turns) * static_cast<std::uint64_t>(cells)) >> 32);
 }
 
-/// Cells of a box, and the sorted particles that each holds: cell (x, y, z) has number (x * cells[1] + y) * cells[2] +
-/// z.
+/// Cells of a box, and the sorted particles in each: cell (x, y, z) has the number (x * cells[1] + y) * cells[2] + z.
 struct CellsView {
   std::array<int, 3> cells{};
-  const int* first = nullptr;  ///< of each cell; [cells + 1]
+  const int* first = nullptr;  ///< Index of the first particle of each cell; [cells + 1]
 
   LICHTENBERG_HOST_DEVICE int number(int x, int y, int z) const { return (x * cells[1] + y) * cells[2] + z; }
 };
 
-/// Particles in cells.
+/// Particles sorted by cells.
 template <class Executor>
 class CellGrid {
  public:
-  /// Cells have edges of `edge` at least.
+  /// Makes cells with edges of at least `edge`.
   CellGrid(const Executor& run, Vec3 lengths, Vec3 edge)
       : run_(&run), cell_(run), among_(run), order_(run), first_(run) {
     for (int k = 0; k < 3; ++k) cells_[k] = std::clamp(static_cast<int>(lengths[k] / edge[k]), 1, 1024);
   }
 
-  /// Sorts n particles, of which `place_of(i)` gives Turns; order() then says which is where. Those of a cell stand in
-  /// any order.
+  /// Sorts n particles; `place_of(i)` returns the position of i as `Turns`. order() then lists them by cells; within a
+  /// cell the order is arbitrary.
   template <class PlaceOf>
   void sort(int n, PlaceOf place_of) {
     cell_.resize(n);
@@ -85,11 +85,12 @@ class CellGrid {
   parallel::Array<int, Executor> cell_, among_, order_, first_;
 };
 
-/// The cells around a place that hold all within a range: columns along z, each at most two runs of particles.
+/// Window of cells around a position that contain all particles within a range: columns along z, each with at most two
+/// ranges of particles.
 struct CellWindow {
   CellsView grid;
-  std::array<int, 3> reach{}, width{};  ///< in cells: to either side, and in all
-  std::array<float, 3> edge{};          ///< of a cell
+  std::array<int, 3> reach{}, width{};  ///< Numbers of cells: to either side, and in total
+  std::array<float, 3> edge{};          ///< Edges of a cell
   float range2;
 
   CellWindow(CellsView cells, Vec3 lengths, double range)
@@ -102,7 +103,7 @@ struct CellWindow {
   }
   LICHTENBERG_HOST_DEVICE int columns() const { return width[0] * width[1]; }
 
-  /// visit(j) for the particles of column c of those around `at`: of the cells of it that are within the range.
+  /// Calls visit(j) for the particles in column c of the window around `at`, in those cells that are within the range.
   template <class Visit>
   LICHTENBERG_HOST_DEVICE void visit(Turns at, int c, Visit visit) const {
     const int x = wrapped(at.x, 0, c / width[1]), y = wrapped(at.y, 1, c % width[1]);
@@ -123,12 +124,12 @@ struct CellWindow {
   }
 
  private:
-  /// How far a place lies behind the edge of its cell, in cells.
+  /// Returns the offset of a position from the lower face of its cell, in cells.
   LICHTENBERG_HOST_DEVICE float behind_edge(std::uint32_t turns, int axis) const {
     return static_cast<float>(static_cast<std::uint32_t>(turns * static_cast<std::uint32_t>(grid.cells[axis]))) *
            0x1p-32f;
   }
-  /// Between a place and the cells of this step along an axis; rounding leaves it a little too small.
+  /// Returns the distance along an axis between a position and the cells of this step, slightly reduced for rounding.
   LICHTENBERG_HOST_DEVICE float gap(std::uint32_t turns, int axis, int step) const {
     if (width[axis] == grid.cells[axis]) return 0;
     const auto off = static_cast<float>(step - reach[axis]);
@@ -148,11 +149,11 @@ struct CellWindow {
   }
 };
 
-/// Whether two are near each other. With products and sums that say how they are rounded: who counts pairs and who
-/// lists them must find the same ones, and so must both of a pair.
+/// Test whether two particles are near each other. It uses explicit fused operations, because the counting and the
+/// listing of pairs, and both partners of a pair, must round identically.
 struct Within {
-  float x, y, z;  ///< lengths of the box, over 2^32
-  float most;     ///< the square of the range
+  float x, y, z;  ///< Lengths of the box over 2^32
+  float most;     ///< Squared range
 
   LICHTENBERG_HOST_DEVICE bool operator()(Turns a, Turns b) const {
     const float dx = x * apart(a.x, b.x), dy = y * apart(a.y, b.y), dz = z * apart(a.z, b.z);
@@ -160,17 +161,17 @@ struct Within {
   }
 };
 
-/// Rows of partners while they are made, each in some parts; a part looks into some columns of cells.
+/// Rows of partners during construction. Each row has several parts, and each part searches some columns of cells.
 template <class PlaceOf>
 struct RowParts {
   CellWindow window;
   Within within;
   PlaceOf place_of;
   int n, parts;
-  bool once;  ///< each pair in one row only
+  bool once;  ///< True if each pair is in one row only
 
-  /// found(j) for the partners in part k / n of row k % n: threads beside each other look from particles beside each
-  /// other into the same columns.
+  /// Calls found(j) for the partners in part k / n of row k % n: neighbouring threads process neighbouring particles
+  /// and the same columns.
   template <class Found>
   LICHTENBERG_HOST_DEVICE void operator()(int k, Found found) const {
     const int s = k % n, all = window.columns(), a_part = (all + parts - 1) / parts, first = k / n * a_part;
@@ -186,21 +187,22 @@ struct RowParts {
 /// Rows of partners.
 struct TableView {
   const int *start = nullptr, *partner = nullptr;
-  int columns = 1;  ///< numbers of `start` a row
+  int columns = 1;  ///< Numbers of `start` per row
 
   LICHTENBERG_HOST_DEVICE int begin(int s) const { return start[static_cast<long>(s) * columns]; }
   LICHTENBERG_HOST_DEVICE int end(int s) const { return start[static_cast<long>(s + 1) * columns]; }
 };
 
-/// For each particle those within a range. Its size is found while it is made: no crowd is too dense for it.
+/// List of the partners of each particle within a range. Its size is counted during construction, so any density is
+/// possible.
 template <class Executor>
 class NeighbourTable {
  public:
   explicit NeighbourTable(const Executor& run) : run_(&run), start_(run), partner_(run) {}
 
-  /// Of n particles as they are sorted; `place_of(s)` gives Turns. The range is at most half of the box, and may be
-  /// exceeded by rounding. Each pair stands in the rows of both its ends, or if it is wanted `once` in that of the one
-  /// that is sorted first.
+  /// Builds the table of n sorted particles; `place_of(s)` returns the position as `Turns`. The range is at most half
+  /// of the box; pairs slightly beyond it may occur due to rounding. Each pair is in the rows of both particles, or
+  /// with `once` in that of the first one.
   template <class PlaceOf>
   void build(int n, const CellsView& cells, Vec3 lengths, double range, PlaceOf place_of, bool once = false) {
     const CellWindow window(cells, lengths, range);
@@ -231,7 +233,8 @@ class NeighbourTable {
   std::size_t entries() const { return partner_.size(); }
 
  private:
-  /// Into parts of rows, a thread each: enough to keep a device busy, as few as that takes. How many those are.
+  /// Chooses the number of parts per row, one thread each: the fewest that occupy a device. Returns the number of
+  /// threads.
   int cut(int n, int columns) {
     constexpr int enough = 1 << 18;
     columns_ = std::clamp((enough + n - 1) / std::max(n, 1), 1, columns);

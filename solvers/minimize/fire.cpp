@@ -8,7 +8,7 @@
 namespace lichtenberg::minimize {
 namespace {
 
-// Of Guenole et al. 2020, table 1.
+// Parameters of Guenole et al. 2020, table 1.
 constexpr double first_mixing = 0.25, mixing_decay = 0.99, faster = 1.1, slower = 0.5, first_share = 0.1;
 constexpr int delay = 20;
 

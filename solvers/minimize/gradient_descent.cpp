@@ -11,7 +11,7 @@ GradientDescent::GradientDescent(Objective& objective, std::vector<double> x, do
 
 bool GradientDescent::iterate() {
   const double steepest = largest(point_.gradient);
-  // A sum of many terms is known to some digits less than one: a step that is flat to rounding goes up no hill.
+  // Tolerance for rounding of the value, a sum of many terms: a step without a significant increase is accepted.
   const double rounding = 1e-13 * std::abs(point_.value);
   double step = steepest * step_ > largest_move_ ? largest_move_ / steepest : step_;
   constexpr int most_halvings = 60;

@@ -4,8 +4,9 @@
 
 namespace lichtenberg::minimize {
 
-/// x <- x - step * gradient: the gradient flow dx/dt = -gradient by Euler's method. Small steps end in the minimum that
-/// the flow leads to; a step that would go up, or move a component by more than `largest_move`, is shortened.
+/// Gradient descent x <- x - step * gradient, the gradient flow dx/dt = -gradient by Euler's method. Small steps end in
+/// the same minimum as the flow. A step is shortened if it would increase the value, or change a component by more than
+/// `largest_move`.
 class GradientDescent : public Minimizer {
  public:
   GradientDescent(Objective& objective, std::vector<double> x, double step, double largest_move);

@@ -10,11 +10,11 @@
 namespace lichtenberg::minimize {
 namespace {
 
-/// Products of a vector with three others of `size` components. By itself: where it is inlined, GCC 12 takes what
-/// different sums have in common together, instead of lanes, at a third of the speed.
+/// Returns the products of a vector with three others of `size` components. Not inlined, because GCC 12 vectorizes the
+/// inlined loop across the sums in place of the lanes, which is slower.
 [[gnu::noinline]] std::array<double, 3> products(const float* v, const double* a, const double* b, const double* c,
                                                  std::size_t size) {
-  constexpr std::size_t lanes = 8;  // so many sums at a time, or the compiler must add one after the other
+  constexpr std::size_t lanes = 8;  // Number of independent sums, since the compiler may not reorder a single one
   double with_a[lanes] = {}, with_b[lanes] = {}, with_c[lanes] = {};
   const std::size_t whole = size / lanes * lanes;
   for (std::size_t i = 0; i < whole; i += lanes)
@@ -36,8 +36,8 @@ namespace {
   return sum;
 }
 
-/// sum[i] -= the sum of factor[v] * vectors[v][i], for i from `first` on up to before `end`. Sums stay in registers
-/// while all vectors pass.
+/// Subtracts the sum of factor[v] * vectors[v][i] from sum[i], for i from `first` up to before `end`. Sums stay in
+/// registers over all vectors.
 [[gnu::noinline]] void subtract(std::span<const std::vector<float>> vectors, const double* factor, std::size_t first,
                                 std::size_t end, double* sum) {
   constexpr std::size_t lanes = 32;
@@ -69,8 +69,8 @@ Lbfgs::Lbfgs(Objective& objective, std::vector<double> x, double first_step, dou
       direction_(point_.x.size()),
       next_(point_) {}
 
-/// Nocedal's two loops for H gradient in units of length_, on the factors of the vectors and, last, of the gradient in
-/// units of force_.
+/// Computes the factors of the vectors and, last, of the gradient (in units of force_) in H gradient (in units of
+/// length_), by Nocedal's two-loop recursion.
 std::vector<double> Lbfgs::factors() const {
   const int count = vectors(), corrections = count / 2;
   std::vector<double> factor(count + 1), share(corrections);
@@ -96,7 +96,7 @@ std::vector<double> Lbfgs::factors() const {
   return factor;
 }
 
-/// -H gradient, with H the inverse Hessian as the corrections know it.
+/// Sets the direction -H gradient, with H the inverse Hessian approximated by the corrections.
 void Lbfgs::find_direction() {
   std::vector<double> factor = factors();
   const int count = vectors();
@@ -133,14 +133,14 @@ bool Lbfgs::search() {
   return false;
 }
 
-/// Products of the newest move and change, and of the next gradient, with all vectors.
+/// Updates the products of the newest move and change, and of the next gradient, with all vectors.
 void Lbfgs::measure_newest() {
   const int count = vectors(), move = count - 2, change = count - 1;
   const std::size_t size = direction_.size();
   const double per_length = 1 / length_, per_force = 1 / force_;
   std::vector<std::array<std::array<double, 3>, most_vectors>> sums(tasks_for(size));
   share_blocks(objective_, size, [&](int task, std::size_t first, std::size_t end) {
-    constexpr std::size_t few = 1024;  // so many of three vectors stay in the first-level cache
+    constexpr std::size_t few = 1024;  // This many numbers of three vectors fit into the first-level cache
     std::array<double, few> moves, changes;
     for (std::size_t from = first; from < end; from += few) {
       const std::size_t n = std::min(few, end - from);
@@ -166,7 +166,7 @@ void Lbfgs::measure_newest() {
   }
 }
 
-/// What the oldest correction took is the newest one's.
+/// Moves the memory of the oldest correction to the end, for the newest one.
 void Lbfgs::replace_oldest() {
   std::ranges::rotate(vectors_, vectors_.begin() + 2);
   for (int a = 0; a < vectors() - 2; ++a)
@@ -180,7 +180,7 @@ void Lbfgs::learn() {
     vectors_.insert(vectors_.end(), 2, Vector(direction_.size()));
   measure_newest();
   const int move = vectors() - 2, change = move + 1;
-  // A negative curvature has no place in an H that is to lead downhill.
+  // Drops a correction of negative curvature: H must stay positive definite.
   if (product_[move][change] > 1e-12 * std::sqrt(product_[move][move] * product_[change][change])) return;
   vectors_.pop_back();
   vectors_.pop_back();

@@ -9,31 +9,32 @@
 
 namespace lichtenberg::minimize {
 
-/// A function of many variables that is to be made small.
+/// Function of many variables to be minimized.
 class Objective {
  public:
   virtual ~Objective() = default;
   virtual int size() const = 0;
-  /// Its value and gradient (overwritten) at x. Infinite where x is not allowed; the gradient then means nothing.
+  /// Returns the value and overwrites the gradient at x. The value is infinite, and the gradient undefined, for a
+  /// forbidden x.
   virtual double evaluate(std::span<const double> x, std::span<double> gradient) = 0;
-  /// Calls task(k) for k from 0 to tasks - 1, in any order: one that has threads lets the minimizer use them too.
+  /// Calls task(k) for k from 0 to tasks - 1, in any order. An objective with threads may run the tasks on them.
   virtual void share(int tasks, const std::function<void(int)>& task) const {
     for (int k = 0; k < tasks; ++k) task(k);
   }
 };
 
-/// One that knows its second derivatives.
+/// Objective with second derivatives.
 class SmoothObjective : public Objective {
  public:
-  /// Makes the Hessian at x the one that the others use.
+  /// Computes the Hessian at x that the other functions use.
   virtual void linearize(std::span<const double> x) = 0;
-  /// product = Hessian * v
+  /// Computes product = Hessian * v.
   virtual void multiply(std::span<const double> v, std::span<double> product) const = 0;
-  /// z = M^-1 r, with M like the Hessian but positive definite and easy to invert.
+  /// Computes z = M^-1 r, with M an approximation of the Hessian that is positive definite and easy to invert.
   virtual void precondition(std::span<const double> r, std::span<double> z) const = 0;
 };
 
-/// What a minimizer remembers, by name.
+/// State of a minimizer, by name.
 using Memory = std::map<std::string, std::vector<double>>;
 
 struct Point {
@@ -41,20 +42,20 @@ struct Point {
   double value = 0;
 };
 
-/// A way downhill, one iteration at a time. Who calls it decides when that is far enough.
+/// Iterative minimizer. The caller decides when to stop.
 class Minimizer {
  public:
-  /// Starts at x. `objective` must outlive this. Throws InputError if x is not allowed.
+  /// Starts at x. `objective` must outlive this object. Throws InputError if x is forbidden.
   Minimizer(Objective& objective, std::vector<double> x);
   virtual ~Minimizer() = default;
 
-  /// Goes on to a point where the value is finite: one that is not higher, to rounding, but for Fire, which goes up now
-  /// and then. False, and the point stays, if it finds none.
+  /// Moves to a point of finite value. It is not higher, up to rounding, except for Fire, which goes uphill at times.
+  /// Returns false, without moving, if there is no such point.
   virtual bool iterate() = 0;
   const Point& point() const { return point_; }
-  std::int64_t evaluations() const { return evaluations_; }  ///< of value and gradient
+  std::int64_t evaluations() const { return evaluations_; }  ///< Number of evaluations of value and gradient
 
-  /// What it remembers besides the point, by name: with it, it goes on as if it had never stopped.
+  /// Returns the state besides the point, by name. A minimizer with the same point and state continues identically.
   virtual Memory memory() const { return {}; }
   virtual void remember(const Memory& memory) { (void)memory; }
 

@@ -14,7 +14,8 @@ NewtonCg::NewtonCg(SmoothObjective& objective, std::vector<double> x, double lar
       gradient_unit_(gradient_unit),
       next_(point_) {}
 
-/// Steihaug 1983. Norms in M follow from products that CG computes anyway (Conn, Gould & Toint 2000, section 7.5.1).
+/// Minimizes the quadratic model (Steihaug 1983). Norms in M follow from products that CG computes anyway (Conn, Gould
+/// & Toint 2000, section 7.5.1).
 NewtonCg::Step NewtonCg::solve_model() {
   const std::size_t n = point_.x.size();
   std::vector<double> r = point_.gradient, z(n), p(n), hp(n);
@@ -23,10 +24,10 @@ NewtonCg::Step NewtonCg::solve_model() {
   if (radius_ == 0) radius_ = std::sqrt(rz) * std::min(1.0, largest_move_ / largest(z));
   for (std::size_t i = 0; i < n; ++i) p[i] = -z[i];
   const double first = std::sqrt(rz);
-  // No work in vain: neither before the model holds, nor in the end for digits beyond those that are asked for.
+  // Loose tolerance: more accuracy is useless far from the minimum, and near it beyond the requested digits.
   const double goal = first * std::clamp(std::sqrt(largest(point_.gradient) / gradient_unit_), 0.1, 0.3);
   Step step{std::vector<double>(n)};
-  double ss = 0, sp = 0, pp = rz;  // s'Ms, s'Mp, p'Mp
+  double ss = 0, sp = 0, pp = rz;  // Products s'Ms, s'Mp, p'Mp
   constexpr int most = 2000;
   for (int k = 0; k < most && std::sqrt(rz) > goal; ++k) {
     smooth_.multiply(p, hp);
@@ -55,7 +56,7 @@ NewtonCg::Step NewtonCg::solve_model() {
   return step;
 }
 
-/// By how much the value went down. Where the digits of the value do not tell, the slopes at both ends do.
+/// Returns the decrease of the value. If it is below the value's rounding, it follows from the slopes at both ends.
 double NewtonCg::gain(const Step& step) const {
   if (!std::isfinite(next_.value)) return -INFINITY;
   if (step.promise > 1e-9 * std::abs(point_.value)) return point_.value - next_.value;

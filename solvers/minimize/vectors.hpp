@@ -11,7 +11,7 @@
 namespace lichtenberg::minimize {
 
 inline double dot(std::span<const double> a, std::span<const double> b) {
-  // Four sums at a time, or the compiler must add one after the other.
+  // Four independent sums, since the compiler may not reorder a single one.
   double sum[4] = {};
   std::size_t i = 0;
   for (; i + 4 <= a.size(); i += 4)
@@ -20,18 +20,18 @@ inline double dot(std::span<const double> a, std::span<const double> b) {
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 inline double norm(std::span<const double> a) { return std::sqrt(dot(a, a)); }
-/// The largest magnitude; NaN if there is one.
+/// Returns the largest magnitude; NaN if there is one.
 inline double largest(std::span<const double> a) {
   double most = 0;
   for (const double x : a) most = larger(most, std::abs(x));
   return most;
 }
-/// y += factor * x
+/// Adds: y += factor * x.
 inline void add(std::span<double> y, double factor, std::span<const double> x) {
   for (std::size_t i = 0; i < y.size(); ++i) y[i] += factor * x[i];
 }
 
-/// What a task of a shared loop goes through: so much stays in a core's own memory while many vectors pass.
+/// Number of components per task of a shared loop: this many stay in a core's cache while many vectors are processed.
 constexpr std::size_t block = 4096;
 
 inline int tasks_for(std::size_t size) { return static_cast<int>((size + block - 1) / block); }
@@ -41,7 +41,7 @@ template <class Part>
 void share_blocks(const Objective& objective, std::size_t size, const Part& part) {
   objective.share(tasks_for(size), [&](int task) { part(task, block * task, std::min(block * (task + 1), size)); });
 }
-/// The sum over all blocks of part(first, end), in their order.
+/// Returns the sum of part(first, end) over all blocks, in their order.
 template <class Part>
 double sum_blocks(const Objective& objective, std::size_t size, const Part& part) {
   std::vector<double> parts(tasks_for(size));

@@ -13,7 +13,7 @@ namespace lichtenberg::granular_flow {
 namespace {
 
 void check_grid(const Grid& grid) {
-  constexpr int fewest = 6;  // or a face would see a cell twice
+  constexpr int fewest = 6;  // With fewer cells a face would use one cell twice
   if (grid.dimension != 2 && grid.dimension != 3)
     throw InputError(fmt::format("flows of a gas have two or three dimensions, not {}", grid.dimension));
   if (grid.cells < fewest)
@@ -34,7 +34,8 @@ void check_fields(const Grid& grid, const Fields& start) {
   for (int axis = 0; axis < grid.dimension; ++axis) check(start.velocity[axis], false);
 }
 
-/// Density is good to a small part of what it is where there is little; the others go through 0.
+/// Returns the absolute tolerances: that of density is small, so that low densities keep a relative accuracy; the other
+/// fields pass through 0.
 std::vector<double> absolute_errors(const Grid& grid, int unknowns, double tolerance) {
   std::vector<double> errors(unknowns * grid.size(), tolerance);
   std::fill_n(errors.begin(), grid.size(), 1e-6 * tolerance);

@@ -7,7 +7,8 @@
 namespace lichtenberg::granular_flow {
 namespace {
 
-/// Of mode n out of so many cells; 0 at half of them, whose slope is 0 at all centres.
+/// Returns the wave number of mode n; 0 for the highest mode of an even number of cells, whose slope is 0 at all
+/// centres.
 double wave_number(int n, const Grid& grid) {
   if (2 * n == grid.cells) return 0;
   return 2 * std::numbers::pi / grid.length * (2 * n < grid.cells ? n : n - grid.cells);
@@ -22,7 +23,7 @@ Potential::Potential(const Grid& grid) : grid_(grid) {
   modes_ = grid.size() / grid.cells * deep;
   for (int axis = 0; axis < grid.dimension; ++axis) {
     field_[axis].resize(grid.size());
-    std::size_t below = 1;  // modes that follow each other with one number along this axis
+    std::size_t below = 1;  // Number of consecutive modes with the same index along this axis
     for (int k = axis + 1; k < grid.dimension; ++k) below *= k + 1 == grid.dimension ? deep : grid.cells;
     const int count = axis + 1 == grid.dimension ? deep : grid.cells;
     for (std::size_t mode = 0; mode < modes_; ++mode)
@@ -32,12 +33,12 @@ Potential::Potential(const Grid& grid) : grid_(grid) {
   charge_modes_ = make_fftw_numbers(2 * modes_);
   field_modes_ = make_fftw_numbers(2 * modes_);
   const std::array cells{grid.cells, grid.cells, grid.cells};
-  // Plans by estimate: by measurement they, and with them the bits, would change from run to run.
+  // Estimated plans: measured ones, and with them the rounding, would vary from run to run.
   forward_.reset(fftw_plan_dft_r2c(grid.dimension, cells.data(), values_.get(), complex(charge_modes_), FFTW_ESTIMATE));
   backward_.reset(fftw_plan_dft_c2r(grid.dimension, cells.data(), complex(field_modes_), values_.get(), FFTW_ESTIMATE));
 }
 
-/// -i k c_k / k^2.
+/// Computes the modes of the field, -i k c_k / k^2.
 void Potential::differentiate(int axis) {
   for (std::size_t mode = 0; mode < modes_; ++mode) {
     double square = 0;

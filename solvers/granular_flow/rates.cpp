@@ -9,16 +9,16 @@
 namespace lichtenberg::granular_flow {
 namespace {
 
-constexpr int reach = 3;  // cells on either side of a face that its flow depends on
+constexpr int reach = 3;  // Cells on either side of a face that contribute to its flux
 
-/// At the face after the third of five cells, mostly from those of three parabolas, each through three of them, that
-/// are smooth.
+/// Returns the value at the face after the third of five cells: a weighted mean of three parabolas, with small weights
+/// for those that are not smooth (WENO).
 [[gnu::always_inline]] inline double at_face(double a, double b, double c, double d, double e) {
   const auto square = [](double x) { return x * x; };
   const double left = 13.0 / 12 * square(a - 2 * b + c) + square(a - 4 * b + 3 * c) / 4;
   const double middle = 13.0 / 12 * square(b - 2 * c + d) + square(b - d) / 4;
   const double right = 13.0 / 12 * square(c - 2 * d + e) + square(3 * c - 4 * d + e) / 4;
-  constexpr double none = 1e-30;  // above the square of what rounding makes of a constant
+  constexpr double none = 1e-30;  // Above the squared rounding error of a constant
   const double far = square(left - right);
   const double of_left = 1 + far / square(left + none), of_middle = 6 * (1 + far / square(middle + none)),
                of_right = 3 * (1 + far / square(right + none));
@@ -27,14 +27,14 @@ constexpr int reach = 3;  // cells on either side of a face that its flow depend
   return sum / (6 * (of_left + of_middle + of_right));
 }
 
-/// The same of a logarithm, at most a factor of two from what the third cell holds: else it could run dry through its
-/// faces.
+/// Returns the value of a logarithm at the face, limited to a factor of two relative to the third cell. Otherwise the
+/// outflow could empty the cell.
 [[gnu::always_inline]] inline double log_at_face(double a, double b, double c, double d, double e) {
   return std::clamp(at_face(a, b, c, d, e), c - std::numbers::ln2, c + std::numbers::ln2);
 }
 
-/// Of a line of cells, at the faces after them: from below by the first five of six cells around, from above by the
-/// last five. at[k][i]: cell k of the six around face i. A loop that compilers make vectors of.
+/// Computes the values at the faces after a line of cells. `below` follows from the first five of the six cells around
+/// a face, `above` from the last five. at[k][i]: cell k of the six around face i. Compilers vectorize this loop.
 template <class AtFace>
 void find_line(const std::array<const double*, 6>& at, int cells, const AtFace& found, double* __restrict below,
                double* __restrict above) {
@@ -45,8 +45,8 @@ void find_line(const std::array<const double*, 6>& at, int cells, const AtFace& 
   }
 }
 
-/// Of the four cells around a face: the difference of the two next to it, and the value at it, from means of cells to
-/// the fourth order.
+/// Return, from the means of the four cells around a face and to fourth order, the difference across it and the value
+/// at it.
 double step_at_face(double a, double b, double c, double d) { return (15 * (c - b) - (d - a)) / 12; }
 double mean_at_face(double a, double b, double c, double d) { return (7 * (b + c) - (a + d)) / 12; }
 
@@ -54,11 +54,11 @@ double sum_of(std::span<const double> values) { return std::accumulate(values.be
 
 }  // namespace
 
-/// The gas at one side of a face.
+/// State of the gas at one side of a face.
 struct Rates::Side {
-  double density = 0, temperature = 0, charge = 0;  ///< c/n
+  double density = 0, temperature = 0, charge = 0;  ///< Ratio c/n
   std::array<double, 3> velocity{};
-  /// Of waves along this axis, (5/3) p / rho = (5/6) T.
+  /// Returns the speed of the fastest waves along this axis, with (5/3) p / rho = (5/6) T.
   double fastest(int axis) const { return std::abs(velocity[axis]) + std::sqrt(5.0 / 6 * temperature); }
 };
 
@@ -110,7 +110,7 @@ Fields Rates::unpack(std::span<const double> y) const {
   return fields;
 }
 
-/// One task is all cells that share a first coordinate.
+/// Calls work(cell) for all cells; one task consists of the cells with the same first coordinate.
 template <class Work>
 void Rates::for_cells(const Work& work) const {
   team_.for_each(grid_.cells, [&](int x) {
@@ -150,7 +150,7 @@ void Rates::find_primitives(std::span<const double> y) {
   });
 }
 
-/// Of velocities, in the cells, to the fourth order.
+/// Computes the velocity gradients in the cells, to fourth order.
 void Rates::find_gradients() {
   const double by = 1 / (12 * grid_.step());
   for_cells([&](std::size_t cell) {
@@ -165,15 +165,14 @@ void Rates::find_gradients() {
   });
 }
 
-/// What the six cells around a face say of the side below it, or seen from the other end of the side above it: of one
-/// quantity, along the line of cells that begins with this one.
+/// Computes the values of one quantity below and above the faces along the line of cells that begins with `first`.
 void Rates::find_sides(int which, std::size_t first, int axis) {
   const std::vector<double>& of = which == 0   ? log_density_
                                   : which == 1 ? log_temperature_
                                   : which == 2 ? charge_
                                                : velocity_[which - 3];
   std::array<const double*, 2 * reach> at;
-  std::vector<double> line;  // continued around the box
+  std::vector<double> line;  // Line continued periodically
   if (axis + 1 == grid_.dimension)
     for (int x = 1 - reach; x < grid_.cells + reach; ++x) line.push_back(of[first + (x + grid_.cells) % grid_.cells]);
   for (int k = 0; k < 2 * reach; ++k) at[k] = line.empty() ? &of[neighbour(first, axis, k + 1 - reach)] : &line[k];
@@ -193,8 +192,8 @@ Rates::Side Rates::side(std::size_t cell, bool above) const {
   return side;
 }
 
-/// Each side sends (u + a)/2 of what it holds from below, (u - a)/2 from above. What motion loses by that is heat,
-/// unless it gains, which is a matter of rounding and of high order.
+/// Sets the advective fluxes: (u + a)/2 of the state below and (u - a)/2 of the state above. The loss of kinetic energy
+/// becomes heat. A gain, which is of the order of rounding or of the scheme's error, is ignored.
 void Rates::set_advection(std::size_t cell, std::size_t next, int axis, const Side& below, const Side& above) {
   const double fastest = std::max(below.fastest(axis), above.fastest(axis));
   const double from_below = (below.velocity[axis] + fastest) / 2 * below.density,
@@ -220,7 +219,7 @@ void Rates::add_diffusion(const Around& c, int axis) {
   const int dimension = grid_.dimension;
   const auto step = [&](const std::vector<double>& of) { return step_at_face(of[c[1]], of[c[2]], of[c[3]], of[c[4]]); };
   const auto mean = [&](const std::vector<double>& of) { return mean_at_face(of[c[1]], of[c[2]], of[c[3]], of[c[4]]); };
-  std::array<std::array<double, 3>, 3> gradient{};  // [by][of]
+  std::array<std::array<double, 3>, 3> gradient{};  // Indices [by][of]
   for (int by = 0; by < dimension; ++by)
     for (int of = 0; of < dimension; ++of)
       gradient[by][of] = by == axis ? step(velocity_[of]) / h : mean(gradient_[by][of]);
@@ -231,10 +230,11 @@ void Rates::add_diffusion(const Around& c, int axis) {
   for (int of = 0; of < dimension; ++of)
     flow(2 + of)[cell] -=
         gas_.viscosity * root * (gradient[axis][of] + gradient[of][axis] - (of == axis ? 2.0 / 3 * divergence : 0.0));
-  // 2 s : grad u, of which each direction's faces bear their part.
+  // Viscous heating 2 s : grad u, shared equally by the faces of each axis.
   heating_[cell] += 2 * gas_.viscosity * root * (squares - 2.0 / 3 * divergence * divergence) / dimension;
-  // Heat must not leave a cold cell faster than it has some: it flows from warm to cold, if not as steeply as higher
-  // order has it, and because of density by a temperature that vanishes with that of either cell.
+  // Limits heat fluxes so that a cold cell cannot lose more heat than it has. Conduction flows from warm to cold, with
+  // a limited high-order correction. The flux due to density gradients uses a mean temperature that vanishes with that
+  // of either cell.
   const double warmer = temperature_[next] - temperature_[cell];
   const double warming = std::clamp(step(temperature_), std::min(0.0, 2 * warmer), std::max(0.0, 2 * warmer));
   const double cold = 2 * temperature_[cell] * temperature_[next] / (temperature_[cell] + temperature_[next]);
@@ -243,7 +243,7 @@ void Rates::add_diffusion(const Around& c, int axis) {
   flow(unknowns() - 1)[cell] -= 15.0 / 4 * heat / h;
 }
 
-/// Through the face after each cell along this axis.
+/// Computes the fluxes through the face after each cell along this axis.
 void Rates::find_flows(int axis) {
   for_lines([&](std::size_t first) {
     for (int which = 0; which < 3 + grid_.dimension; ++which) find_sides(which, first, axis);
@@ -255,7 +255,8 @@ void Rates::find_flows(int axis) {
   });
 }
 
-/// Into the rate of ln T goes that of (3/2) n T: what flows in, heat, and the work of pressure.
+/// Subtracts the net outflow. The entry of ln T temporarily holds the rate of (3/2) n T: inflow, heating, and the work
+/// of pressure.
 void Rates::subtract_outflow(int axis, std::span<double> rate) const {
   const double by = 1 / grid_.step();
   for_cells([&](std::size_t cell) {
@@ -268,7 +269,7 @@ void Rates::subtract_outflow(int axis, std::span<double> rate) const {
   });
 }
 
-/// The rate of ln T itself, cooling, the field, and the speed that all is measured by.
+/// Converts to the rate of ln T, and adds cooling, the field, and the change of the unit of speed.
 void Rates::finish(double time, std::span<const double> y, std::span<double> rate) {
   const double slowing = gas_.cooling / 4;
   const double force = gas_.charge_number * (gas_.charges_last ? std::exp(2 * slowing * time) : 1);

@@ -10,25 +10,24 @@
 
 namespace lichtenberg::granular_flow {
 
-/// The rates of what is unknown: n, c, n u and ln T, all cells of one after all of the other.
-///
-/// Finite volumes: what flows through a face is that of Kurganov and Tadmor (2000) between values on its two sides,
-/// which come from five cells each (WENO, Jiang and Shu 1996, with the weights of Borges and others 2008) of ln n,
-/// ln T, u and c/n, so that n and T are positive there too. Viscous stress and heat flow are centred differences of
-/// fourth order. What waves of small height feel is of fourth order, products of large ones of second. Sums of n, c and
-/// n u change by rounding only. Whatever else changes T either heats or vanishes with T, also where gas is much faster
-/// than sound; the price is that energy is kept to the order of the scheme alone.
+/// Rates of the unknowns n, c, n u and ln T, stored one quantity after another.
+/// Finite volumes: the flux through a face is that of Kurganov and Tadmor (2000) between the values on its two sides.
+/// These come from five cells each (WENO, Jiang and Shu 1996, with the weights of Borges and others 2008) of ln n, ln
+/// T, u and c/n, so that n and T are positive there too. Viscous stress and heat flux are centred differences of fourth
+/// order. Waves of small amplitude are of fourth order, products of large ones of second. Sums of n, c and n u change
+/// by rounding only. All other changes of T either heat or vanish with T, also in supersonic flow. In exchange, energy
+/// is conserved only to the order of the scheme.
 class Rates {
  public:
   Rates(const Gas& gas, const Grid& grid, parallel::Team& team);
 
-  /// Unknowns of a cell: 0 n, 1 c, 2 ... n u, last ln T.
+  /// Number of unknowns per cell: 0 n, 1 c, 2 ... n u, last ln T.
   int unknowns() const { return grid_.dimension + 3; }
-  /// Velocities relative to the gas as a whole.
+  /// Converts fields to unknowns, with velocities relative to the mean.
   std::vector<double> pack(const Fields& fields) const;
   Fields unpack(std::span<const double> y) const;
 
-  /// Not finite where n is not positive.
+  /// Computes the rates; they are not finite where n is not positive.
   void operator()(double time, std::span<const double> y, std::span<double> rate);
 
  private:
@@ -45,7 +44,7 @@ class Rates {
   std::span<double> flow(int which) { return part(std::span(flow_), which); }
   std::size_t neighbour(std::size_t cell, int axis, int far) const;
   Around around(std::size_t cell, int axis) const;
-  /// Cells by the last direction, one line after the other.
+  /// Calls work(first) for the first cell of each line along the last axis.
   template <class Work>
   void for_lines(const Work& work) const;
 
@@ -65,14 +64,14 @@ class Rates {
   std::size_t size_;
   std::array<std::size_t, 3> stride_{};
   Potential potential_;
-  std::array<std::vector<std::size_t>, 3> next_, before_;  ///< of each cell, by axis, around the box
-  std::vector<double> log_density_, log_temperature_, temperature_, root_temperature_, charge_;  ///< c/n
+  std::array<std::vector<std::size_t>, 3> next_, before_;  ///< Neighbours of each cell, by axis, with periodic wrap
+  std::vector<double> log_density_, log_temperature_, temperature_, root_temperature_, charge_;  ///< charge_: c/n
   std::array<std::vector<double>, 3> velocity_;
-  /// n, T, c/n, u of the gas on the two sides of the face after each cell, all cells of one after all of the other.
+  /// Values of n, T, c/n, u on the two sides of the face after each cell, one quantity after another.
   std::vector<double> below_, above_;
-  std::array<std::array<std::vector<double>, 3>, 3> gradient_;  ///< [by axis][of velocity]
-  // Of the face after each cell along an axis: what flows through it of mass, charge, momentum ... and (3/2) n T, the
-  // velocity across it, and the heat that motion becomes there, in a unit of volume and time.
+  std::array<std::array<std::vector<double>, 3>, 3> gradient_;  ///< Layout [by axis][of velocity]
+  // Values at the face after each cell along an axis: fluxes of mass, charge, momentum ... and (3/2) n T, and the
+  // velocity across the face. heating_: heat (per volume and time) from the loss of kinetic energy there.
   std::vector<double> flow_, face_velocity_, heating_;
 };
 

@@ -4,9 +4,9 @@
 
 namespace lichtenberg {
 
-/// A sum that keeps what each addition rounds off (Knuth's two-sum; Ogita, Rump and Oishi 2005, algorithm 4.4): as good
-/// as one made in twice the digits and rounded once at the end. Adding the same small current a hundred thousand times
-/// loses the same fraction of it each time, and a plain sum would drift by up to 1e-11 of itself.
+/// Compensated sum: it accumulates the rounding errors of its additions (Knuth's two-sum; Ogita, Rump and Oishi 2005,
+/// algorithm 4.4). The result is as accurate as a sum in twice the precision, rounded once. With a plain sum, 1e5
+/// additions of the same small current could cause a relative drift of up to 1e-11.
 class CompensatedSum {
  public:
   CompensatedSum() = default;
@@ -21,7 +21,7 @@ class CompensatedSum {
   CompensatedSum& operator+=(const CompensatedSum& other) { return *this += other.sum_, *this += other.lost_; }
   CompensatedSum& operator-=(const CompensatedSum& other) { return *this += -other.sum_, *this += -other.lost_; }
   double total() const { return sum_ + lost_; }
-  double value() const { return sum_; }  ///< the two parts, for checkpoints
+  double value() const { return sum_; }  ///< Two parts, for checkpoints
   double lost() const { return lost_; }
 
  private:

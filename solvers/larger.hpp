@@ -4,7 +4,7 @@
 
 namespace lichtenberg {
 
-/// The larger number, and NaN if either is none: std::max would drop it.
+/// Returns the larger number, or NaN if either is NaN, which std::max would not return.
 inline double larger(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
 
 }  // namespace lichtenberg

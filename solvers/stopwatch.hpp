@@ -4,7 +4,7 @@
 
 namespace lichtenberg {
 
-/// Adds the wall time of its own life to a counter.
+/// Adds the wall time (s) of its own lifetime to a counter.
 class Stopwatch {
  public:
   explicit Stopwatch(double& seconds) : seconds_(seconds) {}

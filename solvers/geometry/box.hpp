@@ -8,21 +8,21 @@
 
 namespace lichtenberg {
 
-/// What a side of a box is to what is inside.
+/// Kind of a side of a box.
 enum class Boundary { wall, electrode, periodic };
 
-/// Sides in the order in which a box has them: each axis' low one, then its high one. A plane box has the first four.
+/// Names of the sides in their order: for each axis the low one, then the high one. A plane box has the first four.
 inline constexpr std::array<std::string_view, 6> side_names = {"left", "right", "bottom", "top", "front", "back"};
 
-/// How many times something has gone once around a periodic box, along each axis.
+/// Number of periods by which a particle has crossed a periodic box, along each axis.
 template <int d>
 using Image = std::array<int, d>;
 
 template <int d>
 struct Box;
 
-/// Turns the difference of two places into that of their nearest images: a box prepared for loops. Without branches;
-/// along axes that are not periodic the length is 0 and nothing changes.
+/// Maps a difference of positions to that of the nearest images: a box prepared for loops, without branches. Along
+/// other axes the length is 0, and the difference does not change.
 template <int d>
 struct NearestImage {
   Vec<d> length, turns_a_metre;
@@ -36,12 +36,12 @@ struct NearestImage {
   }
 };
 
-/// A rectangle (d = 2) or cuboid (d = 3) with one corner at the origin. An axis is periodic on both its sides or on
-/// none. By default nothing is periodic, and the lengths mean nothing to who asks for differences.
+/// Rectangle (d = 2) or cuboid (d = 3) with one corner at the origin. An axis is periodic on both sides or on none. By
+/// default nothing is periodic, and differences do not depend on the lengths.
 template <int d>
 struct Box {
-  Vec<d> lengths;                       ///< m
-  std::array<Boundary, 2 * d> sides{};  ///< as in side_names
+  Vec<d> lengths;                       ///< Lengths (m)
+  std::array<Boundary, 2 * d> sides{};  ///< Sides in the order of side_names
 
   LICHTENBERG_HOST_DEVICE constexpr bool periodic(int axis) const { return sides[2 * axis] == Boundary::periodic; }
   LICHTENBERG_HOST_DEVICE constexpr bool any_periodic() const {
@@ -50,7 +50,7 @@ struct Box {
     return false;
   }
 
-  /// a - b for the image of b that is nearest to a.
+  /// Returns a - b for the image of b nearest to a.
   LICHTENBERG_HOST_DEVICE Vec<d> difference(Vec<d> a, Vec<d> b) const {
     const NearestImage<d> nearest(*this);
     Vec<d> r = a - b;
@@ -58,15 +58,15 @@ struct Box {
     return r;
   }
 
-  /// Brings p back inside along the periodic axes, 0 <= p < length, and counts in `image` how often it had gone around:
-  /// p + image * lengths stays where it was.
+  /// Moves p into the box along the periodic axes, 0 <= p < length, and adds the number of periods to `image`, so that
+  /// p + image * lengths is unchanged.
   LICHTENBERG_HOST_DEVICE void wrap(Vec<d>& p, Image<d>& image) const {
     for (int k = 0; k < d; ++k) {
       if (!periodic(k) || (p[k] >= 0 && p[k] < lengths[k])) continue;
       const double turns = std::floor(p[k] / lengths[k]);
       p[k] -= turns * lengths[k];
       image[k] += static_cast<int>(turns);
-      // Rounding may leave it a little below 0, or put it on the far side.
+      // Rounding may leave it slightly below 0, or put it on the far side.
       if (p[k] < 0) p[k] = 0;
       if (p[k] >= lengths[k]) p[k] = 0, ++image[k];
     }

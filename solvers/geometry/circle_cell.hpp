@@ -1,6 +1,6 @@
 #pragma once
 
-// What a circle leaves of a rectangular cell: exact lengths of the cut edges and of the arc.
+// Intersection of a circle with a rectangular cell: exact lengths of the cut edges and of the arc.
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace lichtenberg {
 
-/// Length of the part of the segment from a to b that lies inside the circle (metres).
+/// Returns the length (m) of the part of the segment from a to b inside the circle.
 inline double length_inside(const Disk& disk, Vec2 a, Vec2 b) {
   const double length = norm(b - a);
   const Vec2 e = (b - a) / length;
@@ -22,17 +22,17 @@ inline double length_inside(const Disk& disk, Vec2 a, Vec2 b) {
   return std::max(0.0, std::min(middle + half, length) - std::max(middle - half, 0.0));
 }
 
-/// A part of a circle.
+/// Arc of a circle.
 struct Arc {
   double length = 0;
-  Vec2 normal;  ///< integral of the circle's outward normal along it (metres)
+  Vec2 normal;  ///< Integral of the circle's outward normal along the arc (m)
 };
 
-/// The part of the circle that lies in the rectangle between two corners.
+/// Returns the part of the circle inside the rectangle between two corners.
 inline Arc arc_inside(const Disk& disk, Vec2 lower_left, Vec2 upper_right) {
   constexpr double pi = std::numbers::pi;
   const double r = disk.radius;
-  std::array<double, 10> cut;  // angles at which the circle meets the lines of the edges, and the ends
+  std::array<double, 10> cut;  // Angles at which the circle meets the lines of the edges, and the ends
   cut.fill(pi);
   cut[0] = -pi;
   int cuts = 1;

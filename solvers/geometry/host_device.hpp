@@ -1,6 +1,6 @@
 #pragma once
 
-/// In front of a function that runs on the CPU and on a CUDA device alike; other compilers than CUDA's see nothing.
+/// Marks a function that runs on the CPU and on a CUDA device; empty for compilers other than CUDA's.
 #ifdef __CUDACC__
 #define LICHTENBERG_HOST_DEVICE __host__ __device__
 #else

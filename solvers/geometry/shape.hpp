@@ -7,19 +7,19 @@
 
 namespace lichtenberg {
 
-/// A circular conductor. A half-disk on a wall is a disk whose centre lies on the wall: the domain cuts it.
+/// Circular conductor. A half-disk on a wall is a disk with its centre on the wall: the domain cuts it.
 struct Disk {
   Vec2 centre;
   double radius = 0;
 };
 
-/// A straight bar with flat ends: the rectangle of `width` whose axis runs from `from` to `to`.
+/// Straight bar with flat ends: the rectangle of `width` with its axis from `from` to `to`.
 struct Bar {
   Vec2 from, to;
   double width = 0;
 };
 
-/// Everything outside a circle: a dish whose rim is the conductor.
+/// Exterior of a circle: a dish whose rim is the conductor.
 struct Ring {
   Vec2 centre;
   double radius = 0;
@@ -43,12 +43,12 @@ LICHTENBERG_HOST_DEVICE inline double signed_distance(const Bar& bar, Vec2 p) {
   return outside + std::min(std::max(along, across), 0.0);
 }
 
-/// Distance from p to the surface of the shape, negative inside the conductor (metres).
+/// Returns the distance (m) from p to the surface of the shape, negative inside the conductor.
 inline double signed_distance(const Shape& shape, Vec2 p) {
   return std::visit([p](const auto& s) { return signed_distance(s, p); }, shape);
 }
 
-/// Surface-to-surface gap between a disk and a shape (metres; negative: they overlap).
+/// Returns the surface-to-surface gap (m) between a disk and a shape; negative if they overlap.
 inline double gap(const Disk& disk, const Shape& shape) { return signed_distance(shape, disk.centre) - disk.radius; }
 
 }  // namespace lichtenberg

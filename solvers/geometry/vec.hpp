@@ -6,7 +6,7 @@
 
 namespace lichtenberg {
 
-/// A point or vector of the plane (d = 2: x, y) or of space (d = 3: x, y, z); metres, unless said otherwise.
+/// Point or vector of the plane (d = 2: x, y) or of space (d = 3: x, y, z); in metres unless stated otherwise.
 template <int d>
 struct Vec;
 
@@ -31,9 +31,9 @@ struct Vec<3> {
 using Vec2 = Vec<2>;
 using Vec3 = Vec<3>;
 
-/// What a point or vector of space is to the plane: its x and y.
+/// Projects a point or vector of space onto the plane: its x and y.
 LICHTENBERG_HOST_DEVICE constexpr Vec2 plane(Vec3 a) { return {a.x, a.y}; }
-/// A point or vector of the plane in space: its z is 0.
+/// Embeds a point or vector of the plane in space: z is 0.
 LICHTENBERG_HOST_DEVICE constexpr Vec3 in_space(Vec2 a) { return {a.x, a.y, 0}; }
 
 template <int d>
@@ -104,12 +104,12 @@ LICHTENBERG_HOST_DEVICE inline double norm(Vec<d> a) {
   return std::sqrt(norm2(a));
 }
 
-/// The component of the product across the plane.
+/// Returns the component of the cross product normal to the plane.
 LICHTENBERG_HOST_DEVICE constexpr double cross(Vec2 a, Vec2 b) { return a.x * b.y - a.y * b.x; }
 LICHTENBERG_HOST_DEVICE constexpr Vec3 cross(Vec3 a, Vec3 b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-/// a turned by +90 degrees.
+/// Returns a rotated by +90 degrees.
 LICHTENBERG_HOST_DEVICE constexpr Vec2 perpendicular(Vec2 a) { return {-a.y, a.x}; }
 
 }  // namespace lichtenberg

@@ -16,7 +16,7 @@
 namespace lichtenberg {
 namespace {
 
-/// What CVODE's callbacks see, and what it has to give back.
+/// State for CVODE's callbacks, and the objects to release.
 struct Integration {
   explicit Integration(const Ode& o) : ode(o) {}
   ~Integration();
@@ -24,12 +24,12 @@ struct Integration {
   Integration& operator=(const Integration&) = delete;
 
   const Ode& ode;
-  std::exception_ptr thrown;  ///< by the last callback: exceptions cannot cross C code
-  std::string message;        ///< CVODE's last words
+  std::exception_ptr thrown;  ///< Exception of the last callback: exceptions cannot pass through C code
+  std::string message;        ///< Last message of CVODE
   SUNContext context = nullptr;
   N_Vector y = nullptr, absolute = nullptr;
-  SUNNonlinearSolver solver = nullptr;      ///< null if stiff: Newton's, which CVODE brings along
-  SUNLinearSolver linear_solver = nullptr;  ///< of stiff equations
+  SUNNonlinearSolver solver = nullptr;      ///< Null if stiff: CVODE provides Newton's method
+  SUNLinearSolver linear_solver = nullptr;  ///< Only for stiff equations
   void* memory = nullptr;
 };
 
@@ -56,7 +56,7 @@ int guarded(void* data, const Body& body) {
   }
 }
 
-constexpr int try_shorter = 1;  // CVODE's word for it
+constexpr int try_shorter = 1;  // CVODE's code for a recoverable error, after which it tries a shorter step
 
 int rates(double time, N_Vector y, N_Vector rate, void* data) {
   const int flag = guarded(data, [&](const Ode& ode) { ode.rates(time, values(y), values(rate)); });
@@ -86,7 +86,7 @@ void check(const Integration& self, int flag) {
 
 void set_solver(Integration& self) {
   if (self.ode.stiff) {
-    constexpr int directions = 20;  // of GMRES
+    constexpr int directions = 20;  // Krylov directions of GMRES
     self.linear_solver = SUNLinSol_SPGMR(self.y, SUN_PREC_NONE, directions, self.context);
     check(self, CVodeSetLinearSolver(self.memory, self.linear_solver, nullptr));
   } else {
@@ -120,7 +120,7 @@ void set_events(Integration& self) {
   check(self, CVodeSetNoInactiveRootWarn(self.memory));
 }
 
-/// The first of the events that CVODE has found.
+/// Returns the first of the events that CVODE has found.
 int found(const Integration& self) {
   std::vector<int> which(self.ode.falls.size());
   CVodeGetRootInfo(self.memory, which.data());

@@ -16,17 +16,17 @@
 namespace lichtenberg::laplace {
 namespace {
 
-// Factors without a derivation come from 400 random scenes (README.md).
+// Factors without a derivation are empirical, from 400 random scenes (README.md).
 
-/// CG's error in the energy norm, in units of the accuracy: in potentials and forces it can be 100 times as large.
+/// CG's error in the energy norm, in units of the accuracy. Errors in potentials and forces can be 100 times as large.
 constexpr double linear_share = 1e-4;
 constexpr double finest_tolerance = 1e-13, coarsest_accuracy = 0.1;
 
-constexpr double estimate_over_error = 2.5;  // of the cut-cell method, mostly
+constexpr double estimate_over_error = 2.5;  // Typical ratio for the cut-cell method
 
-/// Estimate over what the worst of five coarser grids predicts: larger where the narrowest gap holds no more than a
-/// cell or two, for there errors do not fall regularly yet.
-constexpr double regular_from = 2;  // cells
+/// Safety factor on the prediction of the worst of five coarser grids. It is larger if the narrowest gap has only a
+/// cell or two, because errors do not decrease regularly yet.
+constexpr double regular_from = 2;  // Cells
 double safety(double cells_in_gap) { return cells_in_gap < 1 ? 7 : cells_in_gap < regular_from ? 3 : 2; }
 
 bool reaches_a_side(const Ring& ring, Vec2 size) {
@@ -34,9 +34,9 @@ bool reaches_a_side(const Ring& ring, Vec2 size) {
   return ring.radius >= std::min({c.x, size.x - c.x, c.y, size.y - c.y});
 }
 
-/// The error falls like h^order. At a bar's right angles, 3 pi / 2 of fluid round a corner, the potential goes like
-/// r^(2/3), and fluxes through cells of size h are wrong by h^(4/3). Where a rim comes up to a side of the box, cells
-/// whose faces on the side it covers are taken to have insulating ones: first order.
+/// Returns the order of the error, h^order. At a bar's right angles (3 pi / 2 of fluid around a corner) the potential
+/// varies like r^(2/3), and fluxes through cells of size h are wrong by h^(4/3). If a rim reaches a side of the box,
+/// cells with faces on the covered part treat these as insulating: first order.
 double order_of(const LaplaceProblem& problem) {
   double order = 2;
   for (const Body& body : problem.bodies) {
@@ -59,7 +59,7 @@ double refusal_margin(double estimate) { return 1.5 * estimate; }
                                request.reserve * request.accuracy, why, can, instead));
 }
 
-/// Solutions of one problem on grids of different fineness, each solved once.
+/// Solutions of one problem on grids of different cell size, each computed once.
 class GridSolutions {
  public:
   GridSolutions(const LaplaceProblem& problem, CutCellOptions options)
@@ -77,9 +77,9 @@ class GridSolutions {
     return solution;
   }
 
-  /// Of the solution on `cells`: five coarser grids, with that solution for a reference, say each what its error would
-  /// be if errors fell regularly with h. They vary with how surfaces lie in their cells; the worst of five is no lucky
-  /// one.
+  /// Returns an upper estimate of the error of the solution on `cells`. Each of five coarser grids predicts it from the
+  /// difference to that solution, for regular convergence in h. Predictions vary with the positions of surfaces within
+  /// their cells; the worst of five avoids accidental agreement.
   double error(int cells) {
     const LaplaceSolution& fine = on(cells);
     const Scales scales = scales_of(problem_, fine);
@@ -116,7 +116,8 @@ bool are_charges_given(const LaplaceProblem& problem) {
   });
 }
 
-/// N/m, on any disk, or a small one: the error of forces is a share of that.
+/// Returns the largest force (N/m) on any disk, or the limit of small forces; the error of forces is proportional to
+/// it.
 double largest_force(const LaplaceProblem& problem, const Scales& scales, const LaplaceSolution& solution) {
   double largest = small_values(problem, scales).force;
   for (std::size_t b = 0; b < problem.bodies.size(); ++b)
@@ -125,7 +126,7 @@ double largest_force(const LaplaceProblem& problem, const Scales& scales, const 
   return largest;
 }
 
-/// The tolerance, or more where what the solution says of itself is more, or where charges or forces are small.
+/// Returns the tolerance, or the solution's own estimate if it is larger, or more for small charges or forces.
 double multipole_estimate(const LaplaceProblem& problem, const Choice& choice, const LaplaceSolution& solution) {
   const Scales scales = scales_of(problem, solution);
   const double small_charge = are_charges_given(problem) ? 0 : small_values(problem, scales).charge;
@@ -135,7 +136,7 @@ double multipole_estimate(const LaplaceProblem& problem, const Choice& choice, c
       {choice.tolerance, solution.residual, scales.error_of_charge(choice.tolerance * small_charge), of_force});
 }
 
-/// The unknowns of the multipole method if it can solve the problem at all.
+/// Returns the number of unknowns of the multipole method if it supports the problem.
 std::optional<long> multipoles_possible(const LaplaceProblem& problem, double tolerance) {
   try {
     return multipole_unknowns(problem, {.tolerance = tolerance, .results_only = true});
@@ -144,10 +145,11 @@ std::optional<long> multipoles_possible(const LaplaceProblem& problem, double to
   }
 }
 
-/// Coarser grids, of a quarter of the cells, must know the disks as more than points, as far as a cheap grid can.
-constexpr double least_radius = 3, least_for_radius = 512;  // cells
+/// The coarser grids, with a quarter of the cells, must resolve the disks, within the limits of an inexpensive grid.
+constexpr double least_radius = 3, least_for_radius = 512;  // Cells
 
-/// How much harder it will be when bodies of different potential are as close as the choice has to stand.
+/// Returns the factor by which the error grows when bodies of different potential reach the smallest gap of the
+/// request.
 double hardest(const LaplaceProblem& problem, double least_gap) {
   const NarrowPlace now = narrowest(problem);
   return std::pow(now.gap / std::min(now.gap, least_gap), 1.5);
@@ -169,13 +171,14 @@ Choice foresee_cut_cell(const LaplaceProblem& problem, const AccuracyRequest& re
 }
 
 Choice foresee_multipole(const LaplaceProblem& problem, const AccuracyRequest& request) {
-  constexpr int usual_cells = 512;  // of `field()`
+  constexpr int usual_cells = 512;  // Cells of `field()`
   const Grids grids(problem.size);
   const int cells = std::min(grids.at_least(usual_cells), grids.at_most(request.most_cells));
   return {Method::multipole, cells, std::max(request.accuracy, finest_tolerance), request.accuracy};
 }
 
-/// What is foreseen may be wrong by a factor of five, what can be promised is that much more.
+/// Throws InputError if the accuracy is out of reach. The prediction may be wrong by a factor of five, so the possible
+/// accuracy is stated with that factor.
 void check_hope(const Choice& foreseen, const AccuracyRequest& request) {
   constexpr double hopeless = 30, unsure = 5;
   if (foreseen.estimate > hopeless * request.accuracy)
@@ -183,7 +186,7 @@ void check_hope(const Choice& foreseen, const AccuracyRequest& request) {
            unsure * foreseen.estimate);
 }
 
-/// Is the multipole method cheaper, the coarser solutions of grids included?
+/// Returns true if the multipole method is cheaper, including the coarser solutions of the cut-cell method.
 bool multipole_is_cheaper(const LaplaceProblem& problem, long unknowns, const Choice& multipole,
                           const Choice& cut_cell) {
   constexpr double coarser_grids = 1.75;
@@ -204,12 +207,14 @@ AccurateSolution solve_by_multipoles(const LaplaceProblem& problem, const Accura
     least = std::min(least, choice.estimate);
     if (choice.tolerance == finest_tolerance)
       refuse(request, "rounding ends the multipole method's digits here, and", least);
-    finer = std::max(margin * request.accuracy / choice.estimate, most_finer);  // errors go with the tolerance
+    finer = std::max(margin * request.accuracy / choice.estimate, most_finer);  // Errors are proportional to the
+                                                                                // tolerance
   }
 }
 
-/// The next grid to try after one whose estimate was `excess` times too large: between a little and much finer. 0 if
-/// there is none that would do; `regular` says whether errors fall as they should, so that this can be said from afar.
+/// Returns the next grid after one whose estimate was too large by a factor of `excess`, with limited growth. Returns 0
+/// if no grid would suffice; `regular`: true if errors decrease regularly, which permits this conclusion for distant
+/// grids.
 int next_grid(const Grids& grids, int cells, int most, double excess, double order, bool regular) {
   constexpr double margin = 1.05, least_growth = 1.2, most_growth = 4, hope = 2;
   const double growth = margin * std::pow(excess, 1 / order), possible = static_cast<double>(most) / cells;
@@ -217,7 +222,8 @@ int next_grid(const Grids& grids, int cells, int most, double excess, double ord
   return std::min(grids.at_least(static_cast<int>(cells * std::clamp(growth, least_growth, most_growth))), most);
 }
 
-/// Conjugate gradients stop at a share of the field's energy, beside which forces may be small: less by how small.
+/// Returns the factor that tightens CG's tolerance for small forces. CG stops at a share of the field's energy,
+/// relative to which forces may be small.
 double share_of_largest_force(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   const Scales scales = scales_of(problem, solution);
   if (scales.potential == 0) return 1;
@@ -225,8 +231,9 @@ double share_of_largest_force(const LaplaceProblem& problem, const LaplaceSoluti
   return std::clamp(scales.force / largest_force(problem, scales, solution), least, 1.0);
 }
 
-/// Conjugate gradients stop at a share of the potentials, and what counts is how these differ: less, where all are far
-/// from 0 and near to each other.
+/// Returns the factor that tightens CG's tolerance for small potential differences. CG stops at a share of the
+/// potentials, but only their differences matter; they are small if all potentials are far from 0 and close to each
+/// other.
 double differences_over_level(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   double level = 0;
   for (const double potential : solution.group_potential) level = std::max(level, std::abs(potential));
@@ -236,7 +243,7 @@ double differences_over_level(const LaplaceProblem& problem, const LaplaceSoluti
   return differences < level ? differences / level : 1;
 }
 
-/// Words of a refusal about small forces, and about the method that can resolve them.
+/// Returns the part of an error message on small forces, and on a method that can resolve them.
 std::string instead_of_grids(const LaplaceProblem& problem, double accuracy, const LaplaceSolution& solution) {
   std::string text;
   if (share_of_largest_force(problem, solution) < 1)
@@ -249,7 +256,7 @@ AccurateSolution solve_on_grids(const LaplaceProblem& problem, const AccuracyReq
   const Grids grids(problem.size);
   const int most = grids.at_most(request.most_cells);
   CutCellOptions options = request.cut_cell;
-  // What comes after a cheap grid can be said with more confidence than what experience makes likely.
+  // An inexpensive grid first: its result predicts the required cells better than the empirical formula.
   constexpr int cheap = 1024;
   choice.cells = std::min({choice.cells, most, grids.at_least(cheap)});
   const LaplaceSolution rough = GridSolutions(problem, options).on(choice.cells / 16 * 4);

@@ -9,45 +9,45 @@
 
 namespace lichtenberg::laplace {
 
-/// Those that can be asked for an accuracy. (The relaxation's error is its staircase, some percent on any grid that it
-/// can afford.)
+/// Methods that support an accuracy request. (The relaxation is excluded: its staircase boundaries cause errors of some
+/// percent on any affordable grid.)
 enum class Method { cut_cell, multipole };
 
 struct AccuracyRequest {
-  double accuracy = 1e-3;        ///< largest error allowed, as ../measure.hpp defines it; finest_accuracy to 0.1
-  double reserve = 1;            ///< user's accuracy over this one; messages name the user's
-  std::optional<Method> method;  ///< this one; empty: the cheapest that can
-  int most_cells = 32768;        ///< along the longer side of the box
-  double least_gap = INFINITY;   ///< m: the choice shall hold until bodies of different potential are as close as this
-  CutCellOptions cut_cell;       ///< its links, linear solver and device; cells and tolerance are chosen
+  double accuracy = 1e-3;        ///< Largest permitted error, as defined in ../measure.hpp; finest_accuracy to 0.1
+  double reserve = 1;            ///< User's accuracy over this one; messages state the user's
+  std::optional<Method> method;  ///< Required method; empty: the cheapest possible
+  int most_cells = 32768;        ///< Upper bound of the cells along the longer side of the box
+  double least_gap = INFINITY;   ///< Gap (m) between bodies of different potential down to which the choice must hold
+  CutCellOptions cut_cell;       ///< Links, linear solver and device; cells and tolerance are chosen
 };
 
 constexpr double finest_accuracy = 1e-12;
 
-/// How to solve a problem, and how good that is.
+/// Method with its parameters and error estimate.
 struct Choice {
   Method method = Method::cut_cell;
-  int cells = 0;         ///< of the grid, along the longer side; multipole: of `field()` only
-  double tolerance = 0;  ///< of the solver
-  double estimate = 0;   ///< of the error that is left
+  int cells = 0;         ///< Cells of the grid along the longer side; multipole method: of `field()` only
+  double tolerance = 0;  ///< Tolerance of the solver
+  double estimate = 0;   ///< Estimated error
 };
 
-/// The choice from geometry alone, before anything is solved: the method is final, cells and estimate are what
-/// experience makes likely (README.md). Throws InputError where the method asked for cannot solve the problem.
+/// Predicts the choice from geometry alone, without a solve. The method is final; cells and estimate are empirical
+/// predictions (README.md). Throws InputError if the requested method does not support the problem.
 Choice foresee(const LaplaceProblem& problem, const AccuracyRequest& request);
 
-/// Upper estimate of the error of what the choice's method, cells and tolerance give: by coarser solutions on five
-/// grids of S/4 to S/2 cells, or by what the multipole method's says of itself.
+/// Returns an upper estimate of the error for the choice's method, cells and tolerance. It uses coarser solutions on
+/// five grids of S/4 to S/2 cells, or the multipole method's own estimate.
 double estimated_error(const LaplaceProblem& problem, const Choice& choice, const CutCellOptions& cut_cell);
 
 struct AccurateSolution {
   Choice choice;
-  std::unique_ptr<LaplaceSolver> solver;  ///< that of the solution
+  std::unique_ptr<LaplaceSolver> solver;  ///< Solver that holds the solution
   LaplaceSolution solution;
 };
 
-/// Solves with estimates on the way, with as many cells, or digits, as it takes. Throws InputError if the accuracy
-/// cannot be met, with what can be.
+/// Solves with error estimates, and with as many cells or digits as needed. Throws InputError if the accuracy cannot be
+/// met; the message states the possible accuracy.
 AccurateSolution solve_to_accuracy(const LaplaceProblem& problem, const AccuracyRequest& request);
 
 }  // namespace lichtenberg::laplace

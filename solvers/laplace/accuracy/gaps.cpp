@@ -8,7 +8,7 @@
 namespace lichtenberg::laplace {
 namespace {
 
-constexpr double far = 2;  // radii
+constexpr double far = 2;  // Largest relevant gap, in radii
 
 double cube(double x) { return x * x * x; }
 

@@ -4,21 +4,22 @@
 
 namespace lichtenberg::laplace {
 
-/// Where a grid has the hardest work: between bodies of different potential, the closer the harder.
+/// Place that determines the error of a grid: the narrowest gap between bodies of different potential.
 struct NarrowPlace {
-  double gap = 0;     ///< m, no more than two radii: what is farther does not matter
-  double radius = 0;  ///< m, of the smaller disk
+  double gap = 0;     ///< Gap (m), at most two radii: larger ones do not matter
+  double radius = 0;  ///< Radius (m) of the smaller disk
 };
 
-/// Of a problem with a disk at least; two bars do not make a narrow place. Without disks gap and radius are the box's.
+/// Returns the narrowest place of a problem with at least one disk; gaps between two bars do not count. Without disks,
+/// gap and radius are the length of the box.
 NarrowPlace narrowest(const LaplaceProblem& problem);
 
-/// The cut-cell method's error goes like (h/R)^(1/2) (h/gap)^(3/2), h being the cell, and like (h/R)^(1/2) where the
-/// gap holds less than a cell (README.md).
+/// Returns a measure of the cut-cell method's error: (h/R)^(1/2) (h/gap)^(3/2) with h the cell edge, and (h/R)^(1/2) if
+/// the gap has less than a cell (README.md).
 double difficulty(const NarrowPlace& place, double cell);
-/// The method's error over the difficulty, to a factor of five either way.
+/// Error of the method over the difficulty, within a factor of five either way.
 constexpr double likely_error = 0.04;
-/// The cell of a given difficulty.
+/// Returns the cell edge (m) for a given difficulty.
 double cell_for(const NarrowPlace& place, double difficulty);
 
 }  // namespace lichtenberg::laplace

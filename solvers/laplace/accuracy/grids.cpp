@@ -11,13 +11,13 @@
 namespace lichtenberg::laplace {
 namespace {
 
-constexpr int coarsest = 32;  ///< units
+constexpr int coarsest = 32;  ///< Units
 
 }  // namespace
 
 Grids::Grids(Vec2 size) : unit_(1) {
   constexpr int most = 2048;
-  constexpr double rounding = 1e-9;  // of sides written as decimal numbers
+  constexpr double rounding = 1e-9;  // Relative rounding error of sides written as decimal numbers
   const double aspect = std::min(size.x, size.y) / std::max(size.x, size.y);
   const auto whole = [&](int n) {
     const double across = aspect * n, nearest = std::round(across);
@@ -30,7 +30,7 @@ Grids::Grids(Vec2 size) : unit_(1) {
         size.x, size.y, most));
 }
 
-/// Units are added by 16, and on finer grids by more, for more halvings.
+/// Returns the increment of the units: 16, and more on finer grids, for more halvings.
 int Grids::step(int units) const { return std::clamp(static_cast<int>(std::bit_floor(unsigned(units) / 4)), 16, 64); }
 
 int Grids::at_least(int cells) const {

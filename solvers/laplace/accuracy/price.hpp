@@ -4,17 +4,17 @@
 
 namespace lichtenberg::laplace {
 
-/// What a solve costs on one core or on a device, an unknown (of a grid: a cell, those under conductors included).
-/// Measured; where and on what, src/commands/README.md says. Machines differ by factors of two and more.
+/// Cost model of a solve per unknown (for grids: per cell, including those under conductors), on one core or on a
+/// device. The values are measured; src/commands/README.md describes how. Machines differ by factors of two and more.
 struct Price {
   double bytes = 0;
-  double setup = 0;                ///< s
-  double iteration = 0;            ///< s
-  double iterations_a_decade = 0;  ///< of the tolerance
-  double start = 0;                ///< s, of a solve, however small
-  double start_of_iteration = 0;   ///< s
+  double setup = 0;                ///< Setup (s)
+  double iteration = 0;            ///< Iteration (s)
+  double iterations_a_decade = 0;  ///< Iterations per decade of the tolerance
+  double start = 0;                ///< Fixed cost of a solve (s)
+  double start_of_iteration = 0;   ///< Fixed cost of an iteration (s)
 
-  /// s, of a solve with so many unknowns.
+  /// Returns the time (s) of a solve with this many unknowns.
   double seconds(double unknowns, double tolerance, double share_of_iterations = 1) const {
     const double iterations = share_of_iterations * iterations_a_decade * -std::log10(tolerance);
     return start + unknowns * setup + iterations * (start_of_iteration + unknowns * iteration);

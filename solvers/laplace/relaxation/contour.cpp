@@ -11,26 +11,27 @@ using std::numbers::pi;
 
 struct OffsetPoint {
   Vec2 at;
-  Vec2 outward;  ///< unit vector away from the body's surface
+  Vec2 outward;  ///< Unit vector away from the body's surface
 };
 
 double perimeter(const Disk& disk, double offset) { return 2 * pi * (disk.radius + offset); }
 double perimeter(const Ring& ring, double offset) { return 2 * pi * (ring.radius - offset); }
 double perimeter(const Bar& bar, double offset) { return 2 * (norm(bar.to - bar.from) + bar.width) + 2 * pi * offset; }
 
-/// Point at fraction t in [0, 1) of the way round, counterclockwise as seen from inside the body.
+/// Returns the point at fraction t in [0, 1) of the curve, counterclockwise as seen from inside the body.
 OffsetPoint offset_point(const Disk& disk, double offset, double t) {
   const Vec2 outward = {std::cos(2 * pi * t), std::sin(2 * pi * t)};
   return {disk.centre + (disk.radius + offset) * outward, outward};
 }
 
-/// The conductor lies outside the circle: its outward normal points to the centre, and the way round is reversed.
+/// Returns the point for a ring. Its conductor lies outside the circle: the outward normal points to the centre, and
+/// the direction of the curve is reversed.
 OffsetPoint offset_point(const Ring& ring, double offset, double t) {
   const Vec2 radial = {std::cos(2 * pi * t), -std::sin(2 * pi * t)};
   return {ring.centre + (ring.radius - offset) * radial, -radial};
 }
 
-/// The straight sides moved out, joined by quarter circles about the corners.
+/// Returns the point for a bar: straight sides moved outward, joined by quarter circles around the corners.
 OffsetPoint offset_point(const Bar& bar, double offset, double t) {
   const Vec2 axis = (bar.to - bar.from) / norm(bar.to - bar.from);
   const Vec2 across = perpendicular(axis);
@@ -50,7 +51,7 @@ OffsetPoint offset_point(const Bar& bar, double offset, double t) {
     }
     s -= 0.5 * pi * offset;
   }
-  return {};  // the fourth corner has returned
+  return {};  // Unreachable: the fourth corner returns
 }
 
 std::vector<OffsetPoint> offset_curve(const Shape& shape, double offset, int points, double spacing) {
@@ -65,7 +66,7 @@ std::vector<OffsetPoint> offset_curve(const Shape& shape, double offset, int poi
       shape);
 }
 
-/// Bodies that come within `reach` of body `index`. Only disks are sifted; there are few of the others.
+/// Returns the bodies within `reach` of body `index`. Only disks are tested; there are few of the others.
 std::vector<const Shape*> neighbours(const LaplaceProblem& problem, std::size_t index, double reach) {
   const Body& own = problem.bodies[index];
   const Disk* disk = std::get_if<Disk>(&own.shape);
@@ -75,7 +76,7 @@ std::vector<const Shape*> neighbours(const LaplaceProblem& problem, std::size_t 
   return near;
 }
 
-/// Where another surface is nearer than the own one, at `offset`, half the gap between them along the normal.
+/// Moves a point to half the gap along the normal if another surface is nearer than the own one, which is at `offset`.
 Vec2 keep_halfway(const OffsetPoint& point, const std::vector<const Shape*>& near, double offset) {
   double nearest = offset;
   for (const Shape* shape : near) nearest = std::min(nearest, signed_distance(*shape, point.at));

@@ -44,7 +44,7 @@ void Lattice::find_runs(const std::vector<int>& fixed) {
 }
 
 void Lattice::relax_row(int colour, int j, double omega) {
-  // Same column, rows above and below: the other colour at the same offset in its row.
+  // The rows above and below have the other colour, at the same offset in their row.
   const std::ptrdiff_t vertical = (colour == 0 ? 1 : -1) * colour_size_;
   const double w = omega / 4;
   for (std::size_t r = first_run_[colour][j]; r < first_run_[colour][j + 1]; ++r) {
@@ -60,7 +60,7 @@ void Lattice::relax_row(int colour, int j, double omega) {
 }
 
 void Lattice::mirror_row(int colour, int j) {
-  // D 6.4 copies the outermost site itself, which puts the wall half a spacing outside the box; mirroring about the
+  // D 6.4 copies the outermost site itself, which puts the wall half a spacing outside the box. Mirroring about the
   // outermost site puts it on the side, where the electrodes' sites are.
   if (insulating_[left] && ((1 + j) & 1) == colour) at(-1, j) = at(1, j);
   if (insulating_[right] && ((nx_ + j) & 1) == colour) at(nx_, j) = at(nx_ - 2, j);
@@ -80,7 +80,7 @@ void Lattice::mirror_all() {
 void Lattice::relax(int sweeps, double omega) {
   mirror_all();
   for (int sweep = 0; sweep < sweeps; ++sweep) {
-    // The black row below follows as soon as the red rows around it are new: one pass over memory for both colours.
+    // The black row below follows as soon as the red rows around it are updated: one pass over memory for both colours.
     for (int j = 0; j <= ny_; ++j) {
       if (j < ny_) relax_row(0, j, omega);
       if (j > 0) relax_row(1, j - 1, omega);
@@ -120,7 +120,7 @@ Vec2 Lattice::gradient(Vec2 p) const {
 double Lattice::dirichlet_integral() const {
   double sum = 0;
   for (int j = 0; j < ny_; ++j) {
-    const double weight = j == 0 || j == ny_ - 1 ? 0.5 : 1;  // an edge along a side borders one cell only
+    const double weight = j == 0 || j == ny_ - 1 ? 0.5 : 1;  // An edge along a side borders one cell only
     for (int i = 0; i + 1 < nx_; ++i) sum += weight * std::pow(at(i + 1, j) - at(i, j), 2);
   }
   for (int j = 0; j + 1 < ny_; ++j)

@@ -34,7 +34,7 @@ int whole_cells(double length, double spacing) {
   return static_cast<int>(std::lround(cells));
 }
 
-/// Smallest rectangle round a shape that can hold sites, in the box [0, size].
+/// Smallest rectangle around a shape that can contain sites, in the box [0, size].
 struct Extent {
   Vec2 low, high;
 };
@@ -49,14 +49,14 @@ Extent extent(const Bar& bar, Vec2) {
 }
 Extent extent(const Ring&, Vec2 size) { return {{0, 0}, size}; }
 
-/// The points origin + (i, j) h, nx x ny in number.
+/// The nx x ny points origin + (i, j) h.
 struct Points {
   Vec2 origin;
   double h;
   int nx, ny;
 };
 
-/// Writes `body` on every point that lies in the shape and is fluid so far.
+/// Assigns `body` to every point inside the shape that is still fluid.
 template <class S>
 void paint(const S& shape, int body, Vec2 size, const Points& points, std::vector<int>& owner) {
   const auto [origin, h, nx, ny] = points;
@@ -89,7 +89,7 @@ double over_relaxation(int sites) { return 2 / (1 + std::numbers::pi / sites); }
 double sweeps_per_decade(int sites) { return -1 / std::log10(1 - 4 * std::numbers::pi / (sites + 1)); }
 
 RelaxationSolver::RelaxationSolver(RelaxationOptions options) : options_(options) {
-  // 4 pi / (S + 1) of D 6.9 must stay below one.
+  // 4 pi / (S + 1) of D 6.9 must be below one.
   if (options.sites < 16) throw InputError("the relaxation needs at least 16 sites along the longer side");
   if (options.surface_points < 8) throw InputError("the relaxation needs at least 8 surface points a body");
   if (!(options.eta >= 0) || !(options.sweeps_factor > 0) || !(options.tolerance > 0) || options.largest_iterations < 1)
@@ -176,8 +176,8 @@ void RelaxationSolver::place(const LaplaceProblem& problem) {
 }
 
 void RelaxationSolver::first_potentials() {
-  // D 6.21. Groups may have merged or split since the last solve, bodies keep their numbers: start a group from the
-  // mean of its members.
+  // D 6.21. Groups may have merged or split since the last solve, but bodies keep their numbers: a group starts from
+  // the mean of its members.
   body_potential_.resize(problem_.bodies.size(), 0.0);
   group_potential_.assign(problem_.groups.size(), 0.0);
   std::vector<int> members(problem_.groups.size());
@@ -189,7 +189,7 @@ void RelaxationSolver::first_potentials() {
     const Group& group = problem_.groups[g];
     group_potential_[g] = group.floating ? group_potential_[g] / members[g] : group.potential;
   }
-  // A disk's capacitance in the plane is some ten eps, so that this first step stays below eta_c.
+  // A disk's capacitance in the plane is about ten eps, so this first step is below eta_c.
   eta_ = options_.eta > 0 ? options_.eta : 0.1 / problem_.permittivity;
   last_missing_.clear();
   error_history_.clear();
@@ -200,7 +200,8 @@ double RelaxationSolver::side_potential(int i, int j) const {
   const Vec2 p = {i == lattice_.cells_x() ? problem_.size.x : i * h, j == lattice_.cells_y() ? problem_.size.y : j * h};
   const bool on[4] = {i == 0, i == lattice_.cells_x(), j == 0, j == lattice_.cells_y()};
   double sum = 0;
-  int sides = 0;  // two electrodes meet in a corner: no relaxed site sees it, the interpolation takes their mean
+  int sides = 0;  // In a corner of two electrodes the mean is used: no relaxed site depends on it, only the
+                  // interpolation
   for (int side = 0; side < 4; ++side)
     if (on[side] && is_electrode(problem_.sides[side])) {
       sum += problem_.sides[side].potential_at(p);
@@ -209,7 +210,7 @@ double RelaxationSolver::side_potential(int i, int j) const {
   return sum / sides;
 }
 
-/// Writes the present potentials on the sites that bodies and electrode sides hold.
+/// Writes the present potentials to the sites of bodies and electrode sides.
 void RelaxationSolver::hold_sites() {
   const int nx = lattice_.cells_x() + 1;
   for (int j = 0; j <= lattice_.cells_y(); ++j)
@@ -220,7 +221,7 @@ void RelaxationSolver::hold_sites() {
     }
 }
 
-/// One potential solve and the charges that follow from it (D 6.5.1).
+/// Performs one potential solve and computes the resulting charges (D 6.5.1).
 RelaxationSolver::Estimate RelaxationSolver::estimate() {
   hold_sites();
   const int sites = options_.sites;
@@ -238,7 +239,7 @@ RelaxationSolver::Estimate RelaxationSolver::estimate() {
   for (int side = 0; side < 4; ++side)
     if (is_electrode(problem_.sides[side]))
       largest = std::max(largest, problem_.permittivity * std::abs(lattice_.flux_through(side)));
-  if (largest == 0) return result;  // no charge and no potential difference anywhere
+  if (largest == 0) return result;  // No charge and no potential difference anywhere
 
   result.leftover = problem_.permittivity * lattice_.leftover() / largest;
   for (double q : missing_charge(result.group_charge))
@@ -246,8 +247,8 @@ RelaxationSolver::Estimate RelaxationSolver::estimate() {
   return result;
 }
 
-/// q_i = Q_i - Q_i* of the floating groups, 0 for the others (D 6.31). Without ground the part that all groups have in
-/// common is taken off: adding a constant to all potentials cannot change it, it is the integrals' error.
+/// Returns q_i = Q_i - Q_i* of the floating groups, 0 for the others (D 6.31). Without ground the part common to all
+/// groups is subtracted: a constant added to all potentials cannot change it, so it is an error of the integrals.
 std::vector<double> RelaxationSolver::missing_charge(const std::vector<double>& group_charge) const {
   std::vector<double> missing(problem_.groups.size());
   for (std::size_t g = 0; g < missing.size(); ++g)
@@ -259,15 +260,17 @@ std::vector<double> RelaxationSolver::missing_charge(const std::vector<double>& 
   return missing;
 }
 
-/// The charges are the potentials' own only when what is left in the fluid is small beside their error; until then the
-/// lattice is relaxed further at the same potentials. What is left alternates in sign from site to site, so that less
-/// than a tenth of the bound reaches the charges; 4 n10 sweeps from the last potentials mostly do.
+/// Returns true if the charge left in the fluid is small compared to the charge error. Until then the charges do not
+/// correspond to the potentials, and the lattice is relaxed further at the same potentials. The remaining charge
+/// alternates in sign between sites, so that less than a tenth of the bound reaches the charges. Usually 4 n10 sweeps
+/// from the last potentials suffice.
 bool RelaxationSolver::settled(const Estimate& estimate) const {
   return estimate.leftover < std::max(10 * estimate.charge_error, options_.tolerance);
 }
 
-/// phi_i += eta q_i (D 6.30). With eta to be chosen: half of eta_c (D 6.35), where the error falls most, for the q of
-/// the step before. Its C q needs no capacitances: the step changed q by -eta C q (D 6.32, with the sign corrected).
+/// Performs a descent step phi_i += eta q_i (D 6.30). If eta is not given, it is half of eta_c (D 6.35), where the
+/// error decreases most, for the q of the previous step. Its C q needs no capacitances: the step changed q by -eta C q
+/// (D 6.32, sign corrected).
 void RelaxationSolver::descend(const Estimate& estimate) {
   const std::vector<double> missing = missing_charge(estimate.group_charge);
   error_history_.push_back(0.5 * std::inner_product(missing.begin(), missing.end(), missing.begin(), 0.0));
@@ -291,14 +294,14 @@ void RelaxationSolver::pin_mean() {
   for (double& potential : group_potential_) potential -= mean;
 }
 
-/// Q = -eps integral of dV/dn ds (D 6.18, 6.19 without its square and with eps).
+/// Returns Q = -eps integral of dV/dn ds (D 6.18, 6.19 without its square and with eps).
 double RelaxationSolver::body_charge(std::size_t body) const {
   double flux = 0;
   for (const ContourPoint& point : contours_[body]) flux += dot(lattice_.gradient(point.at), point.normal_ds);
   return -problem_.permittivity * flux;
 }
 
-/// D 6.17 with eps/2 and the normal, or the full stress.
+/// Returns the force by D 6.17 with eps/2 and the normal, or by the full stress.
 Vec2 RelaxationSolver::body_force(std::size_t body) const {
   Vec2 force;
   for (const auto& [at, normal_ds] : contours_[body]) {

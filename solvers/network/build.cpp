@@ -114,7 +114,7 @@ class ContactNodes {
     if (const std::string why = why_no_contact_network(packing, contacts, electrodes); !why.empty())
       throw InputError(why);
     number();
-    // The same traversal counts first, then fills the arrays.
+    // One traversal serves twice: to count, then to fill the arrays.
     each([&](int particle, int, const Point&) { ++touching.start[particle + 1]; });
     for (int i = 0; i < packing.size(); ++i) touching.start[i + 1] += touching.start[i];
     touching.node.resize(touching.start.back());

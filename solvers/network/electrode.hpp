@@ -5,7 +5,7 @@
 
 namespace lichtenberg::network {
 
-/// Name that stands for each particle in turn as the second electrode.
+/// Name of a set: every particle as the second electrode, one by one.
 constexpr const char* all_particles = "all";
 
 /// Wall or particle at a fixed potential: one node of the network. Other walls are insulating.

@@ -107,7 +107,7 @@ void dismiss_processes(bool after_error) {
   leading = false;
   send_to_others({}, dismissal_tag);
   for (int rank = 1; rank < process_count(); ++rank) {
-    // That process may wait for a message that this one cannot send after the error.
+    // Without a message in time, the process waits for data that this one cannot send after the error.
     if (after_error && !hears_from(rank)) MPI_Abort(PETSC_COMM_WORLD, 1);
     int tag = 0;
     receive(rank, &tag);

@@ -40,8 +40,8 @@ double force_of_dipoles(double n, const Cloud& cloud) {
   return std::max({n2, apart * (n2 + second), apart * apart * (3 * second + third)});
 }
 
-/// Returns the lowest even degree at which the neglected terms change the force by less than a tenth of the rms of
-/// Cloud::lost, taken over the ball of the cut-off.
+/// Returns the lowest even degree that suffices. The neglected terms then change the force by less than a tenth of the
+/// rms of Cloud::lost, taken over the ball of the cut-off.
 int sufficient_degree(const std::vector<double>& series, const Cloud& cloud, const auto& force) {
   const double volume = 4 * M_PI / 3 * std::pow(cloud.cutoff, 3);
   const double most = 0.1 * std::sqrt(cloud.lost / volume) * cloud.cutoff / 4;

@@ -63,7 +63,7 @@ struct LaplaceProblem {
   std::vector<Body> bodies;
   std::vector<Group> groups;
   std::vector<Coupling> couplings;  ///< Couplings between groups; those between the same two add up
-  int movable = -1;  ///< Number of leading bodies whose forces count in measures of accuracy; -1: all
+  int movable = -1;                 ///< Number of leading bodies whose forces count in measures of accuracy; -1: all
 
   /// Returns true if an electrode side or a body has a given potential.
   bool has_fixed_conductor() const;

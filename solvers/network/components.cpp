@@ -95,8 +95,7 @@ std::vector<char> backbone(const Network& network, int a, int b) {
   for (int k = 0; k < extra; ++k) {
     const Link& link = network.links[k];
     if (link.a == link.b || walk.visit[link.a] < 0) continue;
-    const int later = walk.visit[link.a] > walk.visit[link.b] ? link.a : link.b;  // A back edge belongs to the
-                                                                                  // component of its later end
+    const int later = walk.visit[link.a] > walk.visit[link.b] ? link.a : link.b;  // End of a back edge
     carries[k] = below[later];
   }
   return carries;

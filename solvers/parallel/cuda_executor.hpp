@@ -84,8 +84,7 @@ class CudaExecutor {
   using Grid = CudaGrid;
   template <class F>
   void together(F f) const {
-    constexpr int threads = 512;  // 128 registers per thread; half as many threads with twice the registers are not
-                                  // faster
+    constexpr int threads = 512;  // 128 registers each; half as many threads with 256 are not faster
     int blocks = 0;
     check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, grid_kernel<threads, F>, threads, 0));
     void* arguments[] = {&f};

@@ -214,8 +214,7 @@ class CudaBlock {
   __host__ __device__ void sum_segments(int n, Count count, Value value, Finish finish) const {
 #ifdef __CUDA_ARCH__
     const int at_once = blockDim.x / lanes, lane = threadIdx.x % lanes;
-    for (int first = 0; first < n; first += at_once) {  // All threads need the same number of rounds, because they
-                                                        // shuffle
+    for (int first = 0; first < n; first += at_once) {  // Equal numbers of rounds, because threads shuffle
       const int s = first + threadIdx.x / lanes, end = s < n ? count(s) : 0;
       decltype(value(0, 0)) sum{};
 #pragma unroll 4

@@ -32,8 +32,8 @@ class ShiftedForce : public Sum {
   explicit ShiftedForce(double cutoff, double alpha = 0) : cutoff_(cutoff), alpha_(alpha) {}
 
   double cutoff() const override { return cutoff_; }
-  /// Throws the exceptions of require_consistent. Throws InputError for dipoles, and for a cut-off that is not positive or
-  /// exceeds half of the shortest side.
+  /// Throws the exceptions of require_consistent. Throws InputError for dipoles, and for a cut-off that is not positive
+  /// or exceeds half of the shortest side.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
 
  private:

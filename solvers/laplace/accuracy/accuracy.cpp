@@ -207,8 +207,7 @@ AccurateSolution solve_by_multipoles(const LaplaceProblem& problem, const Accura
     least = std::min(least, choice.estimate);
     if (choice.tolerance == finest_tolerance)
       refuse(request, "rounding ends the multipole method's digits here, and", least);
-    finer = std::max(margin * request.accuracy / choice.estimate, most_finer);  // Errors are proportional to the
-                                                                                // tolerance
+    finer = std::max(margin * request.accuracy / choice.estimate, most_finer);  // Errors scale with the tolerance
   }
 }
 

@@ -22,8 +22,7 @@ struct ClosePair {
   int first = 0, second = -1;                ///< Indices of the disks; second = -1: the electrode `side`
   int first_charge = 0, second_charge = -1;  ///< Indices of the point charges among the sources
   SideIndex side = left;
-  double difference = 0;  ///< Potential difference across the gap for lambda = 1: sum of the circles' bipolar
-                          ///< coordinates
+  double difference = 0;  ///< Potential difference for lambda = 1: sum of the circles' bipolar coordinates
 };
 
 /// Bodies as circles that carry multipoles.

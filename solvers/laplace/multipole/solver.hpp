@@ -7,8 +7,7 @@
 namespace lichtenberg::laplace {
 
 struct MultipoleOptions {
-  double tolerance = 1e-10;   ///< Relative error of potentials, charges and forces, relative to the largest; 1e-13 to
-                              ///< 0.1
+  double tolerance = 1e-10;   ///< Error of potentials, charges and forces, relative to the largest; 1e-13 to 0.1
   bool results_only = false;  ///< True: the tolerance holds for these results only, which halves the multipoles; false:
                               ///< for the field too
   bool unbounded = false;     ///< True: no box but the unbounded plane, with V bounded at infinity; `sides` must be

@@ -15,11 +15,11 @@ enum class Stress {
 };
 
 struct RelaxationOptions {
-  int sites = 512;           ///< S: lattice spacings along the box's longer side
-  double eta = 0;            ///< Step of the descent (V m/C, D 6.30); 0: chosen from eta_c (D 6.35) in each step
-  int surface_points = 500;  ///< N_surf (D 6.11)
-  double sweeps_factor = 4;  ///< Sweeps per potential solve, in units of n10 (D 6.9)
-  double tolerance = 1e-4;   ///< Largest permitted error in a group's charge, as a fraction of the largest charge
+  int sites = 512;                 ///< S: lattice spacings along the box's longer side
+  double eta = 0;                  ///< Step of the descent (V m/C, D 6.30); 0: chosen from eta_c (D 6.35) in each step
+  int surface_points = 500;        ///< N_surf (D 6.11)
+  double sweeps_factor = 4;        ///< Sweeps per potential solve, in units of n10 (D 6.9)
+  double tolerance = 1e-4;         ///< Largest permitted error in a group's charge, as a fraction of the largest charge
   int largest_iterations = 20000;  ///< Largest number of potential solves
   Stress stress = Stress::maxwell;
 };

@@ -42,8 +42,7 @@ CellConvolution::CellConvolution(const Mirrors& mirrors, const Cells& cells, dou
       volume_(mirrors.bounded ? mirrors.volume() : 0),
       axis_(cell_axes(cells)),
       kernel_(
-          cell_kernel(mirrors, cells, axis_, degree, unit_, 0.1 * accuracy)) {  // A tenth of the total error, as in
-                                                                                // far_field
+          cell_kernel(mirrors, cells, axis_, degree, unit_, 0.1 * accuracy)) {  // A tenth of all errors; see far_field
   for (int l = 0; l <= degree_; ++l)
     for (int m = -l; m <= l; ++m) odd_.push_back(odd_axes(l, m));
   const Coupling coupling(degree_);

@@ -81,8 +81,7 @@ double axial_field(const std::vector<double>& source, int source_degree, double 
 std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy) {
   const double distance = gap + radius + other;
   const std::vector<double> none(degree + 1);
-  std::array<std::vector<double>, 2> first{none, none}, second{none, none};  // Solutions with either sphere at
-                                                                             // potential 1
+  std::array<std::vector<double>, 2> first{none, none}, second{none, none};  // Either sphere at potential 1
   add_images(radius, other, distance, accuracy, first[0], first[1]);
   add_images(other, radius, distance, accuracy, second[1], second[0]);
   const auto charge = [&](const std::array<std::vector<double>, 2>& of) {
@@ -351,8 +350,7 @@ Beyond beyond(const Tail& tail, const std::vector<std::vector<TailOfPair>>& tail
     const int sphere = ways[k].target;
     result.elsewhere.push_back({sphere, {made, made + harmonics(sites[sphere].degree)}});
     for (const TailOfPair& other : tails[sphere])
-      if (!leads_across(*other.tail, ways[k].way * -1.0))  // Corrections across this gap are included where both
-                                                           // spheres have one
+      if (!leads_across(*other.tail, ways[k].way * -1.0))  // Otherwise included where both have a correction
         result.met.push_back({other.pair, energy_in(*other.tail, sites[sphere], made, degree)});
   }
   return result;

@@ -99,8 +99,7 @@ struct SphereOptions {
   /// measures and bounds the error.
   double accuracy = 1e-3;
   int degree =
-      0;  ///< Degree of the harmonics on all spheres, up to 200, without close-pair corrections; 0: chosen for the
-          ///< accuracy
+      0;  ///< Degree of the harmonics on all spheres, up to 200, without close-pair corrections; 0: from the accuracy
 };
 
 /// Solver for conducting and dielectric spheres by real solid harmonics on each (README.md). Degrees follow from the

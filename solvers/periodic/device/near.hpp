@@ -115,8 +115,7 @@ LICHTENBERG_HOST_DEVICE ForceSum near_force(const NearTable& table, const Charge
   if (!b.near) return {};
   const float q = from.charge, along = b.along(moment), my_along = b.along(mine);
   const float both = mine.x * moment.x + mine.y * moment.y + mine.z * moment.z;
-  const float radial = q * b.kernel(1) + along * b.kernel(2);  // Radial part of the field, besides its part along the
-                                                               // dipole
+  const float radial = q * b.kernel(1) + along * b.kernel(2);  // Factor of the field's radial part
   const float ex = radial * b.x - moment.x * b.kernel(1), ey = radial * b.y - moment.y * b.kernel(1),
               ez = radial * b.z - moment.z * b.kernel(1);
   const float slope = (both - q * my_along) * b.kernel(2) - along * my_along * b.kernel(3);

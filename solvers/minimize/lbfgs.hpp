@@ -39,7 +39,7 @@ class Lbfgs : public Minimizer {
   /// Move (in length_) and change (in force_) of each correction, the oldest first.
   std::vector<Vector> vectors_;
   std::array<std::array<double, most_vectors>, most_vectors> product_{};  ///< Products of two of these vectors
-  std::array<double, most_vectors> with_gradient_{};                      ///< With the gradient (in force_)
+  std::array<double, most_vectors> with_gradient_{};                      ///< Gradient products (in force_)
   std::vector<double> direction_;
   double slope_ = 0, longest_ = 0;  ///< Slope along the direction, and its largest component
   Point next_;

@@ -10,7 +10,7 @@ namespace lichtenberg::network {
 namespace {
 
 constexpr double error_of_potentials = 16 * 2.2e-16;  ///< Error of potentials, relative to the largest in the cluster
-constexpr double error_allowed = 1e-9;                ///< Of a link's current, relative to the injected current
+constexpr double error_allowed = 1e-9;                ///< Tolerance of a link's current over the injected current
 
 /// Links that are not resolved yet, with their nodes numbered from 1. Node 0 is common to all clusters and the
 /// reference of their potentials. It changes no currents, because the current into a cluster also leaves it.

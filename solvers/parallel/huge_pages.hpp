@@ -10,7 +10,7 @@
 
 namespace lichtenberg::parallel {
 
-inline constexpr std::size_t huge_page = std::size_t{2} << 20;  ///< Bytes; of x86-64 and most other systems
+inline constexpr std::size_t huge_page = std::size_t{2} << 20;  ///< Bytes per huge page of x86-64 and most others
 
 /// Requests huge pages for untouched memory where it contains them completely. The system may ignore the request.
 inline void ask_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {

@@ -62,9 +62,9 @@ struct MeshRequest {
   bool on_device = false;            ///< True for a DeviceMesh, which also has prolate windows for charges without
                                      ///< dipoles.
   // The following options serve comparisons only.
-  bool gauss = false;        ///< Use Ewald's Gaussian splitting in place of the prolate one.
-  bool splines = false;      ///< Use spline windows for a SingleMesh and a DeviceMesh too.
-  bool only_double = false;  ///< Always choose a ParticleMesh.
+  bool gauss = false;        ///< True: Ewald's Gaussian splitting in place of the prolate one.
+  bool splines = false;      ///< True: spline windows for a SingleMesh and a DeviceMesh too.
+  bool only_double = false;  ///< True: always a ParticleMesh.
 };
 
 /// Smallest relative error of forces that a SingleMesh may be chosen for.

@@ -21,7 +21,7 @@ Cloud gauss_cloud(double alpha, double cutoff) {
   of.background = M_PI / (alpha * alpha);
   of.dipole_field = 4 * alpha * alpha * alpha / (3 * std::sqrt(M_PI));
   of.lost = 4 * std::exp(-2 * alpha * alpha * cutoff * cutoff) / cutoff;
-  const double steepness = 2 * alpha * alpha * cutoff + 2 / cutoff;  // Of each derivative, beyond the cut-off
+  const double steepness = 2 * alpha * alpha * cutoff + 2 / cutoff;  // Growth per derivative beyond the cut-off
   of.lost_slope = of.lost * steepness * steepness;
   of.lost_curvature = of.lost_slope * steepness * steepness;
   return of;

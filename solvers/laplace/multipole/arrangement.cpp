@@ -240,7 +240,7 @@ void Arrangement::add_close_pair(const LaplaceProblem& problem, int i, int j, co
   const Source one = sources[i];
   const Complex other_centre = image.centre(sources[j].centre) + shift;
   if (i == j) {
-    if (image.sign > 0 || image.across_x == image.across_y) return;  // Equal potential, or around a corner
+    if (image.sign > 0 || image.across_x == image.across_y) return;  // Image at equal potential, or around a corner
     pair.side = image.across_x ? (shift.real() == 0 ? left : right) : (shift.imag() == 0 ? bottom : top);
     if (same_potential(problem, group, problem.sides[pair.side])) return;
   } else {

@@ -23,8 +23,8 @@ struct MultipoleOptions {
 /// `residual` estimates the relative error. It is the larger of two terms: ten times GMRES's relative residual, and the
 /// neglected multipoles of the worst disk over the largest coefficient. The neglected multipoles are extrapolated from
 /// the last ones. The estimate exceeds `tolerance` if order 1000 does not suffice: for a disk next to one at least 50
-/// times smaller. With `results_only` the estimate is the contribution of the last multipoles to forces plus that of
-/// GMRES's residual, and is mostly of the size of the error.
+/// times smaller. With `results_only` the two terms are the effect of the neglected multipoles on forces and that of
+/// GMRES's residual; the estimate is mostly of the size of the error.
 class MultipoleSolver : public LaplaceSolver {
  public:
   /// Throws InputError for options out of range.

@@ -20,7 +20,7 @@ class GivenCharges {
   int coupling_count() const { return static_cast<int>(links_.size()); }
   /// Removes from x the part that changes given charges.
   void project(double* x) const;
-  /// Adds the shortest vector with the given charges, to an x without such a part.
+  /// Adds the shortest vector with the given charges to x, after project() has removed its own part.
   void add(double* x) const;
   /// Moves x, which satisfies the constraints to rounding, to the nearest x with the given charges. Without this,
   /// rounding of the potentials could outweigh the charge that a strong coupling carries.

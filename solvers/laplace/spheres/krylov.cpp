@@ -267,7 +267,7 @@ EightColumns solve_eight(const System& system, int first, double tolerance) {
     const double whole = length(column);
     system.project(column.data());
     const double left = length(column);
-    if (left <= 100 * std::numeric_limits<double>::epsilon() * whole) continue;  // A whole insulated box
+    if (left <= 100 * std::numeric_limits<double>::epsilon() * whole) continue;  // Insulated box as one group
     lengths[lane] = left;
     squares += 1;
     for (std::size_t k = 0; k < n; ++k) given[k][lane] = column[k] / left;

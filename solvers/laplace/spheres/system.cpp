@@ -34,7 +34,7 @@ System::System(const SphereProblem& problem, const SphereOptions& options, paral
       team_(&team),
       given_(problem_, start_, first_coupling()) {
   const bool conductors = std::ranges::all_of(problem.spheres, &Sphere::is_conductor);
-  if (!conductors || given_.coupling_count() > 0) return;  // Not in the coarse equations
+  if (!conductors || given_.coupling_count() > 0) return;  // The coarse equations exclude dielectrics, couplings
   charges_and_dipoles_ = fields_->charges_and_dipoles(past ? past->charges_and_dipoles_ : nullptr, team);
   if (charges_and_dipoles_) coarse_.emplace(charges_and_dipoles_, sites_, given_.on_spheres({}));
 }
@@ -176,7 +176,7 @@ std::vector<double> System::group_charges(const double* x) const {
 
 void System::add_tail_forces(const double* x, const double* multipoles, SphereSolution& solution) const {
   const double scale = 4 * std::numbers::pi * problem_.permittivity;
-  std::vector<std::vector<std::pair<const Tail*, double>>> before(sites_.size());  // With their amplitudes
+  std::vector<std::vector<std::pair<const Tail*, double>>> before(sites_.size());  // Corrections with amplitudes
   for (std::size_t p = 0; p < fields_->close_pairs().size(); ++p)
     for (const Tail& tail : fields_->close_pairs()[p].tails) {
       const int degree = sites_[tail.sphere].degree;

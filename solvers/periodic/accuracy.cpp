@@ -312,7 +312,7 @@ std::optional<MeshChoice> choose(double most, const MeshRequest& request, const 
   return best;
 }
 
-/// Throws InputError for an order given by hand that a ParticleMesh does not support.
+/// Throws InputError for an order given explicitly that a ParticleMesh does not support.
 void require_order_in_double(const MeshRequest& request) {
   const int order = request.by_hand.order.value_or(highest_double_order);
   const int lowest = request.polarizability ? lowest_dipole_order : 4;
@@ -345,7 +345,7 @@ std::vector<Window> windows_of(const MeshRequest& request) {
   return {Window::prolate, Window::spline};
 }
 
-/// Returns the parameters given by hand for one kind of window, in double precision. Chooses the band limit for the
+/// Returns the parameters given explicitly for one kind of window, in double precision. Chooses the band limit for the
 /// least error: a larger one increases the error of the mesh, a smaller one that of the near part.
 MeshChoice by_hand_with(Window window, const MeshRequest& request) {
   const auto [cutoff, alpha, points, order] = request.by_hand;
@@ -376,8 +376,8 @@ std::optional<MeshChoice> in_single(MeshChoice choice, const MeshRequest& reques
   return choice;
 }
 
-/// Returns the parameters given by hand, in single precision where possible. Double precision is tried only if single
-/// precision is excluded.
+/// Returns the parameters given explicitly, in single precision where possible. Double precision is tried only if
+/// single precision is excluded.
 MeshChoice by_hand_alone(const MeshRequest& request) {
   const int order = *request.by_hand.order;
   std::optional<MeshChoice> best;

@@ -97,7 +97,7 @@ struct Octant {
       : axes{Axis(mesh.lengths.x, mesh.points[0], transform), Axis(mesh.lengths.y, mesh.points[1], transform),
              Axis(mesh.lengths.z, mesh.points[2], transform)} {}
 
-  /// Calls use(modes, Alike, number of mirror images of the mode on the mesh) for all modes except the constant.
+  /// Calls use(modes, `Alike`, number of mirror images of the mode on the mesh) for all modes except the constant.
   template <class Use>
   void visit(const Mesh& mesh, const Cloud& cloud, Use&& use) const {
     const auto images = [&](int axis, int mode) { return mode == 0 || 2 * mode == mesh.points[axis] ? 1 : 2; };

@@ -48,14 +48,13 @@ struct SphereProblem {
   /// Returns true if grounded(), or if a sphere has a given potential or is coupled to one; otherwise charges must sum
   /// to zero.
   bool has_ground() const;
-  /// Throws InputError for an invalid problem:
-  /// - a length, radius or permittivity that is not positive;
-  /// - an axis that is periodic on one side only, or a sphere on or through a side of another axis;
-  /// - a sphere without a group, or a coupling that does not join two groups;
-  /// - a floating group without a sphere or a coupling to a group with one;
-  /// - touching spheres of different groups, or an overlap above 1 % of the smaller radius in one group;
-  /// - a dielectric that is not alone in a floating group or has no relative permittivity above 1;
-  /// - charges that do not sum to zero without ground.
+  /// Throws InputError for an invalid problem. Lengths, radii and the permittivity must be positive. An axis must be
+  /// periodic on both sides or on none. A sphere must not be on or through another side, but for contacts with
+  /// insulating sides (deepest_contact). Each sphere needs a group. A coupling must join two groups and have a finite
+  /// capacitance of at least 0. A floating group needs a sphere, or a coupling to a group with one. Conductors of
+  /// different groups must not touch. Other spheres may overlap by at most 1 % of the smaller radius. A dielectric must
+  /// be alone in a floating group and have a relative permittivity above 1. Without ground the charges must sum to
+  /// zero.
   void check() const;
 };
 

@@ -22,8 +22,8 @@ struct NetworkLink {
 class NetworkFactors {
  public:
   NetworkFactors() = default;
-  /// `ground` [nodes]: not negative; nodes marked in `keep` are not eliminated (empty: all are). Links of zero
-  /// conductance are ignored.
+  /// Factorizes a network. `ground` [nodes]: not negative; nodes marked in `keep` are not eliminated (empty: all are).
+  /// Links of zero conductance are ignored.
   NetworkFactors(std::vector<double> ground, const std::vector<NetworkLink>& links, const std::vector<char>& keep = {});
 
   /// Replaces the current into each node by its potential. Of each set of nodes without a link to ground, one gets

@@ -71,9 +71,9 @@ struct LaplaceProblem {
   /// then. The potential is determined up to a constant, chosen such that the groups' potentials, weighted by their
   /// number of bodies, have zero mean.
   bool has_ground() const;
-  /// Throws InputError if a body or a coupling refers to no group, a size or radius is not positive or a capacitance is
-  /// negative. Also throws it for a floating group without a body or a coupling to one that has, and if nothing is
-  /// grounded and the charges do not sum to zero.
+  /// Checks the problem. Throws InputError if a body or a coupling refers to no group, a size or radius is not positive
+  /// or a capacitance is negative. Also throws it for a floating group without a body or a coupling to one that has,
+  /// and if nothing is grounded and the charges do not sum to zero.
   void check() const;
 };
 

@@ -9,8 +9,8 @@ namespace lichtenberg::minimize {
 /// 2006; semi-implicit Euler and the half step back of Guenole et al. 2020).
 class Fire : public Minimizer {
  public:
-  /// `largest_step`: time step, below 2 over the square root of the largest curvature; `largest_move`: change of a
-  /// component in one iteration.
+  /// Starts at x. `largest_step`: time step, below 2 over the square root of the largest curvature; `largest_move`:
+  /// change of a component in one iteration.
   Fire(Objective& objective, std::vector<double> x, double largest_step, double largest_move);
   bool iterate() override;
   Memory memory() const override;

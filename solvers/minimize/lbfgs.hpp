@@ -16,7 +16,8 @@ namespace lichtenberg::minimize {
 /// corresponding force, which follows from `first_step`.
 class Lbfgs : public Minimizer {
  public:
-  /// `largest_move`: change of a component in one iteration; `first_step`: first step, in units of the gradient.
+  /// Starts at x. `largest_move`: change of a component in one iteration; `first_step`: first step, in units of the
+  /// gradient.
   Lbfgs(Objective& objective, std::vector<double> x, double first_step, double largest_move);
   bool iterate() override;
   Memory memory() const override;

@@ -9,7 +9,8 @@ namespace lichtenberg::minimize {
 /// (Steihaug 1983). The region is a ball in the preconditioner's norm.
 class NewtonCg : public Minimizer {
  public:
-  /// `largest_move`: change of a component in the first iteration; `gradient_unit`: scale of a large gradient.
+  /// Starts at x. `largest_move`: change of a component in the first iteration; `gradient_unit`: scale of a large
+  /// gradient.
   NewtonCg(SmoothObjective& objective, std::vector<double> x, double largest_move, double gradient_unit);
   bool iterate() override;
   Memory memory() const override { return {{"radius", {radius_}}}; }

@@ -12,8 +12,8 @@ namespace lichtenberg::parallel {
 /// Task queue: one background thread executes tasks in the order of their addition.
 class Backlog {
  public:
-  /// `most`: capacity in unfinished tasks; add() blocks when it is reached. 0: no thread, add() executes the task
-  /// itself.
+  /// Makes an empty queue. `most`: capacity in unfinished tasks; add() blocks when it is reached. 0: no thread, add()
+  /// executes the task itself.
   explicit Backlog(std::size_t most) : most_(most) {}
   /// Executes all remaining tasks.
   ~Backlog();

@@ -148,7 +148,7 @@ class HostExecutor {
    private:
     void* memory_;
   };
-  /// Calls f(Block, b) for b = 0 ... blocks - 1, each with `bytes` of fast memory: initially undefined, at most
+  /// Calls f(Block, b) for b = 0 ... blocks - 1. Each block has `bytes` of fast memory, initially undefined and at most
   /// most_block_memory(). On a device `threads` threads form a block.
   template <int threads = 128, class F>
   void for_each_block(int blocks, std::size_t bytes, F f) const {
@@ -194,8 +194,8 @@ class HostExecutor {
     f(Grid());
   }
 
-  /// Calls put(index, k) for all k = 0 ... n() - 1, at most `most`, with keep(k), in any order. Indices are successive
-  /// numbers from *taken on, and *taken increases by their count. On a device, n() is evaluated there.
+  /// Calls put(index, k) for all k = 0 ... n() - 1 with keep(k), in any order; n() is at most `most`. Indices are
+  /// successive numbers from *taken on, and *taken increases by their count. On a device, n() is evaluated there.
   template <class Count, class Keep, class Put>
   void select(long most, Count n, int* taken, Keep keep, Put put) const {
     const int end = n();

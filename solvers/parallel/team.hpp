@@ -14,7 +14,8 @@ namespace lichtenberg::parallel {
 /// thread that executes them; results are then bitwise identical for any number of threads.
 class Team {
  public:
-  /// `threads`: total number, including the caller's. Throws Failure if the system cannot start that many.
+  /// Starts the worker threads. `threads`: total number, including the caller's. Throws Failure if the system cannot
+  /// start that many.
   explicit Team(int threads);
   ~Team();
   Team(const Team&) = delete;

@@ -26,8 +26,8 @@ double reach_of(const Mesh& mesh);
 template <class Real>
 class ChargeMesh {
  public:
-  /// Single precision: windows of orders 4 to 8, an even number of points along z. Double precision: splines of orders
-  /// 4 to 7. Each axis needs at least twice the order in points. Throws InputError otherwise.
+  /// Sets up the mesh. Single precision: windows of orders 4 to 8, an even number of points along z. Double precision:
+  /// splines of orders 4 to 7. Each axis needs at least twice the order in points. Throws InputError otherwise.
   ChargeMesh(const Mesh& mesh, const Cloud& cloud);
 
   int order() const { return mesh_.order; }

@@ -41,7 +41,7 @@ enum class DipoleSum {
 /// Charges always act on each other by `far`.
 class InducedDipoles {
  public:
-  /// `far` must outlive this object and must support dipoles.
+  /// Sets up the model. `far` must outlive this object and must support dipoles.
   InducedDipoles(Sum& far, DipoleSum variant, double polarizability, double tolerance)
       : far_(far), variant_(variant), polarizability_(polarizability), tolerance_(tolerance) {}
 
@@ -67,7 +67,7 @@ class InducedDipoles {
 /// amplify solver errors.
 class DipolePredictor {
  public:
-  /// `steps`: maximum number of earlier steps used.
+  /// Makes a predictor without history. `steps`: maximum number of earlier steps used.
   explicit DipolePredictor(int steps = 4) : steps_(steps) {}
 
   /// Returns the initial guess for solve_dipoles; empty without history.

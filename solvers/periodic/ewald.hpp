@@ -27,12 +27,12 @@ Splitting splitting_for(const Sources& sources, double tolerance, double alpha =
 /// distance comparisons.
 class Ewald : public Sum {
  public:
-  /// Uses the parameters of splitting_for.
+  /// Makes a sum with the parameters of splitting_for.
   explicit Ewald(double tolerance = 1e-12) : tolerance_(tolerance) {}
   explicit Ewald(const Splitting& splitting) : splitting_(splitting) {}
 
   double cutoff() const override { return 0; }
-  /// Throws the exceptions of require_consistent.
+  /// Computes the response of all sources. Throws the exceptions of require_consistent.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
   /// Computes the response of the sources in `sample` to all sources, for samples of large systems. `response` has one
   /// entry for each of them, and their share of the energy. For m of N sources, (2 m / N)^(1/6) times the balanced

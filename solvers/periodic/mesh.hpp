@@ -16,17 +16,18 @@ namespace lichtenberg::periodic {
 template <class Real>
 class MeshSum : public Sum {
  public:
-  /// Throws InputError where ChargeMesh and Near do.
+  /// Makes a mesh sum. Throws the exceptions of ChargeMesh and Near.
   MeshSum(const Mesh& mesh, const Cloud& cloud);
 
   double cutoff() const override { return 0; }
-  /// Throws InputError if the box is not the mesh's, for dipoles in single precision or with splines below
-  /// lowest_dipole_order. Also throws it if the energy is not finite, as for two sources at the same position.
+  /// Computes the response; `pairs` is not used. Throws InputError if the box is not the mesh's, for dipoles in single
+  /// precision or with splines below lowest_dipole_order. Also throws it if the energy is not finite, as for two
+  /// sources at the same position.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
   /// Like `evaluate`, without the potentials of near pairs of charges. Throws the exceptions of `evaluate`.
   void forces(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
               std::vector<double>& force) override;
-  /// Costs about as much as the field of charges.
+  /// Computes the field of the dipoles alone, at about the cost of the field of charges.
   void dipole_field(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                     std::span<double> field) override;
   SumSeconds seconds() const override { return seconds_; }

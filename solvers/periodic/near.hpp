@@ -19,7 +19,8 @@ class Near {
   /// Highest degree of the polynomial that represents a cloud's potential.
   static constexpr int highest_degree = sizeof(Real) == 4 ? 18 : 30;
 
-  /// Throws InputError for a cut-off beyond longest_cutoff, and for a cloud that needs a higher degree.
+  /// Makes the tables of the near part. Throws InputError for a cut-off beyond longest_cutoff, and for a cloud that
+  /// needs a higher degree.
   Near(Vec3 lengths, const Cloud& cloud);
 
   /// Longest cut-off in a box. In double precision half of the shortest side, so that a source meets one image of each

@@ -32,7 +32,8 @@ struct NearKernels {
   Real term[4][most] = {};
 
   NearKernels() = default;
-  /// `cloud`: coefficients of cloud_polynomial, at most `most`; `by_square`: the value of `turn`.
+  /// Computes the coefficients of B_0 to B_3. `cloud`: coefficients of cloud_polynomial, at most `most`; `by_square`:
+  /// the value of `turn`.
   NearKernels(std::vector<double> cloud, double by_square)
       : terms(static_cast<int>(cloud.size())), turn(static_cast<Real>(by_square)) {
     for (double& coefficient : cloud) coefficient = -coefficient;

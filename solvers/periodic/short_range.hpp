@@ -16,7 +16,7 @@ class MinimumImage : public Sum {
   explicit MinimumImage(Reach reach = Reach::half_box) : reach_(reach) {}
 
   double cutoff() const override { return 0; }
-  /// Throws the exceptions of require_consistent.
+  /// Computes the response; `pairs` is not used. Throws the exceptions of require_consistent.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
 
  private:
@@ -28,12 +28,12 @@ class MinimumImage : public Sum {
 /// times the limit of v - 1/r at r = 0. With it, the energy of two opposite charges at the same point is 0.
 class ShiftedForce : public Sum {
  public:
-  /// `alpha` (1/length): damping; 0 is the shifted Coulomb law.
+  /// Makes a shifted-force sum. `alpha` (1/length): damping; 0 is the shifted Coulomb law.
   explicit ShiftedForce(double cutoff, double alpha = 0) : cutoff_(cutoff), alpha_(alpha) {}
 
   double cutoff() const override { return cutoff_; }
-  /// Throws the exceptions of require_consistent. Throws InputError for dipoles, and for a cut-off that is not positive
-  /// or exceeds half of the shortest side.
+  /// Computes the response. Throws the exceptions of require_consistent. Throws InputError for dipoles, and for a
+  /// cut-off that is not positive or exceeds half of the shortest side.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
 
  private:

@@ -9,7 +9,7 @@ namespace lichtenberg::laplace {
 /// for fast multigrid.
 class Grids {
  public:
-  /// Throws InputError if no grid fits a box of these proportions.
+  /// Finds the grids of a box. Throws InputError if no grid fits a box of these proportions.
   explicit Grids(Vec2 size);
 
   int at_least(int cells) const;

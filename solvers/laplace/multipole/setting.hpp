@@ -19,7 +19,7 @@ struct Layout {
 
 /// Problem in the data structures of this method. It cannot be copied, because its parts point at each other.
 struct Setting {
-  /// Throws the exceptions of Arrangement.
+  /// Sets up a problem. Throws the exceptions of Arrangement.
   Setting(const LaplaceProblem& p, bool unbounded, Truncation truncation)
       : problem(p),
         mirrors(unbounded ? Mirrors() : Mirrors(problem)),

@@ -27,12 +27,13 @@ struct MultipoleOptions {
 /// GMRES's residual; the estimate is mostly of the size of the error.
 class MultipoleSolver : public LaplaceSolver {
  public:
-  /// Throws InputError for options out of range.
+  /// Makes a solver. Throws InputError for options out of range.
   explicit MultipoleSolver(MultipoleOptions options = {});
   ~MultipoleSolver() override;
 
-  /// Also throws InputError for bodies that are not disks and for disks of different potential without a gap between
-  /// them. Also throws it for disks that a side cuts off-centre, and for sides of varying potential.
+  /// Solves the problem. Also throws InputError for bodies that are not disks and for disks of different potential
+  /// without a gap between them. Also throws it for disks that a side cuts off-centre, and for sides of varying
+  /// potential.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
   /// Returns the potential (V) of the last solve at any point of the box, or of the unbounded plane. Like `field`,
   /// throws Failure if nothing has been solved.

@@ -38,13 +38,13 @@ double sweeps_per_decade(int sites);
 /// the charge left in the fluid by the unfinished relaxation.
 class RelaxationSolver : public LaplaceSolver {
  public:
-  /// Throws InputError for options out of range.
+  /// Makes a solver. Throws InputError for options out of range.
   explicit RelaxationSolver(RelaxationOptions options = {});
 
-  /// Throws InputError also for a box that is not a whole number of spacings wide and high, and for a body that covers
-  /// no site. Throws Failure if the charges are not reached in `largest_iterations` solves.
+  /// Solves the problem. Throws InputError also for a box that is not a whole number of spacings wide and high, and for
+  /// a body that covers no site. Throws Failure if the charges are not reached in `largest_iterations` solves.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
-  /// Throws Failure before the first solve and after `forget`.
+  /// Returns the potential of the last solve. Throws Failure before the first solve and after `forget`.
   Field field() const override;
   void forget() override;
 

@@ -21,7 +21,7 @@ FarImages all_images(const Mirrors& mirrors, double largest_radius, int degree, 
 /// Fields of images, computed for each pair of source and target.
 class FarField {
  public:
-  /// `past`: earlier field whose tables are used again if possible.
+  /// Computes the derivatives between all sites. `past`: earlier field whose tables are used again if possible.
   FarField(const Mirrors& mirrors, const std::vector<Site>& targets, const std::vector<Site>& sources,
            const FarImages& images, const FarField* past = nullptr);
   /// Adds to the targets' local coefficients, which extend `beyond` degrees above the targets' own. `T`: double, or

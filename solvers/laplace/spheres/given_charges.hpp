@@ -14,7 +14,8 @@ namespace lichtenberg::laplace::spheres {
 /// coupling, and couplings do not worsen the condition of the operator.
 class GivenCharges {
  public:
-  /// `start`: start of each sphere's harmonics in x; `couplings`: start of the couplings' unknowns.
+  /// Sets up the constraints. `start`: start of each sphere's harmonics in x; `couplings`: start of the couplings'
+  /// unknowns.
   GivenCharges(const SphereProblem& problem, const std::vector<int>& start, int couplings);
 
   int coupling_count() const { return static_cast<int>(links_.size()); }

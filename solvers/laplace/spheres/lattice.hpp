@@ -20,7 +20,7 @@ class Coupling {
     int degree;
     double radius;
   };
-  /// `mask`: axes along which the source is mirrored.
+  /// Source site. `mask`: axes along which the source is mirrored.
   struct Source {
     int degree;
     double radius;

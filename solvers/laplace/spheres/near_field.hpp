@@ -35,7 +35,8 @@ struct NearPair {
 /// potential is sum b_lm (r/R)^l C_lm, that of a source sum a_lm (R/r)^(l+1) C_lm.
 class NearField {
  public:
-  /// `pairs`: by ascending target. Neglects distant terms below `accuracy` times the largest coefficient.
+  /// Groups the pairs into batches. `pairs`: by ascending target. Neglects distant terms below `accuracy` times the
+  /// largest coefficient.
   NearField(const std::vector<Site>& targets, const std::vector<Site>& sources, const std::vector<NearPair>& pairs,
             double accuracy, parallel::Team& team);
 

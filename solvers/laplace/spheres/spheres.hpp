@@ -108,16 +108,16 @@ struct SphereOptions {
 /// and regroup between solves.
 class SphereSolver {
  public:
-  /// Throws InputError for an accuracy or a degree out of range. `team` must outlive the solver; results are bitwise
-  /// identical for any number of threads.
+  /// Makes a solver. Throws InputError for an accuracy or a degree out of range. `team` must outlive the solver;
+  /// results are bitwise identical for any number of threads.
   explicit SphereSolver(SphereOptions options = {}, parallel::Team& team = parallel::Team::single());
   /// Makes a solver that owns its team.
   SphereSolver(SphereOptions options, std::unique_ptr<parallel::Team> team);
   ~SphereSolver();
   SphereSolver(SphereSolver&&) noexcept;
 
-  /// Throws the exceptions of SphereProblem::check. Throws InputError if the accuracy needs a degree beyond double
-  /// precision or memory. Throws Failure if the iteration does not converge.
+  /// Solves the problem. Throws the exceptions of SphereProblem::check. Throws InputError if the accuracy needs a
+  /// degree beyond double precision or memory. Throws Failure if the iteration does not converge.
   SphereSolution solve(const SphereProblem& problem);
   /// Estimates the size of a solve. Throws the exceptions that solve throws before it iterates.
   SphereForecast forecast(const SphereProblem& problem) const;

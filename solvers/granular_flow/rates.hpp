@@ -70,9 +70,9 @@ class Rates {
   /// Values of n, T, c/n, u on the two sides of the face after each cell, one quantity after another.
   std::vector<double> below_, above_;
   std::array<std::array<std::vector<double>, 3>, 3> gradient_;  ///< Layout [by axis][of velocity]
-  // Values at the face after each cell along an axis. flow_: fluxes of mass, charge, momentum ... and (3/2) n T.
-  // face_velocity_: velocity across the face. heating_: heat (per volume and time) from the loss of kinetic energy
-  // there.
+  // Values at the face after each cell along an axis: `flow_` are the fluxes of mass, charge, momentum ... and (3/2) n
+  // T, and `face_velocity_` is the velocity across the face. `heating_` is the heat (per volume and time) from the loss
+  // of kinetic energy there.
   std::vector<double> flow_, face_velocity_, heating_;
 };
 

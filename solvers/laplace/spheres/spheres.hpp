@@ -49,7 +49,7 @@ struct SphereProblem {
   /// to zero.
   bool has_ground() const;
   /// Throws InputError for an invalid problem. Lengths, radii and the permittivity must be positive. An axis must be
-  /// periodic on both sides or on none. A sphere must not be on or through another side, but for contacts with
+  /// periodic on both sides or on none. A sphere must not be on or through another side, except for contacts with
   /// insulating sides (deepest_contact). Each sphere needs a group. A coupling must join two groups and have a finite
   /// capacitance of at least 0. A floating group needs a sphere, or a coupling to a group with one. Conductors of
   /// different groups must not touch. Other spheres may overlap by at most 1 % of the smaller radius. A dielectric must

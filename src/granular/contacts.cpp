@@ -13,7 +13,7 @@ namespace lichtenberg::granular {
 namespace {
 
 /// Marks contacts of grains that are in more than one contact.
-void mark_company(std::vector<Touch>& touches, int grains) {
+void mark_shared_contacts(std::vector<Touch>& touches, int grains) {
   std::vector<int> touching(grains);
   for (const Touch& touch : touches) ++touching[touch.contact.pair.i], ++touching[touch.contact.pair.j];
   for (Touch& touch : touches)
@@ -26,7 +26,7 @@ template <int d>
 GrainContact touched(Pair pair, Vec<d> before, Vec<d> now, double reach, double begin, double dt) {
   const Vec<d> way = now - before;
   const double b = dot(before, way), c = norm2(before) - reach * reach;
-  const double part = std::clamp(c / (-b + std::sqrt(std::max(b * b - norm2(way) * c, 0.0))), 0.0, 1.0);
+  const double part = std::clamp(straight_onset(b, c, norm2(way)), 0.0, 1.0);
   return {pair, begin + part * dt, closing(PairState<d>{before + part * way, way / dt})};
 }
 
@@ -147,7 +147,7 @@ std::vector<Touch> touches_between(std::span<const double> from, const Bodies& b
 
 void note(std::vector<Touch> touches, const Bodies& bodies, double end, std::vector<GrainContact>& contacts,
           ContactRecord& record) {
-  mark_company(touches, bodies.size());
+  mark_shared_contacts(touches, bodies.size());
   contacts.clear();
   visit_spheres(bodies, [&]<int d>(const Spheres<d>& grains) {
     for (const auto& [contact, begun, open] : touches) {

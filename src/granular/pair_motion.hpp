@@ -165,9 +165,7 @@ class PairMotion {
   LICHTENBERG_HOST_DEVICE Real time_of_touch(const State& s, double dt) const {
     const Real b = dot(s.apart, s.velocity), c = norm2(s.apart) - reach_ * reach_, v2 = norm2(s.velocity);
     const auto beyond = [&](const State& then) { return norm2(then.apart) - reach_ * reach_; };
-    const Real root = b * b - v2 * c;
-    const Mask meets = b < 0 && root > 0;
-    Real t = chosen<Real>(meets, c / (root_of(not_below<Real>(root, 0)) - b), INFINITY);
+    Real t = straight_onset(b, c, v2);
     const Mask late = t > dt;
     Mask none = late;
     if (any(late)) none = late && beyond(flown(s, 0, dt)) >= 0;

@@ -35,6 +35,14 @@ LICHTENBERG_HOST_DEVICE void fly(Vector& place, Vector& momentum, const Vector& 
 /// no direction.
 inline constexpr double too_close = 0.1;
 
+/// Returns the time after which a pair in straight relative motion r + v t has the distance `reach`; infinite if it
+/// never has. b = r v, c = r^2 - reach^2, v2 = v^2.
+template <class Real>
+LICHTENBERG_HOST_DEVICE Real straight_onset(const Real& b, const Real& c, const Real& v2) {
+  const Real root = b * b - v2 * c;
+  return chosen<Real>(b < 0 && root > 0, c / (root_of(not_below<Real>(root, 0)) - b), INFINITY);
+}
+
 /// Returns the approach speed along the line of centres.
 template <int d, class Real>
 LICHTENBERG_HOST_DEVICE Real closing(const PairState<d, Real>& s) {

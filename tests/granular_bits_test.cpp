@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "src/effects/gas_drag.hpp"
-#include "src/granular/encounters.hpp"
+#include "src/granular/contact_event_queue.hpp"
 #include "src/granular/pace.hpp"
 #include "src/granular/pair_state.hpp"
 #include "tests/grains.hpp"
@@ -253,12 +253,12 @@ TEST_CASE("steps that have grown by more than a quarter since the search ask for
   Scene scene = grains::cube(20);
   add(scene, {10, 10, 10});
   add(scene, {12, 10, 10});
-  granular::Encounters<3> encounters;
-  encounters.search(
+  granular::ContactEventQueue<3> queue;
+  queue.search(
       make_bodies(scene), {.fastest = 1}, 1, 0.004, [](Pair) { return false; }, parallel::Team::single());
-  CHECK(encounters.cover(0.004, 1));
-  CHECK(encounters.cover(0.005, 1));
-  CHECK_FALSE(encounters.cover(0.006, 1));
+  CHECK(queue.is_valid_for(0.004, 1));
+  CHECK(queue.is_valid_for(0.005, 1));
+  CHECK_FALSE(queue.is_valid_for(0.006, 1));
 }
 
 }  // namespace granular_bits_test

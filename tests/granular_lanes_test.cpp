@@ -6,7 +6,7 @@
 #include <experimental/simd>
 
 #include "solvers/random.hpp"
-#include "src/granular/encounters.hpp"
+#include "src/granular/contact_event_queue.hpp"
 #include "src/granular/pair_motion.hpp"
 #include "src/model/linear_spring.hpp"
 #include "src/model/viscoelastic.hpp"
@@ -103,8 +103,8 @@ TEST_CASE("pairs stay apart for as long as is said, and head-on no longer") {
   for (int n = 0; n < 10000; ++n) {
     const auto direction = [&] { return Vec3{random.normal(), random.normal(), random.normal()}; };
     const Bounds bounds{.fastest = 5,
-                        .jolt = n % 3 == 0 ? 0 : random.uniform(0, 0.1),
-                        .pull = n % 5 == 0 ? 0 : random.uniform(0, 2),
+                        .velocity_kick = n % 3 == 0 ? 0 : random.uniform(0, 0.1),
+                        .external_acceleration = n % 5 == 0 ? 0 : random.uniform(0, 2),
                         .acceleration = random.uniform(1, 200),
                         .excess = n % 2 == 0 ? 0 : random.uniform(0, 0.01)};
     const Vec3 way = direction(), across = direction();
@@ -112,11 +112,11 @@ TEST_CASE("pairs stay apart for as long as is said, and head-on no longer") {
     const bool head_on = n % 4 == 0;
     const Vec3 velocity = head_on ? random.uniform(-2, 2) * unit : across;
     const auto several = [](const Vec3& v) { return Vectors<3>::each([&](int k) { return Several(v[k]); }); };
-    const double time = apart_for<3>({several(apart), several(velocity)}, Several(1.0), bounds)[0];
+    const double time = min_time_to_contact<3>({several(apart), several(velocity)}, Several(1.0), bounds)[0];
     REQUIRE(time > 0);
     const auto gap = [&](double t) {
-      return norm(apart + t * velocity) - 2 * bounds.jolt * t - bounds.bend(t) - bounds.pull * t * t - bounds.excess -
-             1;
+      return norm(apart + t * velocity) - 2 * bounds.velocity_kick * t - bounds.bend(t) -
+             bounds.external_acceleration * t * t - bounds.excess - 1;
     };
     constexpr double slack = 1e-8;  // the lengths' rounding of 1e-9 and that of these sums
     for (int part = 0; part <= 8; ++part) CHECK(gap(part * 0.125 * time) > -slack);

@@ -12,17 +12,17 @@ namespace lichtenberg::granular {
 
 /// Bounds on the motion of grains until the next search for candidate pairs, in reduced units.
 struct Bounds {
-  double fastest = 0;       ///< v0, without contacts; collisions make no grain faster than twice this
-  double jolt = 0;          ///< v0, sum of velocity kicks by all forces except contacts
-  double pull = 0;          ///< acceleration by slow forces
-  double acceleration = 0;  ///< relative acceleration by contacts
-  double excess = 0;        ///< d0, margin for contacts that begin in the second half of a step
+  double fastest = 0;                ///< v0, without contacts; collisions make no grain faster than twice this
+  double velocity_kick = 0;          ///< v0, sum of velocity kicks by all forces except contacts
+  double external_acceleration = 0;  ///< acceleration by slow forces
+  double acceleration = 0;           ///< relative acceleration by contacts
+  double excess = 0;                 ///< d0, margin for contacts that begin in the second half of a step
 
   double speed() const { return 2 * fastest; }
   /// Bound on the approach (d0) within t by contacts, beyond that of straight flight.
   double bend(double t) const { return std::min(0.5 * acceleration * t * t, 3 * speed() * t); }
   /// Bound on the approach by contacts, slow forces and kicks, beyond that of straight flight.
-  double closed_by(double t) const { return 2 * jolt * t + bend(t) + pull * t * t; }
+  double closed_by(double t) const { return 2 * velocity_kick * t + bend(t) + external_acceleration * t * t; }
   /// Bound on the total approach within t.
   double approach(double t) const { return std::min(2 * speed() * t, 2 * fastest * t + bend(t)) + excess; }
 };
@@ -32,10 +32,10 @@ inline constexpr double rounding =
 
 /// Returns a lower bound on the time for which pairs stay apart. In straight flight the distance is a convex function
 /// of time: the approach speed is largest at first, c, and for c < 0 the pair recedes at least as fast from then on.
-/// Kicks increase c. Slow forces add an approach of 2 pull t^2 / 2, and contacts one of a t^2 / 2 or of 3 speed t. The
-/// bound is the later of the times at which these two estimates close the gap.
+/// Kicks increase c. Slow forces add an approach of e t^2 with their largest acceleration e, and contacts one of a t^2
+/// / 2 or of 3 speed t. The bound is the later of the times at which these two estimates close the gap.
 template <int d>
-Several apart_for(const PairState<d, Several>& pairs, const Several& reach, const Bounds& bounds) {
+Several min_time_to_contact(const PairState<d, Several>& pairs, const Several& reach, const Bounds& bounds) {
   const Several distance = sqrt(norm2(pairs.apart));
   const Several gap = not_below<Several>(distance - ((1 + rounding) * reach + bounds.excess), 0);
   // The root of speed t + acceleration t^2 / 2 = gap, without cancellation.
@@ -44,36 +44,38 @@ Several apart_for(const PairState<d, Several>& pairs, const Several& reach, cons
     const auto parting = speed < 0;
     return chosen<Several>(parting, root - speed, 2.0 * gap) / chosen<Several>(parting, acceleration, speed + root);
   };
-  const Several closing = 2 * bounds.jolt - dot(pairs.apart, pairs.velocity) / distance;
-  const Several bent = closed_after(closing, bounds.acceleration + 2 * bounds.pull);
-  const Several time = not_below<Several>(bent, closed_after(closing + 3 * bounds.speed(), 2 * bounds.pull));
+  const Several closing = 2 * bounds.velocity_kick - dot(pairs.apart, pairs.velocity) / distance;
+  const Several bent = closed_after(closing, bounds.acceleration + 2 * bounds.external_acceleration);
+  const Several time =
+      not_below<Several>(bent, closed_after(closing + 3 * bounds.speed(), 2 * bounds.external_acceleration));
   return chosen<Several>(gap > 0, time, 0);
 }
 
 /// Queue of candidate pairs without contact, each with a time before which it cannot touch, filled by a search. Its
 /// contents affect the cost but no result.
 template <int d>
-class Encounters {
+class ContactEventQueue {
  public:
   static constexpr double longer = 1.25;
 
   /// Adds a bound on velocity changes (v0) by forces other than contacts.
-  void jolt(double most) { jolts_ += most; }
+  void add_velocity_kick(double most) { velocity_kicks_ += most; }
   /// Sets the bound on the acceleration by slow forces.
-  void pull(double acceleration) { pull_ = acceleration; }
+  void set_external_acceleration(double acceleration) { external_acceleration_ = acceleration; }
   /// Takes the largest acceleration of a grain in the middle of a step. Returns false if the step may exceed the bound
   /// of the search, which must then be repeated at the start of the step.
-  bool bear(double acceleration) {
+  bool update_contact_acceleration(double acceleration) {
     constexpr double margin = 1.2;  // bound on the growth of accelerations from the middle to the end
-    hardest_push_ = std::max(hardest_push_, acceleration);
-    return 2 * margin * hardest_push_ <= bounds_.acceleration;
+    max_contact_acceleration_ = std::max(max_contact_acceleration_, acceleration);
+    return 2 * margin * max_contact_acceleration_ <= bounds_.acceleration;
   }
-  double hardest_push() const { return hardest_push_; }  ///< largest acceleration since the search
+  /// Returns the largest acceleration since the search.
+  double max_contact_acceleration() const { return max_contact_acceleration_; }
   /// Returns whether the queue holds all pairs that may touch within a step of length `time`; `fastest` is the largest
   /// speed. The step may be longer than that of the search by the factor `longer`, for which `excess` allows.
-  bool cover(double time, double fastest) const {
+  bool is_valid_for(double time, double fastest) const {
     return now_ + time <= horizon_ && time <= longer * bucket_ && fastest <= bounds_.speed() &&
-           jolts_ <= bounds_.jolt && pull_ <= bounds_.pull;
+           velocity_kicks_ <= bounds_.velocity_kick && external_acceleration_ <= bounds_.external_acceleration;
   }
   /// Finds all pairs that may touch within `horizon`, except open contacts, for steps of length `step`.
   template <class IsOpen>
@@ -102,18 +104,18 @@ class Encounters {
 
   Bounds bounds_;
   double now_ = 0, horizon_ = -1, bucket_ = 1;  ///< t0; now and horizon: since the search
-  double jolts_ = 0, pull_ = 0, hardest_push_ = 0;
+  double velocity_kicks_ = 0, external_acceleration_ = 0, max_contact_acceleration_ = 0;
   std::size_t next_ = 0;                    ///< first bucket that has not been taken
   std::vector<std::vector<Pair>> waiting_;  ///< [buckets of time]
   std::vector<Pair> soon_;                  ///< pairs of buckets that have been taken
   CellOrder<d> cells_;
   NearestImage<d> nearest_{Box<d>{}};
   std::vector<Spot> spots_;  ///< in cell order
-  std::vector<double> apart_for_;
+  std::vector<double> min_time_to_contact_;
 };
 
 template <int d>
-void Encounters<d>::copy_spots(const Bodies& bodies, parallel::Team& team) {
+void ContactEventQueue<d>::copy_spots(const Bodies& bodies, parallel::Team& team) {
   const int n = bodies.size();
   spots_.resize(n);
   const auto copy = [&](int s) {
@@ -136,11 +138,11 @@ void Encounters<d>::copy_spots(const Bodies& bodies, parallel::Team& team) {
   });
 }
 
-/// Computes apart_for() of pairs of sorted indices.
+/// Computes min_time_to_contact() of pairs of sorted indices.
 template <int d>
-void Encounters<d>::estimate(const std::vector<Pair>& pairs, parallel::Team& team) {
+void ContactEventQueue<d>::estimate(const std::vector<Pair>& pairs, parallel::Team& team) {
   const int count = static_cast<int>(pairs.size());
-  apart_for_.resize(count + width);
+  min_time_to_contact_.resize(count + width);
   team.for_each((count + pairs_a_task - 1) / pairs_a_task, [&](int task) {
     const int end = std::min(count, (task + 1) * pairs_a_task);
     for (int first = task * pairs_a_task; first < end; first += width) {
@@ -157,17 +159,17 @@ void Encounters<d>::estimate(const std::vector<Pair>& pairs, parallel::Team& tea
         state.velocity[k] = of([k](const Spot& i, const Spot& j) { return j.velocity[k] - i.velocity[k]; });
       }
       const Several reach = of([](const Spot& i, const Spot& j) { return i.radius + j.radius; });
-      apart_for<d>(state, reach, bounds_).copy_to(&apart_for_[first], anywhere);
+      min_time_to_contact<d>(state, reach, bounds_).copy_to(&min_time_to_contact_[first], anywhere);
     }
   });
 }
 
 template <int d>
 template <class IsOpen>
-void Encounters<d>::search(const Bodies& bodies, const Bounds& bounds, double horizon, double step,
-                           const IsOpen& is_open, parallel::Team& team) {
+void ContactEventQueue<d>::search(const Bodies& bodies, const Bounds& bounds, double horizon, double step,
+                                  const IsOpen& is_open, parallel::Team& team) {
   bounds_ = bounds;
-  now_ = jolts_ = hardest_push_ = 0;
+  now_ = velocity_kicks_ = max_contact_acceleration_ = 0;
   next_ = 0;
   horizon_ = horizon;
   bucket_ = step;
@@ -180,21 +182,21 @@ void Encounters<d>::search(const Bodies& bodies, const Bounds& bounds, double ho
   const double widest = *std::ranges::max_element(bodies.radius);
   cells_.sort(grains, (2 + rounding) * widest + bounds.approach(horizon));
   copy_spots(bodies, team);
-  // All pairs with apart_for() below the horizon if all grains had the largest radius.
+  // All pairs with min_time_to_contact() below the horizon if all grains had the largest radius.
   const double reach = (1 + rounding) * 2 * widest + bounds.excess;
   const std::vector<Pair>& pairs =
       cells_.pairs_that_meet({.time = horizon, .within = reach + bounds.closed_by(horizon), .near = reach}, team);
   estimate(pairs, team);
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    if (!(apart_for_[p] < horizon)) continue;
+    if (!(min_time_to_contact_[p] < horizon)) continue;
     const int i = cells_.particles()[pairs[p].i], j = cells_.particles()[pairs[p].j];
     const Pair pair{std::min(i, j), std::max(i, j)};
-    if (!is_open(pair)) wait(pair, apart_for_[p]);
+    if (!is_open(pair)) wait(pair, min_time_to_contact_[p]);
   }
 }
 
 template <int d>
-void Encounters<d>::wait(Pair pair, double t) {
+void ContactEventQueue<d>::wait(Pair pair, double t) {
   const double bucket = std::floor((now_ + t) / bucket_ - slack);
   if (bucket < static_cast<double>(next_))
     soon_.push_back(pair);
@@ -203,7 +205,7 @@ void Encounters<d>::wait(Pair pair, double t) {
 }
 
 template <int d>
-void Encounters<d>::take(double dt, std::vector<Pair>& due) {
+void ContactEventQueue<d>::take(double dt, std::vector<Pair>& due) {
   due.swap(soon_);
   soon_.clear();
   for (; next_ < waiting_.size() && static_cast<double>(next_) * bucket_ < now_ + dt - slack * bucket_; ++next_)

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "src/granular/contact_event_queue.hpp"
 #include "src/granular/contact_rows.hpp"
+#include "src/granular/contacting_grains.hpp"
 #include "src/granular/contacts.hpp"
-#include "src/granular/encounters.hpp"
-#include "src/granular/touched_grains.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -27,8 +27,8 @@ class Motion final : public ContactMotion {
         followed.stored_at_start = total(rows_.of().stored, rows_.touching());
       else
         note(time + n * dt_, followed.record);
-      if (!encounters_.cover(dt_, of.fastest)) search(bodies, of, n, team), ++followed.searches;
-      for (follow(n, team); !encounters_.bear(rows_.hardest_push()); follow(n, team))
+      if (!queue_.is_valid_for(dt_, of.fastest)) search(bodies, of, n, team), ++followed.searches;
+      for (follow(n, team); !queue_.update_contact_acceleration(rows_.max_contact_acceleration()); follow(n, team))
         search(bodies, of, n, team), ++followed.searches;
       step(n, time + n * dt_, followed.record);
     }
@@ -64,8 +64,8 @@ class Motion final : public ContactMotion {
     open_.clear();
     for (const GrainContact& contact : contacts)
       open_.push_back({contact, {grains_.slot_of(contact.pair.i), grains_.slot_of(contact.pair.j)}});
-    encounters_.jolt(of.kicked);
-    encounters_.pull(of.gain / of.time);
+    queue_.add_velocity_kick(of.kicked);
+    queue_.set_external_acceleration(of.gain / of.time);
   }
 
   /// Finds the pairs that may touch from step n on until the fastest grain has flown `way`.
@@ -73,16 +73,17 @@ class Motion final : public ContactMotion {
     constexpr int most_steps = 64;
     constexpr double least = 0.1, more = 1.5;  // factors of the largest possible and of the observed acceleration
     constexpr double grows = 1.5;              // bound on the growth of slow forces until the next search
-    const double pull = grows * of.gain / of.time, kicked = std::isfinite(of.kicked) ? grows * of.kicked : 0;
+    const double external_acceleration = grows * of.gain / of.time,
+                 kicked = std::isfinite(of.kicked) ? grows * of.kicked : 0;
     const auto horizon = [&](double speed) { return std::max(dt_, std::min(of.way / speed, most_steps * dt_)); };
-    const double longest = horizon(of.fastest), jolt = kicked * (std::ceil(longest / of.time) + 1);
-    const double fastest = of.fastest + jolt + pull * std::max(longest, of.time);
+    const double longest = horizon(of.fastest), velocity_kick = kicked * (std::ceil(longest / of.time) + 1);
+    const double fastest = of.fastest + velocity_kick + external_acceleration * std::max(longest, of.time);
     const double hardest = largest_acceleration(2 * fastest);
     Bounds bounds{.fastest = fastest,
-                  .jolt = jolt,
-                  .pull = pull,
-                  .acceleration = 2 * std::max(least * hardest, more * encounters_.hardest_push())};
-    const double step = Encounters<d>::longer * dt_;  // the longest until the next search
+                  .velocity_kick = velocity_kick,
+                  .external_acceleration = external_acceleration,
+                  .acceleration = 2 * std::max(least * hardest, more * queue_.max_contact_acceleration())};
+    const double step = ContactEventQueue<d>::longer * dt_;  // the longest until the next search
     bounds.excess = std::min(hardest, unseen_acceleration(step, 2 * bounds.speed())) * step * step / 4;
     pairs_.clear();
     for (const Open& one : open_) pairs_.push_back(one.contact.pair);
@@ -90,7 +91,7 @@ class Motion final : public ContactMotion {
       return grains_.has_slot(pair.i) && grains_.has_slot(pair.j) && std::ranges::binary_search(pairs_, pair);
     };
     const auto search_in = [&](const Bodies& now) {
-      encounters_.search(now, bounds, (1 + rounding) * horizon(bounds.fastest), dt_, open, team);
+      queue_.search(now, bounds, (1 + rounding) * horizon(bounds.fastest), dt_, open, team);
     };
     if (n == 0) return search_in(bodies);
     if (flown_.size() == 0) flown_ = bodies;
@@ -123,7 +124,7 @@ class Motion final : public ContactMotion {
     int p = 0;
     std::erase_if(open_, [&](const Open& one) {
       const bool parted = !(rows_.of().age[p++] >= 0);
-      if (parted) encounters_.wait(one.contact.pair, 0);
+      if (parted) queue_.wait(one.contact.pair, 0);
       return parted;
     });
   }
@@ -138,25 +139,25 @@ class Motion final : public ContactMotion {
     constexpr int pairs_a_task = 512;  // a multiple of any vector width
     meeting_.clear();
     due_.clear();
-    encounters_.take(dt_, due_);
+    queue_.take(dt_, due_);
     const int count = static_cast<int>(due_.size());
-    apart_for_.resize(count + width);
+    min_time_to_contact_.resize(count + width);
     team.for_each((count + pairs_a_task - 1) / pairs_a_task, [&](int task) {
       for (int first = task * pairs_a_task; first < std::min(count, (task + 1) * pairs_a_task); first += width)
-        glance(first, n);
+        estimate_times(first, n);
     });
     for (int p = 0; p < count; ++p) {
       const Pair pair = due_[p];
-      if (apart_for_[p] < (1 + rounding) * dt_)
+      if (min_time_to_contact_[p] < (1 + rounding) * dt_)
         meeting_.push_back({pair, {grains_.slot_of(pair.i), grains_.slot_of(pair.j)}});
       else
-        encounters_.wait(pair, apart_for_[p]);
+        queue_.wait(pair, min_time_to_contact_[p]);
     }
     std::ranges::sort(meeting_, {}, &Apart::pair);
   }
   /// Computes for how long the pairs of `due_` from `first` on stay apart after the start of step n. Assigns no slots.
-  void glance(int first, int n) {
-    constexpr int ahead = TouchedGrains<d>::ahead;
+  void estimate_times(int first, int n) {
+    constexpr int ahead = ContactingGrains<d>::ahead;
     const int count = static_cast<int>(due_.size());
     for (int p = first + ahead; p < std::min(first + ahead + width, count); ++p) grains_.prefetch(due_[p]);
     std::array<std::array<double, width>, 2 * d + 1> found;
@@ -172,7 +173,7 @@ class Motion final : public ContactMotion {
     const auto of = [&](int which) { return Several(found[which].data(), anywhere); };
     const PairState<d, Several> state{Vectors<d>::each([&](int k) { return of(k); }),
                                       Vectors<d>::each([&](int k) { return of(d + k); })};
-    apart_for<d>(state, of(2 * d), encounters_.bounds()).copy_to(&apart_for_[first], anywhere);
+    min_time_to_contact<d>(state, of(2 * d), queue_.bounds()).copy_to(&min_time_to_contact_[first], anywhere);
   }
 
   void look(double time, bool all_touch, parallel::Team& team) {
@@ -214,7 +215,7 @@ class Motion final : public ContactMotion {
     record.dissipated += total(of.dissipated, rows_.touching());
     for (int p = rows_.touching(); p < rows_.count(); ++p)
       if (of.touched[p] >= 0) record.dissipated += of.dissipated[p];
-    encounters_.pass(dt_);
+    queue_.pass(dt_);
     begin_contacts(time, record);
   }
 
@@ -229,12 +230,12 @@ class Motion final : public ContactMotion {
       if (of.touched[p] >= 0)
         begun_.push_back({{pair, time + of.touched[p], of.impact_speed[p]}, rows_.slots(p)});
       else
-        encounters_.wait(pair, 0);
+        queue_.wait(pair, 0);
     }
     int p = 0;
     std::erase_if(open_, [&](const Open&) { return !(of.age[p++] >= 0); });
     if (begun_.empty()) return;
-    mark_company();
+    mark_shared_contacts();
     const auto pair = [](const Open& one) { return one.contact.pair; };
     std::ranges::sort(begun_, {}, pair);
     for (const Open& one : begun_) record.begun.push_back(one.contact);
@@ -243,7 +244,7 @@ class Motion final : public ContactMotion {
     open_.swap(sorted_);
   }
   /// Marks contacts that a third grain has joined because of new contacts.
-  void mark_company() {
+  void mark_shared_contacts() {
     for (const Open& one : begun_) ++grains_.felt(one.slots.i).touches, ++grains_.felt(one.slots.j).touches;
     const auto alone = [&](Pair slots) {
       return grains_.felt(slots.i).touches == 1 && grains_.felt(slots.j).touches == 1;
@@ -255,13 +256,13 @@ class Motion final : public ContactMotion {
   Law law_;
   double dt_ = 0;
   NearestImage<d> nearest_{Box<d>{}};
-  TouchedGrains<d> grains_;
+  ContactingGrains<d> grains_;
   ContactRows<d, Law> rows_{law_, grains_};
-  Encounters<d> encounters_;
+  ContactEventQueue<d> queue_;
   Bodies flown_;  ///< moved to the step at which a search is made
 
-  std::vector<Pair> due_, pairs_;  ///< pairs: those in contact, during a search
-  std::vector<double> apart_for_;  ///< t0, of the pairs that are due
+  std::vector<Pair> due_, pairs_;            ///< pairs: those in contact, during a search
+  std::vector<double> min_time_to_contact_;  ///< t0, of the pairs that are due
   std::vector<Apart> meeting_;
   std::vector<Open> open_, begun_, sorted_;
 };

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <vector>
 
-#include "src/granular/encounters.hpp"
+#include "src/granular/contact_event_queue.hpp"
+#include "src/granular/contacting_grains.hpp"
 #include "src/granular/pair_motion.hpp"
 #include "src/granular/pair_table.hpp"
-#include "src/granular/touched_grains.hpp"
 
 namespace lichtenberg::granular {
 
@@ -36,7 +36,7 @@ struct PairColumns {
 template <int d, class Law>
 class ContactRows {
  public:
-  ContactRows(const Law& law, TouchedGrains<d>& grains) : law_(law), grains_(grains) {}
+  ContactRows(const Law& law, ContactingGrains<d>& grains) : law_(law), grains_(grains) {}
 
   void begin(const Box<d>& box, double dt) {
     nearest_ = NearestImage<d>(box);
@@ -54,7 +54,7 @@ class ContactRows {
   void follow(parallel::Team& team);
   void move(int n);
   /// Returns the largest acceleration of a grain in the middle of the computed step.
-  double hardest_push() const;
+  double max_contact_acceleration() const;
 
   int touching() const { return touching_; }
   int count() const { return count_; }
@@ -63,8 +63,8 @@ class ContactRows {
 
  private:
   static constexpr int pairs_a_task = 512;  ///< a multiple of any vector width
-  static constexpr int ahead = TouchedGrains<d>::ahead;
-  using Felt = typename TouchedGrains<d>::Felt;
+  static constexpr int ahead = ContactingGrains<d>::ahead;
+  using Felt = typename ContactingGrains<d>::Felt;
   using Forces = std::array<double, d> Felt::*;
   /// The law with the factor of each pair.
   struct OfPairs {
@@ -114,7 +114,7 @@ class ContactRows {
   }
 
   const Law& law_;
-  TouchedGrains<d>& grains_;
+  ContactingGrains<d>& grains_;
   NearestImage<d> nearest_{Box<d>{}};
   double dt_ = 0;
   int touching_ = 0, count_ = 0;
@@ -312,7 +312,7 @@ template <class Those, class Go>
 }
 
 template <int d, class Law>
-double ContactRows<d, Law>::hardest_push() const {
+double ContactRows<d, Law>::max_contact_acceleration() const {
   Several square = 0;
   for (int p = 0; p < count_; p += width) square = not_below<Several>(square, of_.felt.at(Row{p}));
   return std::sqrt(hmax(square));

@@ -19,7 +19,7 @@ namespace lichtenberg::granular {
 /// (slots). The others remain in the bodies and move from the start to the end in a single step. Slow forces act on all
 /// grains.
 template <int d>
-class TouchedGrains {
+class ContactingGrains {
  public:
   /// State of a grain at its last contact, or at the start; it fills one cache line.
   struct alignas(64) Grain {
@@ -95,7 +95,7 @@ class TouchedGrains {
 };
 
 template <int d>
-void TouchedGrains<d>::make(const Bodies& bodies) {
+void ContactingGrains<d>::make(const Bodies& bodies) {
   for (int i = 0; i < bodies.size(); ++i) made_.push_back({1 / bodies.mass[i], bodies.radius[i]});
   slot_.assign(bodies.size(), -1);
   widest_ = *std::ranges::max_element(bodies.radius);
@@ -104,8 +104,8 @@ void TouchedGrains<d>::make(const Bodies& bodies) {
 
 template <int d>
 template <class PairOf>
-void TouchedGrains<d>::begin(const Bodies& bodies, std::span<const double> held, double dt, int contacts,
-                             const PairOf& pair_of, parallel::Team& team) {
+void ContactingGrains<d>::begin(const Bodies& bodies, std::span<const double> held, double dt, int contacts,
+                                const PairOf& pair_of, parallel::Team& team) {
   bodies_ = &bodies;
   held_forces_ = held;
   dt_ = dt;
@@ -132,7 +132,7 @@ void TouchedGrains<d>::begin(const Bodies& bodies, std::span<const double> held,
 }
 
 template <int d>
-int TouchedGrains<d>::new_slot(int particle) {
+int ContactingGrains<d>::new_slot(int particle) {
   const int slot = slot_[particle] = slots();
   grains_.emplace_back().particle = particle;
   felt_.emplace_back();
@@ -141,7 +141,7 @@ int TouchedGrains<d>::new_slot(int particle) {
 }
 
 template <int d>
-[[gnu::always_inline]] inline void TouchedGrains<d>::fill(int slot) {
+[[gnu::always_inline]] inline void ContactingGrains<d>::fill(int slot) {
   Grain& grain = grains_[slot];
   const int particle = grain.particle;
   for (int k = 0; k < d; ++k) {
@@ -154,7 +154,7 @@ template <int d>
 }
 
 template <int d>
-int TouchedGrains<d>::slot_of(int particle) {
+int ContactingGrains<d>::slot_of(int particle) {
   if (has_slot(particle)) return slot_[particle];
   const int slot = new_slot(particle);
   fill(slot);
@@ -162,7 +162,7 @@ int TouchedGrains<d>::slot_of(int particle) {
 }
 
 template <int d>
-void TouchedGrains<d>::prefetch(Pair pair) const {
+void ContactingGrains<d>::prefetch(Pair pair) const {
   for (const int i : {pair.i, pair.j}) {
     __builtin_prefetch(&slot_[i]);
     prefetch_particle(i);
@@ -170,7 +170,7 @@ void TouchedGrains<d>::prefetch(Pair pair) const {
 }
 
 template <int d>
-void TouchedGrains<d>::prefetch_particle(int particle) const {
+void ContactingGrains<d>::prefetch_particle(int particle) const {
   __builtin_prefetch(&made_[particle]);
   __builtin_prefetch(&bodies_->position[particle * d]);
   __builtin_prefetch(&bodies_->momentum[particle * d]);
@@ -178,7 +178,7 @@ void TouchedGrains<d>::prefetch_particle(int particle) const {
 }
 
 template <int d>
-[[gnu::always_inline]] inline auto TouchedGrains<d>::flown(int slot, int n) const -> Grain {
+[[gnu::always_inline]] inline auto ContactingGrains<d>::flown(int slot, int n) const -> Grain {
   Grain grain = grains_[slot];
   const double t = (n - grain.followed_to) * dt_, path = t * grain.per_mass;
   grain.followed_to = n;
@@ -191,7 +191,7 @@ template <int d>
 }
 
 template <int d>
-[[gnu::always_inline]] inline auto TouchedGrains<d>::at(int particle, int n) const -> Grain {
+[[gnu::always_inline]] inline auto ContactingGrains<d>::at(int particle, int n) const -> Grain {
   if (const int slot = slot_[particle]; slot >= 0) return flown(slot, n);
   Grain grain{.per_mass = made_[particle].per_mass};
   const double t = n * dt_;
@@ -204,8 +204,8 @@ template <int d>
 }
 
 template <int d>
-[[gnu::always_inline]] inline void TouchedGrains<d>::push(int slot, int n, double by, const Vec<d>& shift, double sign,
-                                                          const Vec<d>& impulse) {
+[[gnu::always_inline]] inline void ContactingGrains<d>::push(int slot, int n, double by, const Vec<d>& shift,
+                                                             double sign, const Vec<d>& impulse) {
   Grain& grain = grains_[slot];
   if (grain.followed_to != n) grain = flown(slot, n);
   for (int k = 0; k < d; ++k) {
@@ -216,7 +216,7 @@ template <int d>
 
 template <int d>
 template <class Visit>
-double TouchedGrains<d>::sum_over_ranges(int count, parallel::Team& team, const Visit& visit) {
+double ContactingGrains<d>::sum_over_ranges(int count, parallel::Team& team, const Visit& visit) {
   std::vector<double> sums((count + grains_a_task - 1) / grains_a_task);
   team.for_each(static_cast<int>(sums.size()), [&](int task) {
     sums[task] = visit(task * grains_a_task, std::min(count, (task + 1) * grains_a_task));
@@ -228,7 +228,7 @@ double TouchedGrains<d>::sum_over_ranges(int count, parallel::Team& team, const 
 
 /// Moves particles from `first` to `last` without contacts. Returns the work of the slow forces.
 template <int d>
-double TouchedGrains<d>::fly_all(Bodies& bodies, double t, int first, int last) const {
+double ContactingGrains<d>::fly_all(Bodies& bodies, double t, int first, int last) const {
   std::array<double, d> work{};
   for (int i = first; i < last; ++i) {
     const double path = t * made_[i].per_mass;
@@ -252,7 +252,7 @@ double TouchedGrains<d>::fly_all(Bodies& bodies, double t, int first, int last) 
 /// Writes the grains in slots from `first` to `last`, which fly_all has moved without contacts, back to the bodies.
 /// Returns the additional work of the slow forces.
 template <int d>
-double TouchedGrains<d>::put_back(Bodies& bodies, int n, int first, int last) const {
+double ContactingGrains<d>::put_back(Bodies& bodies, int n, int first, int last) const {
   double work = 0;
   for (int s = first; s < last; ++s) {
     const int later = grains_[std::min(s + ahead, last - 1)].particle;
@@ -270,7 +270,7 @@ double TouchedGrains<d>::put_back(Bodies& bodies, int n, int first, int last) co
 }
 
 template <int d>
-double TouchedGrains<d>::fly(Bodies& bodies, int n, parallel::Team& team) const {
+double ContactingGrains<d>::fly(Bodies& bodies, int n, parallel::Team& team) const {
   const double free =
       sum_over_ranges(bodies.size(), team, [&](int first, int last) { return fly_all(bodies, n * dt_, first, last); });
   return free + sum_over_ranges(slots(), team, [&](int first, int last) { return put_back(bodies, n, first, last); });

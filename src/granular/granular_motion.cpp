@@ -146,7 +146,7 @@ struct GranularMotion::Implementation {
     return take_note(gas(), with, analysis_seconds, potential());
   }
   /// Returns the note for a progress line, without waiting for other threads.
-  Note glance() { return is_there ? note_of(*snapshot(), *like, law, flows) : look(); }
+  Note peek() { return is_there ? note_of(*snapshot(), *like, law, flows) : look(); }
   /// Returns the energy of smooth forces, if the device or the last step has computed it.
   std::optional<double> potential() { return loaded ? std::optional(device->potential_energy()) : instant.potential; }
 
@@ -337,7 +337,7 @@ std::function<Frame()> GranularMotion::frame_later() {
 }
 
 std::string GranularMotion::progress() {
-  const Note now = implementation_->glance();
+  const Note now = implementation_->peek();
   std::string text = fmt::format("t = {:.4g} of {:.4g}, T = {:.3g}", now.time, end_time(), now.temperature());
   if (now.gas.charge.square > 0) text += fmt::format(", mean |q| {:.3g}", now.gas.charge.magnitude);
   return text + fmt::format(", {} clusters", now.gas.contact.number);

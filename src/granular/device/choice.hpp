@@ -32,7 +32,7 @@ struct StepRule {
   }
   /// Returns a bound on the acceleration by a contact at this impact speed. Without losses the overlap is less than
   /// half of the straight path within the contact duration. The CPU computes a tighter bound iteratively.
-  LICHTENBERG_HOST_DEVICE double hardest_push(double speed) const {
+  LICHTENBERG_HOST_DEVICE double max_contact_acceleration(double speed) const {
     if (!(speed > 0)) return 0;
     const double overlap = 0.5 * speed * law.shortest_contact(speed);
     const ContactParts most = law.parts(overlap, law.scale(largest_radius, largest_radius));
@@ -88,7 +88,7 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const Found& foun
           dt,
           dt / steps,
           2 * now.travel,
-          2 * rule.hardest_push(impact + 2 * gain) + acceleration,
+          2 * rule.max_contact_acceleration(impact + 2 * gain) + acceleration,
           static_cast<int>(steps)};
   now.go = !(std::sqrt(found.moved2) + now.travel > 0.5 * rule.skin);
 }

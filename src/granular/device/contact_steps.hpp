@@ -21,10 +21,10 @@
 namespace lichtenberg::granular::device {
 
 /// Units of the integer sums over pairs (fixed-point scales): powers of two, in reduced units.
-struct Quanta {
+struct FixedPointScale {
   double force = 1, impulse = 1, shift = 1, energy = 1, charge = 1;
 
-  Quanta inverse() const { return {1 / force, 1 / impulse, 1 / shift, 1 / energy, 1 / charge}; }
+  FixedPointScale inverse() const { return {1 / force, 1 / impulse, 1 / shift, 1 / energy, 1 / charge}; }
 };
 
 /// Unit (m0 v0^2) of the dissipated energy of a pair in a substep. The sum over all grains fits into 52 bits.
@@ -42,14 +42,14 @@ struct alignas(16) Located {
 struct GrainsView {
   int count = 0;
   Vec3 *place = nullptr, *momentum = nullptr;
-  TurnsAround* image = nullptr;
+  ImageCount* image = nullptr;
   double *charge = nullptr, *over_mass = nullptr, *radius = nullptr;
   Charged* charged = nullptr;  ///< input of the sums over charges
   int* number = nullptr;       ///< index of the grain in the scene
   Located* located = nullptr;
   Turns* sorted_at = nullptr;
   Vec3* held = nullptr;  ///< smooth forces at the start of an outer step
-  // Sums over the pairs of a grain in a substep, in units of Quanta.
+  // Sums over the pairs of a grain in a substep, in units of FixedPointScale.
   WholeVec *force = nullptr, *halfway = nullptr, *impulse = nullptr, *shift = nullptr;
   int* busy = nullptr;                   ///< 1: the grain has an active pair
   int* touches = nullptr;                ///< number of contacts in the last substep
@@ -161,7 +161,7 @@ struct ContactSteps {
   Extremes* extremes;
   RestitutionCount restitution;
   effects::ImpactExchange exchange;
-  Quanta quanta, over_quanta;
+  FixedPointScale quanta, over_quanta;
   std::uint64_t seed = 0;
   bool exchanges = false;
 

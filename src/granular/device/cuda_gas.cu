@@ -14,7 +14,7 @@ namespace lichtenberg::granular::device {
 std::unique_ptr<DeviceGas> make_cuda_gas(const Scene& scene) {
   check_scene(scene);
   parallel::require_cuda_device();
-  return std::make_unique<GasOn<parallel::CudaExecutor>>(std::make_unique<parallel::CudaExecutor>(),
+  return std::make_unique<GasImpl<parallel::CudaExecutor>>(std::make_unique<parallel::CudaExecutor>(),
                                                          gas_options(scene));
 }
 

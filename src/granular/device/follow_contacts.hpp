@@ -14,7 +14,7 @@ struct Landing {
 
   LICHTENBERG_HOST_DEVICE void operator()(const GrainsView& grains, int s) const {
     Vec3 p = grains.place[s];
-    TurnsAround& image = grains.image[s];
+    ImageCount& image = grains.image[s];
     Image<3> around{image.x, image.y, image.z};
     box.wrap(p, around);
     grains.place[s] = p;

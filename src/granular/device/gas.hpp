@@ -21,12 +21,12 @@
 namespace lichtenberg::granular::device {
 
 template <class Executor>
-class GasOn final : public DeviceGas {
+class GasImpl final : public DeviceGas {
   template <class T>
   using Array = parallel::Array<T, Executor>;
 
  public:
-  GasOn(std::unique_ptr<Executor> run, const GasOptions& options)
+  GasImpl(std::unique_ptr<Executor> run, const GasOptions& options)
       : run_(std::move(run)), gas_(*run_, checked(*run_, options)), lists_(gas_) {
     if (options.tables) sums_.emplace(*run_, *options.tables);
     if (options.polarizability > 0) dipoles_.emplace(*run_, *sums_, options.polarizability, options.dipole_tolerance);
@@ -146,13 +146,15 @@ class GasOn final : public DeviceGas {
     const int n = gas_.n;
     Found* found = found_.device();
     run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { found->speed2 = 0; });
-    run_->sum_segments(
-        (n + a_part - 1) / a_part, [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
-        [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
-          const int s = p * a_part + t;
-          return Most{norm2(g.over_mass[s] * g.momentum[s])};
-        },
-        [=] LICHTENBERG_HOST_DEVICE(int, Most most) { parallel::enlarge_atomically(&found->speed2, most.value); });
+    run_->sum_segments((n + a_part - 1) / a_part,
+                       [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
+                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
+                         const int s = p * a_part + t;
+                         return MaxReduction{norm2(g.over_mass[s] * g.momentum[s])};
+                       },
+                       [=] LICHTENBERG_HOST_DEVICE(int, MaxReduction most) {
+                         parallel::enlarge_atomically(&found->speed2, most.value);
+                       });
     found_.fetch();
     run_->wait();
   }
@@ -217,12 +219,12 @@ class GasOn final : public DeviceGas {
     const GrainsView g = gas_.view();
     const int n = gas_.n;
     run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { book->largest_charge = 0; });
-    run_->sum_segments((n + a_part - 1) / a_part,
-                       [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
-                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return Most{std::abs(g.charge[p * a_part + t])}; },
-                       [=] LICHTENBERG_HOST_DEVICE(int, Most most) {
-                         parallel::enlarge_atomically(&book->largest_charge, most.value);
-                       });
+    run_->sum_segments(
+        (n + a_part - 1) / a_part, [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
+        [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return MaxReduction{std::abs(g.charge[p * a_part + t])}; },
+        [=] LICHTENBERG_HOST_DEVICE(int, MaxReduction most) {
+          parallel::enlarge_atomically(&book->largest_charge, most.value);
+        });
     const Vec3 over = gas_.turns_a_length();
     run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       const double scale = periodic::device::charge_scale(book->largest_charge);
@@ -286,9 +288,11 @@ class GasOn final : public DeviceGas {
           return left < share ? left : share;
         },
         [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
-          return Most{steps.impact2(p * ((found->pairs + parts - 1) / parts) + t)};
+          return MaxReduction{steps.impact2(p * ((found->pairs + parts - 1) / parts) + t)};
         },
-        [=] LICHTENBERG_HOST_DEVICE(int, Most most) { parallel::enlarge_atomically(&found->impact2, most.value); });
+        [=] LICHTENBERG_HOST_DEVICE(int, MaxReduction most) {
+          parallel::enlarge_atomically(&found->impact2, most.value);
+        });
     run_->for_each(steps.restitution.room, [=] LICHTENBERG_HOST_DEVICE(int k) { steps.count_end(k); });
   }
   /// Corrects momenta for a linear change of the smooth forces, adds exchanged charges, and computes the maxima from
@@ -314,13 +318,13 @@ class GasOn final : public DeviceGas {
           const Turns from = g.sorted_at[s], to = turns_of(at, over);
           const Vec3 path{lichtenberg::apart(to.x, from.x) / over.x, lichtenberg::apart(to.y, from.y) / over.y,
                           lichtenberg::apart(to.z, from.z) / over.z};
-          Largest here;
+          StepMaxima here;
           here.speed2 = norm2(g.over_mass[s] * p), here.acceleration2 = norm2(g.over_mass[s] * now);
           here.moved2 = norm2(path), here.charge = std::abs(g.charge[s]);
           here.lost = !(here.speed2 < INFINITY) || !(norm2(at) < INFINITY);
           return here;
         },
-        [=] LICHTENBERG_HOST_DEVICE(Largest most) {
+        [=] LICHTENBERG_HOST_DEVICE(StepMaxima most) {
           found->speed2 = most.speed2, found->acceleration2 = most.acceleration2;
           found->moved2 = most.moved2, found->charge = most.charge;
           found->lost = most.lost;

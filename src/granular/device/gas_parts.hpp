@@ -44,29 +44,29 @@ GasOptions gas_options(const Scene& scene);
 void check_room(const GasOptions& options, double free);
 
 /// Step maxima over all grains.
-struct Largest {
+struct StepMaxima {
   double speed2 = 0, acceleration2 = 0, moved2 = 0, charge = 0;
   int lost = 0, unused = 0;
 
   LICHTENBERG_HOST_DEVICE static double larger(double a, double b) { return b > a ? b : a; }
-  LICHTENBERG_HOST_DEVICE Largest& operator+=(const Largest& o) {
+  LICHTENBERG_HOST_DEVICE StepMaxima& operator+=(const StepMaxima& o) {
     speed2 = larger(speed2, o.speed2), acceleration2 = larger(acceleration2, o.acceleration2);
     moved2 = larger(moved2, o.moved2), charge = larger(charge, o.charge);
     lost |= o.lost;
     return *this;
   }
-  friend LICHTENBERG_HOST_DEVICE Largest operator+(Largest a, const Largest& b) { return a += b; }
+  friend LICHTENBERG_HOST_DEVICE StepMaxima operator+(StepMaxima a, const StepMaxima& b) { return a += b; }
 };
 
 /// Maximum of one quantity.
-struct Most {
+struct MaxReduction {
   double value = 0;
 
-  LICHTENBERG_HOST_DEVICE Most& operator+=(const Most& o) {
-    value = Largest::larger(value, o.value);
+  LICHTENBERG_HOST_DEVICE MaxReduction& operator+=(const MaxReduction& o) {
+    value = StepMaxima::larger(value, o.value);
     return *this;
   }
-  friend LICHTENBERG_HOST_DEVICE Most operator+(Most a, const Most& b) { return a += b; }
+  friend LICHTENBERG_HOST_DEVICE MaxReduction operator+(MaxReduction a, const MaxReduction& b) { return a += b; }
 };
 
 /// Data of a grain that sorting moves.
@@ -76,7 +76,7 @@ struct Grain {
   std::int64_t collisions = 0, dissipated = 0;
   Charged charged;
   Felt felt;
-  TurnsAround image;
+  ImageCount image;
   int number = 0;
 };
 

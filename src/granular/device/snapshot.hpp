@@ -13,7 +13,7 @@
 
 namespace lichtenberg::granular::device {
 
-struct TurnsAround {
+struct ImageCount {
   int x = 0, y = 0, z = 0;
 };
 
@@ -29,7 +29,7 @@ struct GrainRecord {
   Vec3 place, momentum;
   double charge = 0;
   std::int64_t collisions = 0;
-  TurnsAround image;
+  ImageCount image;
   int unused = 0;
 };
 

@@ -56,7 +56,7 @@ struct GasState {
     choose_quanta();
     upload(g.charge, options.charged ? reals("charge", size) : std::vector<double>(size));
     const auto& turned = integers(checkpoint, "image");
-    std::vector<TurnsAround> around(size);
+    std::vector<ImageCount> around(size);
     std::vector<int> numbers(size);
     for (std::size_t i = 0; i < size; ++i) {
       around[i] = {static_cast<int>(turned[3 * i]), static_cast<int>(turned[3 * i + 1]),
@@ -150,7 +150,7 @@ struct GasState {
   GrainContactLaw law;
   bool elastic = false;  ///< elastic stage: no charge is exchanged
   double largest_radius = 0, smallest_radius = 0, lightest = 0;
-  Quanta quanta;
+  FixedPointScale quanta;
   double time = 0;
   Counters count;
 

@@ -1,7 +1,6 @@
 #include "solvers/granular_flow/potential.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 namespace lichtenberg::granular_flow {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 #include <sstream>
-#include <string>
 
 #include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"

@@ -39,68 +39,6 @@ struct Touching {
   explicit Touching(int particles) : start(particles + 1, 0) {}
 };
 
-}  // namespace
-
-PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
-                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes) {
-  if (model.path == nullptr)
-    throw InputError(
-        fmt::format("the resistor model \"{}\" is one of contacts on a particle: a contact-centred network "
-                    "has them, a particle-centred one does not",
-                    model.name));
-  check_particles(model, parameters, packing.radius, dimension(packing));
-  PackingNetwork result;
-  Network& network = result.network;
-  network.position = packing.position;
-  for (const PackingElectrode& electrode : electrodes) {
-    result.electrode.push_back(electrode.wall ? static_cast<int>(network.position.size()) : electrode.index);
-    if (electrode.wall) network.position.push_back(place(packing, electrode));
-  }
-  network.nodes = static_cast<int>(network.position.size());
-  const ElectrodeOf electrode_of(packing, electrodes);
-  const auto add = [&](int a, int b, int other, const Path& path) {
-    network.links.push_back({a, b, 1 / model.path(parameters, path)});
-    result.first_particle.push_back(a);
-    result.second_particle.push_back(other);
-  };
-  for (std::vector<int>* column : {&result.first_particle, &result.second_particle})
-    column->reserve(contacts.pairs.size() + contacts.walls.size());
-  network.links.reserve(contacts.pairs.size() + contacts.walls.size());
-  for (const ParticleContact& c : contacts.pairs) {
-    const double d = distance(packing.position[c.i], packing.position[c.j]);
-    const double ri = packing.radius[c.i], rj = packing.radius[c.j];
-    add(c.i, c.j, c.j,
-        {.length = {d * ri / (ri + rj), d * rj / (ri + rj)},
-         .resistivity = {packing.resistivity_of(c.i), packing.resistivity_of(c.j)}});
-  }
-  for (const ParticleWallContact& c : contacts.walls)
-    if (const int e = electrode_of.wall[c.wall]; e >= 0)
-      add(c.particle, result.electrode[e], -1,
-          {.length = {distance(packing.position[c.particle], contact_point(packing, c)), 0},
-           .resistivity = {packing.resistivity_of(c.particle), 0},
-           .wall = true});
-  return result;
-}
-
-std::string why_no_contact_network(const ParticlePacking& packing, const Contacts& contacts,
-                                   const std::vector<PackingElectrode>& electrodes) {
-  const ElectrodeOf electrode_of(packing, electrodes);
-  const auto touch = [](const std::string& which) {
-    return fmt::format(
-        "the electrodes, {}, touch: in a contact-centred network their contact would have to be at both potentials",
-        which);
-  };
-  for (const auto [i, j] : contacts.pairs)
-    if (electrode_of.particle[i] >= 0 && electrode_of.particle[j] >= 0)
-      return touch(fmt::format("particles {} and {}", i, j));
-  for (const ParticleWallContact& c : contacts.walls)
-    if (electrode_of.particle[c.particle] >= 0 && electrode_of.wall[c.wall] >= 0)
-      return touch(fmt::format("particle {} and wall {}", c.particle, packing.walls[c.wall].name));
-  return "";
-}
-
-namespace {
-
 /// Nodes of a contact-centred network, and the contacts of each particle.
 class ContactNodes {
  public:
@@ -172,6 +110,64 @@ class ContactNodes {
 };
 
 }  // namespace
+
+PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
+                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes) {
+  if (model.path == nullptr)
+    throw InputError(
+        fmt::format("the resistor model \"{}\" is one of contacts on a particle: a contact-centred network "
+                    "has them, a particle-centred one does not",
+                    model.name));
+  check_particles(model, parameters, packing.radius, dimension(packing));
+  PackingNetwork result;
+  Network& network = result.network;
+  network.position = packing.position;
+  for (const PackingElectrode& electrode : electrodes) {
+    result.electrode.push_back(electrode.wall ? static_cast<int>(network.position.size()) : electrode.index);
+    if (electrode.wall) network.position.push_back(place(packing, electrode));
+  }
+  network.nodes = static_cast<int>(network.position.size());
+  const ElectrodeOf electrode_of(packing, electrodes);
+  const auto add = [&](int a, int b, int other, const Path& path) {
+    network.links.push_back({a, b, 1 / model.path(parameters, path)});
+    result.first_particle.push_back(a);
+    result.second_particle.push_back(other);
+  };
+  for (std::vector<int>* column : {&result.first_particle, &result.second_particle})
+    column->reserve(contacts.pairs.size() + contacts.walls.size());
+  network.links.reserve(contacts.pairs.size() + contacts.walls.size());
+  for (const ParticleContact& c : contacts.pairs) {
+    const double d = distance(packing.position[c.i], packing.position[c.j]);
+    const double ri = packing.radius[c.i], rj = packing.radius[c.j];
+    add(c.i, c.j, c.j,
+        {.length = {d * ri / (ri + rj), d * rj / (ri + rj)},
+         .resistivity = {packing.resistivity_of(c.i), packing.resistivity_of(c.j)}});
+  }
+  for (const ParticleWallContact& c : contacts.walls)
+    if (const int e = electrode_of.wall[c.wall]; e >= 0)
+      add(c.particle, result.electrode[e], -1,
+          {.length = {distance(packing.position[c.particle], contact_point(packing, c)), 0},
+           .resistivity = {packing.resistivity_of(c.particle), 0},
+           .wall = true});
+  return result;
+}
+
+std::string why_no_contact_network(const ParticlePacking& packing, const Contacts& contacts,
+                                   const std::vector<PackingElectrode>& electrodes) {
+  const ElectrodeOf electrode_of(packing, electrodes);
+  const auto touch = [](const std::string& which) {
+    return fmt::format(
+        "the electrodes, {}, touch: in a contact-centred network their contact would have to be at both potentials",
+        which);
+  };
+  for (const auto [i, j] : contacts.pairs)
+    if (electrode_of.particle[i] >= 0 && electrode_of.particle[j] >= 0)
+      return touch(fmt::format("particles {} and {}", i, j));
+  for (const ParticleWallContact& c : contacts.walls)
+    if (electrode_of.particle[c.particle] >= 0 && electrode_of.wall[c.wall] >= 0)
+      return touch(fmt::format("particle {} and wall {}", c.particle, packing.walls[c.wall].name));
+  return "";
+}
 
 PackingNetwork contact_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes) {

@@ -1,7 +1,6 @@
 #include "solvers/network/components.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "solvers/disjoint_sets.hpp"
 

@@ -90,10 +90,6 @@ void check_power(Conduction& result, const Network& network, const ConductionOpt
                               result.power, expected));
 }
 
-}  // namespace
-
-namespace {
-
 /// Ratio of conductances above which only the elimination is accurate: the multigrid's potentials lose digits.
 constexpr double widest_for_multigrid = 1e6;
 /// Number of elimination operations per link that take as long as the multigrid, times two in favour of the
@@ -146,6 +142,8 @@ std::vector<double> solve(const Network& network, const ConductionOptions& optio
 
 }  // namespace
 
+
+
 Conduction conduct(const Network& network, int low, int high, const ConductionOptions& options) {
   check(network);
   check_nodes(network, {low, high});
@@ -154,7 +152,7 @@ Conduction conduct(const Network& network, int low, int high, const ConductionOp
   result.connected = result.component[low] == result.component[high];
   result.backbone = backbone(network, low, high);
   result.link_current.assign(network.links.size(), 0);
-  std::vector<double> potential(network.nodes, std::numeric_limits<double>::quiet_NaN());
+  std::vector<double> potential(network.nodes, NAN);
   potential[low] = 0;
   potential[high] = options.voltage;
   if (result.connected) {

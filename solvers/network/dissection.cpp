@@ -3,7 +3,6 @@
 #include <cholmod.h>
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <optional>
 

@@ -94,40 +94,35 @@ Eigen::MatrixXd checked_links(const Particle& particle, double spot, const Eigen
   return links;
 }
 
-// Disk: the Neumann Green's function of a disk of radius a between points of its rim is -(rho_s / pi) ln(d / a) up to a
-// constant. For a contact of half-angle eps at one potential, its mean over the contact itself is -(rho_s / pi) ln
-// sin(eps / 2).
-
-Eigen::MatrixXd disk_particle(const Parameters& p, const Particle& touched) {
+/// Links between the contacts of a particle from its Neumann Green's function, which is known up to a constant: `own`
+/// (Ohm) at one contact, `between(d)` (Ohm) for two contacts at a distance d (m).
+template <class Between>
+Eigen::MatrixXd green_particle(const Particle& touched, double spot, double own, Between between) {
   const Particle particle = with_contacts_on_surface(touched);
-  check_spots(particle, *p.spot);
+  check_spots(particle, spot);
   const auto n = static_cast<Eigen::Index>(particle.contacts.size());
-  const double scale = *p.sheet_resistance * particle.resistivity / pi;
-  const double sine_of_half = std::sin(0.5 * std::asin(*p.spot / particle.radius));
   Eigen::MatrixXd resistance(n, n);
   for (Eigen::Index j = 0; j < n; ++j)
     for (Eigen::Index i = 0; i < n; ++i)
-      resistance(i, j) =
-          -scale * (i == j ? std::log(sine_of_half)
-                           : std::log(distance(particle.contacts[i], particle.contacts[j]) / particle.radius));
-  return checked_links(particle, *p.spot, resistance);
+      resistance(i, j) = i == j ? own : between(distance(particle.contacts[i], particle.contacts[j]));
+  return checked_links(particle, spot, resistance);
 }
 
-// Sphere: the corresponding formula in space, with circular spots of radius b.
+/// For a disk of radius a the function is -(rho_s / pi) ln(d / a) between points of its rim. For a contact of half-angle
+/// eps at one potential, its mean over the contact itself is -(rho_s / pi) ln sin(eps / 2).
+Eigen::MatrixXd disk_particle(const Parameters& p, const Particle& particle) {
+  const double scale = *p.sheet_resistance * particle.resistivity / pi;
+  const double own = -scale * std::log(std::sin(0.5 * std::asin(*p.spot / particle.radius)));
+  return green_particle(particle, *p.spot, own, [&](double d) { return -scale * std::log(d / particle.radius); });
+}
 
-Eigen::MatrixXd sphere_particle(const Parameters& p, const Particle& touched) {
-  const Particle particle = with_contacts_on_surface(touched);
-  check_spots(particle, *p.spot);
-  const auto n = static_cast<Eigen::Index>(particle.contacts.size());
+/// The corresponding function in space, with circular spots of radius b.
+Eigen::MatrixXd sphere_particle(const Parameters& p, const Particle& particle) {
   const double rho = *p.resistivity * particle.resistivity, a = particle.radius, b = *p.spot;
-  Eigen::MatrixXd resistance(n, n);
-  for (Eigen::Index j = 0; j < n; ++j)
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const double d = distance(particle.contacts[i], particle.contacts[j]);
-      resistance(i, j) = i == j ? rho * (1 / (4 * b) + (std::log(a / (2 * b)) + 1.5) / (4 * pi * a))
-                                : rho / (4 * pi) * (2 / d - (std::log(d / (2 * a)) + std::log1p(d / (2 * a))) / a);
-    }
-  return checked_links(particle, b, resistance);
+  const double own = rho * (1 / (4 * b) + (std::log(a / (2 * b)) + 1.5) / (4 * pi * a));
+  return green_particle(particle, b, own, [&](double d) {
+    return rho / (4 * pi) * (2 / d - (std::log(d / (2 * a)) + std::log1p(d / (2 * a))) / a);
+  });
 }
 
 }  // namespace

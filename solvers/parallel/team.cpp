@@ -1,7 +1,6 @@
 #include "solvers/parallel/team.hpp"
 
 #include <chrono>
-#include <exception>
 #include <string>
 #include <utility>
 

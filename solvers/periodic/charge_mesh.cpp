@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/self_term.hpp"

@@ -134,7 +134,7 @@ std::vector<Pair> bound_pairs(const Bodies& bodies, double strength) {
 double DensityClusters::mean_size() const {
   double first = 0, second = 0;
   for (const double s : size) first += s, second += s * s;
-  return first > 0 ? second / first : std::numeric_limits<double>::quiet_NaN();
+  return first > 0 ? second / first : NAN;
 }
 
 double dense_filling(int dimension, double part) {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -36,7 +36,7 @@ struct ClusterSizes {
   int number = 0;  ///< number of clusters, including isolated grains
   int largest = 0;
   /// Number mean of aggregates, which are clusters of two or more grains; NaN without any.
-  double aggregate = std::numeric_limits<double>::quiet_NaN();
+  double aggregate = NAN;
   double mean = 0;  ///< mass-weighted mean, sum m^2 / sum m
 };
 ClusterSizes cluster_sizes(std::span<const std::int32_t> numbers);

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 namespace lichtenberg::analysis {
 namespace {
 
-constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 
 double mean(std::span<const double> values) {
   return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -32,7 +30,7 @@ std::vector<double> centred(std::span<const double> values) {
 /// Returns <x^2> / <x>^2 of squares x.
 double flatness(std::span<const double> squares) {
   const double middle = mean(squares);
-  return middle > 0 ? mean_square(squares) / (middle * middle) : undefined;
+  return middle > 0 ? mean_square(squares) / (middle * middle) : NAN;
 }
 
 std::vector<double> scaled(std::vector<double> values) {
@@ -83,7 +81,7 @@ ChargeMoments charge_moments(std::span<const double> charge) {
 double correlation(std::span<const double> x, std::span<const double> y) {
   const std::vector<double> dx = centred(x), dy = centred(y);
   const double xx = mean_square(dx), yy = mean_square(dy);
-  if (!(xx > 0 && yy > 0)) return undefined;
+  if (!(xx > 0 && yy > 0)) return NAN;
   return std::inner_product(dx.begin(), dx.end(), dy.begin(), 0.0) / static_cast<double>(dx.size()) /
          std::sqrt(xx * yy);
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
-#include <limits>
 
 #include "solvers/error.hpp"
 
@@ -44,7 +43,7 @@ void check_series(std::span<const double> time, std::span<const double> size) {
 std::vector<double> local_slopes(std::span<const double> time, std::span<const double> size, double p) {
   std::vector<double> slopes;
   for (std::size_t k = 0; k < time.size(); ++k)
-    slopes.push_back(time[k] / p < time[0] ? std::numeric_limits<double>::quiet_NaN()
+    slopes.push_back(time[k] / p < time[0] ? NAN
                                            : (std::log(size[k]) - log_size_at(time[k] / p, time, size)) / std::log(p));
   return slopes;
 }

@@ -66,7 +66,7 @@ ClusterShape shape_of(const Bodies& b, const Unwrapped& cluster, std::span<const
   ClusterShape shape{.grains = static_cast<int>(cluster.grains.size()), .percolates = cluster.percolates};
   if (!dipole.empty()) shape.induced_dipole = net_dipole(cluster.grains, dipole);
   if (cluster.percolates) {
-    shape.gyration = shape.charge_dipole = std::numeric_limits<double>::quiet_NaN();
+    shape.gyration = shape.charge_dipole = NAN;
     return shape;
   }
   Vec3 centre{}, charge_dipole{};
@@ -119,7 +119,7 @@ std::vector<double> mean_by_grains(std::span<const ClusterShape> shapes, double 
     if (std::isfinite(shape.*quantity)) sum[shape.grains] += shape.*quantity, ++number[shape.grains];
   }
   for (std::size_t n = 0; n < sum.size(); ++n)
-    sum[n] = number[n] > 0 ? sum[n] / number[n] : std::numeric_limits<double>::quiet_NaN();
+    sum[n] = number[n] > 0 ? sum[n] / number[n] : NAN;
   return sum;
 }
 

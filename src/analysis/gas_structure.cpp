@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <limits>
 #include <numbers>
 
 #include "src/analysis/gas_cells.hpp"
@@ -14,7 +13,6 @@ namespace lichtenberg::analysis {
 namespace {
 
 using Phase = std::complex<double>;
-constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 /// Multiplies without the standard product's treatment of infinities.
 Phase product(Phase a, Phase b) {
@@ -82,7 +80,7 @@ StructureFactors structure_factors(const Bodies& b, int shells) {
 
 MachNumber mach_number(const Bodies& b, double edge) {
   const double temperature = granular_temperature(b, edge).local;
-  if (!(temperature > 0)) return {nothing, nothing};
+  if (!(temperature > 0)) return {NAN, NAN};
   const OccupiedCells cells = occupied_cells(b, cells_of(b, edge));
   const std::vector<int>& cell = cells.of_body;
   std::vector<Vec3> momentum(cells.size());
@@ -113,7 +111,7 @@ double mean_square_displacement(const Bodies& before, const Bodies& now) {
 }
 
 double persistence(std::span<const Pair> before, std::span<const Pair> now) {
-  if (before.empty()) return nothing;
+  if (before.empty()) return NAN;
   int kept = 0;
   for (const Pair p : before) kept += std::ranges::binary_search(now, p);
   return kept / static_cast<double>(before.size());
@@ -127,7 +125,7 @@ std::vector<double> charge_by_speed(const Bodies& bodies, double fastest, int bi
     const auto bin = static_cast<int>(speed[i] / fastest * bins);
     if (bin < bins) squares[bin] += charge[i] * charge[i], ++grains[bin];
   }
-  for (int bin = 0; bin < bins; ++bin) squares[bin] = grains[bin] > 0 ? squares[bin] / grains[bin] : nothing;
+  for (int bin = 0; bin < bins; ++bin) squares[bin] = grains[bin] > 0 ? squares[bin] / grains[bin] : NAN;
   return squares;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <limits>
+#include <cmath>
 
 #include "src/model/bodies.hpp"
 
@@ -11,7 +11,7 @@ struct GranularTemperature {
   /// Temperature relative to the mean velocity of a cell, mass-weighted: T = sum_c sum_i m_i (v_i - V_c)^2 / (d sum_c
   /// (n_c - 1)). This is unbiased (G 4.3 divides by n_c, so that isolated grains have T = 0). NaN if no cell has two
   /// grains.
-  double local = std::numeric_limits<double>::quiet_NaN();
+  double local = NAN;
   double total = 0;  ///< total temperature, including flow: <m v^2> / d
 };
 

@@ -86,6 +86,16 @@ std::vector<int> nearest_successors(const ContactGraph& graph, std::span<const V
   return successor;
 }
 
+template <int d>
+ContactNetwork network_of(std::vector<Edge> contacts, std::span<const Vec<d>> position) {
+  ContactNetwork result;
+  result.contacts = std::move(contacts);
+  const ContactGraph graph = contact_graph(static_cast<int>(position.size()), result.contacts);
+  result.successor = successors(graph, position);
+  result.degrees = degree_distribution(graph, result.successor);
+  return result;
+}
+
 }  // namespace
 
 std::vector<int> successors(const ContactGraph& graph, std::span<const Vec3> position) {
@@ -145,20 +155,6 @@ DegreeRelations degree_relations(const DegreeDistribution& degrees, int conducto
           .f4 = f4 - (f1 - b + c - above_3),
           .f4_printed = f4 - (f1 - b)};
 }
-
-namespace {
-
-template <int d>
-ContactNetwork network_of(std::vector<Edge> contacts, std::span<const Vec<d>> position) {
-  ContactNetwork result;
-  result.contacts = std::move(contacts);
-  const ContactGraph graph = contact_graph(static_cast<int>(position.size()), result.contacts);
-  result.successor = successors(graph, position);
-  result.degrees = degree_distribution(graph, result.successor);
-  return result;
-}
-
-}  // namespace
 
 ContactNetwork network(std::vector<Edge> contacts, std::span<const Vec3> position) {
   return network_of(std::move(contacts), position);

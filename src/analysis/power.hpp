@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "src/effects/conductor_frame.hpp"
 #include "src/scene/scene.hpp"

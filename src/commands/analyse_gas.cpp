@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -48,7 +47,7 @@ std::vector<Number> of_all(const std::vector<ClusterShape>& shapes, Number Clust
 
 template <class Estimate>
 double value_or_nothing(const std::optional<Estimate>& found, double Estimate::*member) {
-  return found ? (*found).*member : std::numeric_limits<double>::quiet_NaN();
+  return found ? (*found).*member : NAN;
 }
 
 void add_dimension(Columns<GasFrame>& columns, const std::string& name,
@@ -85,12 +84,12 @@ void add_clusters(Columns<GasFrame>& columns, const AnalysedGas& run, const std:
                 [=](auto& f) { return of_all(of(f).shapes, &ClusterShape::charge_dipole); });
   if (run.charged)
     columns.reals(
-        kind + "charge_dipole", "q0 d0", [=](auto& f) { return of(f).charge_dipole; }, no_number);
+        kind + "charge_dipole", "q0 d0", [=](auto& f) { return of(f).charge_dipole; }, NAN);
   if (run.polarized) {
     columns.reals(kind + "shape_induced_dipole", "q0 d0",
                   [=](auto& f) { return of_all(of(f).shapes, &ClusterShape::induced_dipole); });
     columns.reals(
-        kind + "induced_dipole", "q0 d0", [=](auto& f) { return of(f).induced_dipole; }, no_number);
+        kind + "induced_dipole", "q0 d0", [=](auto& f) { return of(f).induced_dipole; }, NAN);
   }
   add_dimension(
       columns, kind + "fractal_dimension", [=](auto& f) -> auto& { return of(f).dimension; });
@@ -302,7 +301,7 @@ std::vector<GasFrame> GasAnalyser::all() const {
 }
 
 std::vector<double> GasAnalyser::energies_at(double time) const {
-  std::vector<double> found(energy_names.size(), no_number);
+  std::vector<double> found(energy_names.size(), NAN);
   for (std::size_t k = 0; k < energy_names.size() && course_; ++k) {
     const GasCourse::Series* noted = course_->find(energy_names[k]);
     if (!noted) continue;
@@ -375,7 +374,7 @@ ClusterState GasAnalyser::state_of(const Bodies& bodies, std::span<const Pair> p
   state.temperature = temperature.total, state.local_temperature = temperature.local;
   for (const double charge : clusters.charge) state.square_charge += charge * charge / count;
   const auto strength = number_in(scene_, &EffectKind::charge_strength);
-  state.bjerrum = strength.value_or(std::numeric_limits<double>::quiet_NaN()) * state.square_charge /
+  state.bjerrum = strength.value_or(NAN) * state.square_charge /
                   (state.local_temperature * std::cbrt(bodies.size() / count));
   const std::vector<ClusterShape> shapes = analysis::cluster_shapes(bodies, pairs, 2, dipole);
   state.charge_dipole = analysis::mean_by_grains(shapes, &ClusterShape::charge_dipole);
@@ -400,7 +399,7 @@ GasFrame GasAnalyser::one(int index) const {
                  .contacts = static_cast<std::int64_t>(touching.size()),
                  .total_charge = std::accumulate(now.charge.begin(), now.charge.end(), 0.0),
                  .correlation = now.charge.empty()
-                                    ? std::numeric_limits<double>::quiet_NaN()
+                                    ? NAN
                                     : analysis::correlation(squares(now.charge), analysis::squared_speeds(now)),
                  .speeds = analysis::histogram(analysis::scaled_speeds(now), 0, fastest, speed_bins),
                  .charges = analysis::histogram(analysis::scaled_charges(now.charge), -most, most, charge_bins),
@@ -409,7 +408,7 @@ GasFrame GasAnalyser::one(int index) const {
                  .structure = analysis::structure_factors(now),
                  .displacement = analysis::mean_square_displacement(first_, now),
                  .persistence = index > 0 ? analysis::persistence(contacts(index - 1), touching)
-                                          : std::numeric_limits<double>::quiet_NaN(),
+                                          : NAN,
                  .charge_by_speed = analysis::charge_by_speed(now, fastest_of_charges, charge_by_speed_bins)};
   found.energies = energies_at(found.time);
   found.density_exponent = analysis::size_exponent(found.gas.density.size);
@@ -450,7 +449,7 @@ std::vector<Column> columns_of(const AnalysedGas& run, const GasFrames& frames) 
   columns.reals("speed_density", "1", [](auto& f) { return f.speeds.density; });
   if (run.charged) {
     columns.reals(
-        "charge_structure", "1", [](auto& f) { return f.structure.charge; }, no_number);
+        "charge_structure", "1", [](auto& f) { return f.structure.charge; }, NAN);
     columns.reals("charge_by_speed", "1", [](auto& f) { return f.charge_by_speed; });
     columns.reals("charge_density", "1", [](auto& f) { return f.charges.density; });
   }

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <array>
-#include <limits>
+#include <cmath>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -16,7 +16,6 @@
 
 namespace lichtenberg {
 
-constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array energy_names = {"kinetic_energy",    "contact_energy",   "potential_energy",
                                      "dissipated_energy", "exchanged_energy", "driven_energy"};
 
@@ -53,7 +52,7 @@ struct GasFrame {
   double displacement = 0;  ///< mean square, since the first frame
   double persistence = 0;   ///< part of the contacts of the frame before that there still are; NaN in the first
   std::vector<double> charge_by_speed;
-  double aggregate_slope = no_number, density_slope = no_number;  ///< local exponents of growth (G 4.11)
+  double aggregate_slope = NAN, density_slope = NAN;  ///< local exponents of growth (G 4.11)
 };
 
 struct AnalysedGas {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "src/commands/analyse.hpp"
@@ -18,7 +17,6 @@ using analysis::DegreeRelations;
 using analysis::Distribution;
 using analysis::PowerLaw;
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 using FrameColumns = Columns<FrameAnalysis>;
 
@@ -85,7 +83,7 @@ void add_lengths(FrameColumns& columns, double radius) {
 
 void add_dimension(FrameColumns& columns, const std::string& name, std::optional<PowerLaw> analysis::Topology::*law) {
   const auto of = [=](const FrameAnalysis& f) {
-    return (f.topology.*law).value_or(PowerLaw{missing, missing, missing, missing, 0});
+    return (f.topology.*law).value_or(PowerLaw{NAN, NAN, NAN, NAN, 0});
   };
   columns.real(name, "1", [=](auto& f) { return of(f).exponent; });
   columns.real(name + "_error", "1", [=](auto& f) { return of(f).standard_error; });
@@ -96,7 +94,7 @@ void add_power(FrameColumns& columns) {
   columns.real("power_source", "W", [](auto& f) { return f.power.source; });
   columns.real("power_drag", "W", [](auto& f) { return f.power.drag; });
   columns.real("power_field", "W", [](auto& f) { return f.power.field; });
-  columns.real("power_dissipated", "W", [](auto& f) { return f.dissipated.value_or(missing); });
+  columns.real("power_dissipated", "W", [](auto& f) { return f.dissipated.value_or(NAN); });
   columns.real("kinetic_energy", "J", [](auto& f) { return f.power.kinetic; });
   columns.real("elastic_energy", "J", [](auto& f) { return f.power.elastic; });
 }

@@ -7,7 +7,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <functional>
@@ -21,7 +20,6 @@
 #include "solvers/laplace/cutcell/shares.hpp"
 #include "solvers/parallel/petsc.hpp"
 #include "solvers/parallel/processes.hpp"
-#include "src/commands/commands.hpp"
 #include "src/commands/python.hpp"
 #include "src/commands/self_description.hpp"
 #include "src/commands/streams.hpp"

@@ -5,7 +5,6 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/field_choice.hpp"
-#include "src/effects/floating_conductors.hpp"
 #include "src/field_methods/field_method.hpp"
 
 namespace lichtenberg {

@@ -110,39 +110,35 @@ void print_tables(const std::vector<SolvedNetwork>& networks, const std::string&
   if (!why_no_contact.empty()) fmt::print("contact-centred network: none, since {}\n", why_no_contact);
 }
 
-/// JSON has no infinity and no NaN: null.
-nlohmann::ordered_json number(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
-nlohmann::ordered_json parameters_json(const NetworkOptions& options) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+/// The model of a SolvedNetwork or of ResistancesToAll. Infinity and NaN are written as null.
+template <class Found>
+nlohmann::ordered_json model_json(const Found& found) {
+  nlohmann::ordered_json json = {{"model", name_of(found.model)},
+                                 {"resistor", found.options.resistor.value_or("constant")},
+                                 {"parameters", nlohmann::ordered_json::object()},
+                                 {"assumed", found.assumed},
+                                 {"right_where", meaning_of(found.model, found.options)}};
   for (const network::ParameterEntry& entry : network::parameter_entries())
-    if (const auto& value = options.parameters.*entry.value) json[entry.name] = *value;
+    if (const auto& value = found.options.parameters.*entry.value) json["parameters"][entry.name] = *value;
   return json;
 }
 
 nlohmann::ordered_json network_json(const SolvedNetwork& solved) {
   const network::Conduction& c = solved.conduction;
-  nlohmann::ordered_json json = {{"model", name_of(solved.model)},
-                                 {"resistor", solved.options.resistor.value_or("constant")},
-                                 {"parameters", parameters_json(solved.options)},
-                                 {"assumed", solved.assumed},
-                                 {"right_where", meaning_of(solved.model, solved.options)},
-                                 {"between", solved.options.between},
-                                 {"connected", c.connected},
-                                 {"resistance", number(c.resistance)},
-                                 {"conductance", c.conductance},
-                                 {"current", c.current},
-                                 {"power", c.power},
-                                 {"power_balance", c.power_balance},
-                                 {"electrodes", solved.network.electrode},
-                                 {"potential", nlohmann::ordered_json::array()},
-                                 {"links", nlohmann::ordered_json::array()},
-                                 {"backbone", solved.backbone},
-                                 {"dead_ends", solved.dead_ends},
-                                 {"isolated", solved.isolated}};
-  for (const double v : c.potential) json["potential"].push_back(number(v));
+  nlohmann::ordered_json json = model_json(solved);
+  json.update({{"between", solved.options.between},
+               {"connected", c.connected},
+               {"resistance", c.resistance},
+               {"conductance", c.conductance},
+               {"current", c.current},
+               {"power", c.power},
+               {"power_balance", c.power_balance},
+               {"electrodes", solved.network.electrode},
+               {"potential", c.potential},
+               {"links", nlohmann::ordered_json::array()},
+               {"backbone", solved.backbone},
+               {"dead_ends", solved.dead_ends},
+               {"isolated", solved.isolated}});
   for (std::size_t k = 0; k < c.link_current.size(); ++k) {
     const network::Link& link = solved.network.network.links[k];
     json["links"].push_back({{"nodes", {link.a, link.b}},
@@ -209,18 +205,12 @@ nlohmann::ordered_json json_of(const NetworkArguments& request, const PackingFra
                                  {"warnings", frame.warnings},
                                  {"networks", nlohmann::ordered_json::array()}};
   for (const ResistancesToAll& each : found) {
-    nlohmann::ordered_json one = {{"model", name_of(each.model)},
-                                  {"resistor", each.options.resistor.value_or("constant")},
-                                  {"parameters", parameters_json(each.options)},
-                                  {"assumed", each.assumed},
-                                  {"right_where", meaning_of(each.model, each.options)},
-                                  {"from", each.options.between},
-                                  {"resistance", nlohmann::ordered_json::array()},
-                                  {"touching", nlohmann::ordered_json::array()}};
-    for (std::size_t i = 0; i < each.resistance.size(); ++i) {
-      one["resistance"].push_back(number(each.resistance[i]));
+    nlohmann::ordered_json one = model_json(each);
+    one.update({{"from", each.options.between},
+                {"resistance", each.resistance},
+                {"touching", nlohmann::ordered_json::array()}});
+    for (std::size_t i = 0; i < each.resistance.size(); ++i)
       if (std::isnan(each.resistance[i])) one["touching"].push_back(i);
-    }
     json["networks"].push_back(one);
   }
   return json;
@@ -285,7 +275,8 @@ std::string picture_of(const NetworkArguments& request) {
 void draw_networks(const NetworkArguments& request, const std::vector<std::string>& warnings,
                    const std::vector<SolvedNetwork>& networks) {
   std::string models;
-  for (const SolvedNetwork& solved : networks) models += (models.empty() ? "" : ",") + std::string(name_of(solved.model));
+  for (const SolvedNetwork& solved : networks)
+    models += (models.empty() ? "" : ",") + std::string(name_of(solved.model));
   std::vector<std::string> words = {request.file, picture_of(request), models};
   words.insert(words.end(), warnings.begin(), warnings.end());
   draw("network.draw_file", words);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "solvers/error.hpp"
+#include "solvers/geometry/vec.hpp"
 #include "src/commands/streams.hpp"
 #include "src/record/atomic_file.hpp"
 
@@ -27,6 +28,18 @@ inline void check_picture(const std::string& option, const std::string& path) {
   const std::string format = std::filesystem::path(path).extension();
   if (format != ".png" && format != ".pdf" && format != ".svg")
     throw InputError(fmt::format("{} {}: the picture's name must end in .png, .pdf or .svg", option, path));
+}
+
+inline std::vector<double> components(Vec3 vector, int dimension = 3) {
+  const std::vector<double> all = {vector.x, vector.y, vector.z};
+  return {all.begin(), all.begin() + dimension};
+}
+
+/// A table's columns of these numbers, each by `format`.
+inline std::string columns_of(const std::vector<double>& numbers, const char* format) {
+  std::string text;
+  for (const double number : numbers) text += fmt::format(fmt::runtime(format), number);
+  return text;
 }
 
 /// One block on standard error: that a result may be unsafe to use, and why. Nothing without warnings.

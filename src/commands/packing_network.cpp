@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 
 #include "solvers/error.hpp"
 #include "solvers/network/components.hpp"
 #include "solvers/network/resistor.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
-#include "src/record/result_file.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg {
@@ -110,7 +109,7 @@ std::vector<double> resistances_between_contacts(const PackingFrame& frame, cons
     if (ends[0] == ends[1]) {
       resistance.push_back(0);
     } else if (!network::why_no_contact_network(frame.packing, frame.contacts, ends).empty()) {
-      resistance.push_back(std::numeric_limits<double>::quiet_NaN());
+      resistance.push_back(NAN);
     } else {
       const network::PackingNetwork built = build(frame, NetworkModel::contact, options, ends);
       resistance.push_back(1 / network::conductance_between(built.network, built.electrode[0], built.electrode[1]));

@@ -68,22 +68,18 @@ struct Answer {
   double energy() const { return depth() * solution.energy; }
 };
 
-std::string columns_of(Vec3 vector, const Answer& answer, const char* format) {
-  std::string text;
-  for (int k = 0; k < answer.scene.dimension(); ++k) text += fmt::format(fmt::runtime(format), vector[k]);
-  return text;
-}
-
 void print_conductors(const Answer& answer) {
   const bool z = answer.in_space();
+  const int dimension = answer.scene.dimension();
   fmt::print("{:>9} {:>12} {:>12}{} {:>11} {:>6} {:>14} {:>13} {:>13} {:>13}{}\n", "conductor", "x (m)", "y (m)",
              z ? fmt::format(" {:>12}", "z (m)") : "", "radius (m)", "group", "potential (V)", "charge (C)",
              "force x (N)", "force y (N)", z ? fmt::format(" {:>13}", "force z (N)") : "");
   for (int i = 0; i < answer.size(); ++i) {
     const Conductor& conductor = answer.scene.conductors[i];
     fmt::print("{:>9}{} {:>11.4g} {:>6} {:>14.7g} {:>13.6g}{}\n", i,
-               columns_of(conductor.position, answer, " {:>12.6g}"), conductor.radius, answer.field.group_of_body[i],
-               answer.potential(i), answer.charge(i), columns_of(answer.force[i], answer, " {:>13.6g}"));
+               columns_of(components(conductor.position, dimension), " {:>12.6g}"), conductor.radius,
+               answer.field.group_of_body[i], answer.potential(i), answer.charge(i),
+               columns_of(components(answer.force[i], dimension), " {:>13.6g}"));
   }
 }
 
@@ -190,11 +186,6 @@ void print_table(const Answer& answer) {
 std::vector<std::string> warnings_of(const Answer& answer) {
   const std::string unresolved = effects::unresolved_bodies(answer.scene);
   return unresolved.empty() ? std::vector<std::string>{} : std::vector{unresolved};
-}
-
-std::vector<double> components(Vec3 vector, int dimension) {
-  const std::vector<double> all = {vector.x, vector.y, vector.z};
-  return {all.begin(), all.begin() + dimension};
 }
 
 nlohmann::ordered_json conductor_json(const Answer& answer, int i) {

@@ -70,8 +70,6 @@ GrainAnswer find_forces(const Scene& scene) {
   return answer;
 }
 
-std::array<double, 3> components(Vec3 v) { return {v.x, v.y, v.z}; }
-
 nlohmann::ordered_json json_of(const GrainAnswer& answer) {
   nlohmann::ordered_json json;
   json["conductors"] = nlohmann::ordered_json::array();
@@ -94,12 +92,6 @@ nlohmann::ordered_json json_of(const GrainAnswer& answer) {
   return json;
 }
 
-std::string columns_of(Vec3 v, const char* format) {
-  std::string text;
-  for (const double component : components(v)) text += fmt::format(fmt::runtime(format), component);
-  return text;
-}
-
 void print_table(const GrainAnswer& answer) {
   const bool dipoles = !answer.dipole.empty();
   fmt::print("{:>9} {:>11} {:>11} {:>11} {:>11} {:>13} {:>17} {:>13} {:>13} {:>13}{}\n", "grain", "x (d0)", "y (d0)",
@@ -107,9 +99,9 @@ void print_table(const GrainAnswer& answer) {
              dipoles ? fmt::format(" {:>13} {:>13} {:>13}", "dipole x", "dipole y", "dipole z") : "");
   for (int i = 0; i < answer.bodies.size(); ++i)
     fmt::print("{:>9}{} {:>11.4g} {:>13.6g} {:>17.7g}{}{}\n", i,
-               columns_of(position_in_space(answer.bodies, i), " {:>11.6g}"), answer.bodies.radius[i],
-               answer.bodies.charge[i], answer.potential[i], columns_of(answer.force[i], " {:>13.6g}"),
-               dipoles ? columns_of(answer.dipole[i], " {:>13.6g}") : "");
+               columns_of(components(position_in_space(answer.bodies, i)), " {:>11.6g}"), answer.bodies.radius[i],
+               answer.bodies.charge[i], answer.potential[i], columns_of(components(answer.force[i]), " {:>13.6g}"),
+               dipoles ? columns_of(components(answer.dipole[i]), " {:>13.6g}") : "");
   fmt::print("\nenergy      {:.7g} m0 v0^2\n", answer.energy);
   fmt::print("units       forces in m0 v0^2/d0{}\n", dipoles ? ", dipoles in q0 d0" : "");
   fmt::print("method      {}{}\n", answer.method,

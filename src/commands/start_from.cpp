@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <vector>
 
 #include "solvers/error.hpp"
 #include "src/commands/reading.hpp"

@@ -131,25 +131,17 @@ void print_answer(const TheoryAnswer& answer, const std::string& source) {
   for (const TheoryTable& table : answer.tables) print_table(table);
 }
 
-/// JSON has no infinity and no NaN: null.
-nlohmann::ordered_json numbers(const std::vector<double>& values) {
-  auto json = nlohmann::ordered_json::array();
-  for (const double value : values)
-    json.push_back(std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr));
-  return json;
-}
-
+/// Infinity and NaN are written as null.
 nlohmann::ordered_json json_of(const TheoryTable& table) {
   nlohmann::ordered_json json{{"name", table.name}, {"title", table.title}, {"logarithmic", table.logarithmic}};
   for (const TheoryColumn& column : table.columns)
-    json["columns"][column.name] = {{"unit", column.unit}, {"label", column.label}, {"values", numbers(column.values)}};
+    json["columns"][column.name] = {{"unit", column.unit}, {"label", column.label}, {"values", column.values}};
   json["panels"] = nlohmann::ordered_json::array();
   for (const TheoryTable::Panel& panel : table.panels)
     json["panels"].push_back({{"label", panel.label}, {"logarithmic", panel.logarithmic}, {"columns", panel.columns}});
   json["found"] = nlohmann::ordered_json::array();
   for (const FoundSeries& found : table.found)
-    json["found"].push_back(
-        {{"of", found.of}, {"label", found.label}, {"x", numbers(found.x)}, {"y", numbers(found.y)}});
+    json["found"].push_back({{"of", found.of}, {"label", found.label}, {"x", found.x}, {"y", found.y}});
   return json;
 }
 
@@ -160,7 +152,7 @@ nlohmann::ordered_json json_of(const TheoryMaps& maps) {
     std::vector<double> values;
     for (const double value : map.values) values.push_back(std::stod(fmt::format("{:.4g}", value)));
     json["fields"].push_back(
-        {{"name", map.name}, {"label", map.label}, {"logarithmic", map.logarithmic}, {"values", numbers(values)}});
+        {{"name", map.name}, {"label", map.label}, {"logarithmic", map.logarithmic}, {"values", values}});
   }
   return json;
 }
@@ -169,10 +161,8 @@ nlohmann::ordered_json json_of(const TheoryAnswer& answer, const std::string& so
   nlohmann::ordered_json json{{"theory", answer.name}, {"title", answer.title}, {"of", source}};
   json["figures"] = nlohmann::ordered_json::array();
   for (const TheoryFigure& figure : answer.figures)
-    json["figures"].push_back({{"name", figure.name},
-                               {"value", numbers({figure.value})[0]},
-                               {"unit", figure.unit},
-                               {"meaning", figure.meaning}});
+    json["figures"].push_back(
+        {{"name", figure.name}, {"value", figure.value}, {"unit", figure.unit}, {"meaning", figure.meaning}});
   json["tables"] = nlohmann::ordered_json::array();
   for (const TheoryTable& table : answer.tables) json["tables"].push_back(json_of(table));
   for (const TheoryMaps& maps : answer.maps) json["maps"].push_back(json_of(maps));
@@ -248,7 +238,8 @@ void tell_theory(const TheoryArguments& request, const std::vector<TheoryKind>& 
   if (!request.json.printed()) print_answer(answer, source);
   if (!request.json.word.empty()) request.json.put(json_of(answer, source), 1);
   if (!request.csv.empty()) write_csv(request.csv, answer);
-  if (request.plot) draw_json("theory.draw_file", json_of(answer, source), theory_picture(request), request.json.printed());
+  if (request.plot)
+    draw_json("theory.draw_file", json_of(answer, source), theory_picture(request), request.json.printed());
 }
 
 }  // namespace

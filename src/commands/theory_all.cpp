@@ -7,7 +7,6 @@
 #include "src/commands/theory_kind.hpp"
 #include "src/theory/haff.hpp"
 #include "src/theory/smoluchowski.hpp"
-#include "src/theory/stability.hpp"
 
 namespace lichtenberg {
 namespace {

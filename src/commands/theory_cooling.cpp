@@ -127,96 +127,6 @@ TheoryTable printed_table(double exponent) {
   return table;
 }
 
-}  // namespace
-
-std::vector<TheoryFigure> common_figures(const GasParameters& gas) {
-  const double filled = std::numbers::pi / 6 * gas.density;
-  return {{"density", "1/d0^3", gas.density, fmt::format("of grains, which fill {:.4f} of the box", filled)},
-          {"temperature", unit_of_energy, gas.temperature, "at the start, after the warm-up"},
-          {"contact_value", "1", theory::contact_value(gas.density), "by what pairs are more frequent in contact"},
-          {"collision_frequency", "1/t0", theory::collision_frequency(gas.density, gas.temperature),
-           "of a grain at the start"}};
-}
-
-std::vector<double> times_until(double end) {
-  const double first = std::min(0.01, end / 100);
-  return logarithmic_range(first, end, 1 + static_cast<int>(std::ceil(20 * std::log10(end / first))));
-}
-
-/// The constant restitution that loses as much as the gas's own at its temperature.
-double mean_restitution(const GasParameters& gas) {
-  const auto lost = [&](double speed, double x) { return x * (1 - std::pow(restitution(gas.law, speed), 2)); };
-  return std::sqrt(1 - theory::impact_mean(gas.temperature, lost));
-}
-
-std::vector<theory::KineticState> merging_course(const GasParameters& gas, const std::vector<double>& times) {
-  check_merging(gas);
-  return course_of(gas, variants[0], times);
-}
-
-std::vector<double> logarithmic_range(double first, double last, int count) {
-  std::vector<double> range;
-  for (int k = 0; k < count; ++k) range.push_back(first * std::pow(last / first, k / (count - 1.0)));
-  range.back() = last;
-  return range;
-}
-
-GasCourse::GasCourse(const std::string& path, double warm_up) : path_(path) {
-  try {
-    const ResultFile file(path, "compared with theory");
-    if (!hdf5::exists(file.file(), "gas/time"))
-      throw InputError(path + " holds no course of a gas that a theory could be compared with");
-    for (const std::string group : {"gas", "analysis"})
-      if (hdf5::exists(file.file(), group + "/time")) read(file.file(), group, warm_up);
-    warn_if_changed(file);
-  } catch (const hdf5::Error& error) {
-    throw InputError(fmt::format("{} is damaged: the course of its gas cannot be read ({}); run its scene again", path,
-                                 error.what()));
-  }
-  if (series_["time"].time.empty())
-    throw InputError(path + " holds nothing of the time after the warm-up, in which theory begins");
-}
-
-void GasCourse::read(const hdf5::Handle& file, const std::string& of, double warm_up) {
-  const hdf5::Handle group = hdf5::open_group(file, of);
-  const std::vector<double> time = hdf5::get<double>(group, "time");
-  for (const std::string& name : hdf5::names(group)) {
-    const std::string known_as = of == "gas" ? name : of + "/" + name;
-    const hdf5::Shape shape = hdf5::shape(group, name);
-    const bool shells = name.ends_with("_structure") && shape.size() == 2;
-    if (shape.empty() || shape[0] != time.size() || (shape.size() > 1 && !shells)) {
-      of_other_shapes_.insert(known_as);
-      continue;
-    }
-    const std::vector<double> value = hdf5::get<double>(group, name);
-    const std::size_t columns = shells ? shape[1] : 1;
-    for (std::size_t column = 0; column < columns; ++column) {
-      Series& series = series_[known_as + (shells ? fmt::format("/{}", column + 1) : "")];
-      for (std::size_t k = 0; k < time.size(); ++k)
-        if (time[k] > warm_up)
-          series.time.push_back(time[k] - warm_up), series.value.push_back(value[k * columns + column]);
-    }
-  }
-}
-
-const GasCourse::Series* GasCourse::find(const std::string& name) const {
-  if (of_other_shapes_.contains(name))
-    throw InputError(fmt::format("{} is damaged: its {} has not one number for each instant; run its scene{} again",
-                                 path_, name, name.starts_with("analysis/") ? " or `lichtenberg analyse`" : ""));
-  const auto found = series_.find(name);
-  return found == series_.end() ? nullptr : &found->second;
-}
-
-void GasCourse::show(TheoryTable& table, const std::string& column, const std::string& name, const std::string& label,
-                     double factor) const {
-  const Series* series = find(name);
-  if (!series) return;
-  table.found.push_back({column, label, series->time, series->value});
-  for (double& y : table.found.back().y) y *= factor;
-}
-
-namespace {
-
 TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run) {
   const std::vector<double> times = times_until(gas.end);
   const auto states = theory::cool(gas.density, gas.impacts(), gas.temperature, times);
@@ -351,6 +261,92 @@ TheoryAnswer kinetic_theory(const GasParameters& gas, const GasCourse* run) {
 }
 
 }  // namespace
+
+std::vector<TheoryFigure> common_figures(const GasParameters& gas) {
+  const double filled = std::numbers::pi / 6 * gas.density;
+  return {{"density", "1/d0^3", gas.density, fmt::format("of grains, which fill {:.4f} of the box", filled)},
+          {"temperature", unit_of_energy, gas.temperature, "at the start, after the warm-up"},
+          {"contact_value", "1", theory::contact_value(gas.density), "by what pairs are more frequent in contact"},
+          {"collision_frequency", "1/t0", theory::collision_frequency(gas.density, gas.temperature),
+           "of a grain at the start"}};
+}
+
+std::vector<double> times_until(double end) {
+  const double first = std::min(0.01, end / 100);
+  return logarithmic_range(first, end, 1 + static_cast<int>(std::ceil(20 * std::log10(end / first))));
+}
+
+/// The constant restitution that loses as much as the gas's own at its temperature.
+double mean_restitution(const GasParameters& gas) {
+  const auto lost = [&](double speed, double x) { return x * (1 - std::pow(restitution(gas.law, speed), 2)); };
+  return std::sqrt(1 - theory::impact_mean(gas.temperature, lost));
+}
+
+std::vector<theory::KineticState> merging_course(const GasParameters& gas, const std::vector<double>& times) {
+  check_merging(gas);
+  return course_of(gas, variants[0], times);
+}
+
+std::vector<double> logarithmic_range(double first, double last, int count) {
+  std::vector<double> range;
+  for (int k = 0; k < count; ++k) range.push_back(first * std::pow(last / first, k / (count - 1.0)));
+  range.back() = last;
+  return range;
+}
+
+GasCourse::GasCourse(const std::string& path, double warm_up) : path_(path) {
+  try {
+    const ResultFile file(path, "compared with theory");
+    if (!hdf5::exists(file.file(), "gas/time"))
+      throw InputError(path + " holds no course of a gas that a theory could be compared with");
+    for (const std::string group : {"gas", "analysis"})
+      if (hdf5::exists(file.file(), group + "/time")) read(file.file(), group, warm_up);
+    warn_if_changed(file);
+  } catch (const hdf5::Error& error) {
+    throw InputError(fmt::format("{} is damaged: the course of its gas cannot be read ({}); run its scene again", path,
+                                 error.what()));
+  }
+  if (series_["time"].time.empty())
+    throw InputError(path + " holds nothing of the time after the warm-up, in which theory begins");
+}
+
+void GasCourse::read(const hdf5::Handle& file, const std::string& of, double warm_up) {
+  const hdf5::Handle group = hdf5::open_group(file, of);
+  const std::vector<double> time = hdf5::get<double>(group, "time");
+  for (const std::string& name : hdf5::names(group)) {
+    const std::string known_as = of == "gas" ? name : of + "/" + name;
+    const hdf5::Shape shape = hdf5::shape(group, name);
+    const bool shells = name.ends_with("_structure") && shape.size() == 2;
+    if (shape.empty() || shape[0] != time.size() || (shape.size() > 1 && !shells)) {
+      of_other_shapes_.insert(known_as);
+      continue;
+    }
+    const std::vector<double> value = hdf5::get<double>(group, name);
+    const std::size_t columns = shells ? shape[1] : 1;
+    for (std::size_t column = 0; column < columns; ++column) {
+      Series& series = series_[known_as + (shells ? fmt::format("/{}", column + 1) : "")];
+      for (std::size_t k = 0; k < time.size(); ++k)
+        if (time[k] > warm_up)
+          series.time.push_back(time[k] - warm_up), series.value.push_back(value[k * columns + column]);
+    }
+  }
+}
+
+const GasCourse::Series* GasCourse::find(const std::string& name) const {
+  if (of_other_shapes_.contains(name))
+    throw InputError(fmt::format("{} is damaged: its {} has not one number for each instant; run its scene{} again",
+                                 path_, name, name.starts_with("analysis/") ? " or `lichtenberg analyse`" : ""));
+  const auto found = series_.find(name);
+  return found == series_.end() ? nullptr : &found->second;
+}
+
+void GasCourse::show(TheoryTable& table, const std::string& column, const std::string& name, const std::string& label,
+                     double factor) const {
+  const Series* series = find(name);
+  if (!series) return;
+  table.found.push_back({column, label, series->time, series->value});
+  for (double& y : table.found.back().y) y *= factor;
+}
 
 TheoryKind haff_kind() {
   return {.name = "haff",

@@ -14,7 +14,6 @@
 #include "src/commands/progress.hpp"
 #include "src/commands/theory_kind.hpp"
 #include "src/record/vtkhdf.hpp"
-#include "src/theory/stability.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -153,13 +152,6 @@ Mode mode_of(const Fields& fields, const Grid& grid, const Wave& wave) {
   return mode;
 }
 
-TheoryColumn& add_column(TheoryTable& table, const std::string& name, const std::string& unit, const std::string& label,
-                         int panel) {
-  table.columns.push_back({name, unit, label, {}});
-  table.panels[panel].columns.push_back(name);
-  return table.columns.back();
-}
-
 /// Rms over all cells' pairs of waves of this length, of density and of velocity across, found and by linear theory.
 struct WaveGrowth {
   std::vector<double> density, across, linear_density, linear_across;
@@ -196,14 +188,14 @@ void add_growth(TheoryTable& table, const FlowRequest& request, const Grid& grid
   for (const int length : {1, 2}) {
     const WaveGrowth growth = wave_growth(request, grid, c, times, course, length);
     const std::string k = fmt::format("k = {:.3g}", 2 * pi / grid.length * std::sqrt(length));
-    const auto add = [&](int panel, const std::string& name, const std::string& label,
-                         const std::vector<double>& values) {
-      add_column(table, fmt::format("{}_{}", name, length), "1", label, panel).values = values;
+    const auto show = [&](int panel, const std::string& name, const std::string& label,
+                          const std::vector<double>& values) {
+      add(table, panel, {fmt::format("{}_{}", name, length), "1", label, values});
     };
-    add(2, "density", k, growth.density);
-    if (!request.separated) add(2, "linear_density", k + ", linear", growth.linear_density);
-    add(3, "shear", k, growth.across);
-    add(3, "linear_shear", k + ", linear", growth.linear_across);
+    show(2, "density", k, growth.density);
+    if (!request.separated) show(2, "linear_density", k + ", linear", growth.linear_density);
+    show(3, "shear", k, growth.across);
+    show(3, "linear_shear", k + ", linear", growth.linear_across);
   }
 }
 
@@ -240,10 +232,8 @@ TheoryTable course_table(const FlowRequest& request, const Grid& grid, const the
     densest.values.push_back(std::ranges::max(fields.density));
     thinnest.values.push_back(std::ranges::min(fields.density));
   }
-  for (const TheoryColumn& column : {temperature, flow, coldest})
-    add_column(table, column.name, "1", column.label, 0).values = column.values;
-  for (const TheoryColumn& column : {densest, thinnest})
-    add_column(table, column.name, "1", column.label, 1).values = column.values;
+  for (const TheoryColumn& column : {temperature, flow, coldest}) add(table, 0, column);
+  for (const TheoryColumn& column : {densest, thinnest}) add(table, 1, column);
   add_growth(table, request, grid, c, times, course);
   return table;
 }
@@ -308,12 +298,8 @@ std::vector<TheoryFigure> flow_figures(const FlowRequest& request, const theory:
                             : "R = 2 pi K n q^2 l_0^2 / T, which stays: charges fade as the thermal speed does"},
       {"length", "l_0", request.length,
        fmt::format("of the box, in {} dimensions, {} cells", request.dimension, request.cells)},
-      {"least_wave_number", "1/l_0", 2 * pi / request.length, "of the longest waves"},
-      {"critical_shear", "1/l_0", theory::critical_shear(c), "below it shear grows"}};
-  for (const theory::CriticalWave& wave : theory::critical_waves(c, request.separated ? 0 : request.charge_number))
-    figures.push_back({"critical", "1/l_0", wave.wave_number,
-                       wave.oscillates ? "where sound modes begin to grow or cease to"
-                                       : "where the heat mode begins to grow or ceases to"});
+      {"least_wave_number", "1/l_0", 2 * pi / request.length, "of the longest waves"}};
+  add_critical(figures, c, request.separated ? 0 : request.charge_number);
   return figures;
 }
 

@@ -8,7 +8,6 @@
 #include "src/analysis/gas_growth.hpp"
 #include "src/commands/theory_kind.hpp"
 #include "src/theory/smoluchowski.hpp"
-#include "src/theory/stability.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -124,22 +123,6 @@ TheoryTable critical_table(const theory::TransportCoefficients& c, double eps) {
   return table;
 }
 
-}  // namespace
-
-PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& course) {
-  std::vector<double> times;
-  for (const theory::KineticState& state : course) {
-    const double now = theory::flight_time(beta, gas.density / state.density);
-    times.push_back(std::max(now, times.empty() ? 0.0 : times.back()));  // rounding, before anything merges
-  }
-  const theory::CoagulationCourse found = theory::coagulation_course(theory::flight_kernel(beta), times);
-  PacedGrowth growth{found.number, found.size, found.error, found.ratio};
-  growth.number.resize(times.size(), NAN), growth.size.resize(times.size(), NAN);
-  return growth;
-}
-
-namespace {
-
 TheoryAnswer smoluchowski_theory(const GasParameters* gas, const GasCourse* run) {
   const std::vector<double> times = logarithmic_range(0.01, 2e3, 80);
   TheoryAnswer answer{"smoluchowski", "Coagulation of aggregates in flight (G 4.12, 4.13)", {}, {}};
@@ -177,12 +160,8 @@ TheoryAnswer stability_theory(double eps, double charge_number) {
                     {"zeta", "1", c.cooling, "zeta*, by which it cools"},
                     {"eta", "1", c.viscosity, "eta*, viscosity"},
                     {"kappa", "1", c.conduction, "kappa*, heat conduction by temperature"},
-                    {"mu", "1", c.density_conduction, "mu*, heat conduction by density"},
-                    {"critical_shear", "1/l_0", theory::critical_shear(c), "below it shear grows"}};
-  for (const theory::CriticalWave& wave : theory::critical_waves(c, charge_number))
-    answer.figures.push_back({"critical", "1/l_0", wave.wave_number,
-                              wave.oscillates ? "where sound modes begin to grow or cease to"
-                                              : "where the heat mode begins to grow or ceases to"});
+                    {"mu", "1", c.density_conduction, "mu*, heat conduction by density"}};
+  add_critical(answer.figures, c, charge_number);
   // The roots zeta/8 +- sqrt(zeta^2/64 - R): charges oscillate against each other unless the gas cools faster.
   const double slow = c.cooling * c.cooling / 64 - charge_number;
   if (charge_number > 0)
@@ -195,6 +174,26 @@ TheoryAnswer stability_theory(double eps, double charge_number) {
 }
 
 }  // namespace
+
+void add_critical(std::vector<TheoryFigure>& figures, const theory::TransportCoefficients& c, double charge_number) {
+  figures.push_back({"critical_shear", "1/l_0", theory::critical_shear(c), "below it shear grows"});
+  for (const theory::CriticalWave& wave : theory::critical_waves(c, charge_number))
+    figures.push_back({"critical", "1/l_0", wave.wave_number,
+                       wave.oscillates ? "where sound modes begin to grow or cease to"
+                                       : "where the heat mode begins to grow or ceases to"});
+}
+
+PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& course) {
+  std::vector<double> times;
+  for (const theory::KineticState& state : course) {
+    const double now = theory::flight_time(beta, gas.density / state.density);
+    times.push_back(std::max(now, times.empty() ? 0.0 : times.back()));  // rounding, before anything merges
+  }
+  const theory::CoagulationCourse found = theory::coagulation_course(theory::flight_kernel(beta), times);
+  PacedGrowth growth{found.number, found.size, found.error, found.ratio};
+  growth.number.resize(times.size(), NAN), growth.size.resize(times.size(), NAN);
+  return growth;
+}
 
 TheoryKind smoluchowski_kind() {
   return {.name = "smoluchowski", .answer = [](const TheoryRequest& request) {

@@ -10,6 +10,7 @@
 #include "src/commands/gas_parameters.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/theory/kinetic.hpp"
+#include "src/theory/stability.hpp"
 
 namespace lichtenberg {
 
@@ -125,6 +126,9 @@ struct PacedGrowth {
 };
 /// `course`: of `merging_course`.
 PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& course);
+
+/// Adds wave numbers below which modes grow: of shear, then of the heat and sound modes at this charge number R.
+void add_critical(std::vector<TheoryFigure>& figures, const theory::TransportCoefficients& c, double charge_number);
 
 /// Equal factors from `first` to `last`.
 std::vector<double> logarithmic_range(double first, double last, int count);

@@ -131,6 +131,10 @@ periodic::MeshRequest request_for(const ChargedSubject& subject, double accuracy
           .polarizability = subject.dipoles ? std::optional(subject.dipoles->polarizability) : std::nullopt};
 }
 
+std::unique_ptr<periodic::Sum> quick_mesh(const ChargedSubject& subject, double accuracy) {
+  return periodic::make_mesh_sum(periodic::choose_quick_mesh(request_for(subject, accuracy)));
+}
+
 /// What of a mesh is to be otherwise than runs have it.
 struct Otherwise {
   bool gauss = false, splines = false, only_double = false;
@@ -195,11 +199,8 @@ Method dipole_variant(const ChargedSubject& subject, periodic::DipoleSum variant
   Method method{"dipoles-" + std::string(name_of(variant)), "nearest images where induced_dipoles.sum has them", {}};
   for (const double accuracy : {1e-2, 1e-3, 1e-4})
     method.candidates.push_back({{{"accuracy", accuracy}}, cost_of_mesh(accuracy), [=, &subject] {
-                                   const periodic::MeshRequest request = request_for(subject, accuracy);
-                                   return std::make_unique<DipolesTrial>(
-                                       subject,
-                                       periodic::make_mesh_sum(periodic::choose_quick_mesh(request)),
-                                       variant, accuracy);
+                                   return std::make_unique<DipolesTrial>(subject, quick_mesh(subject, accuracy),
+                                                                         variant, accuracy);
                                  }});
   return method;
 }
@@ -277,10 +278,7 @@ bool are_few(const ChargedSubject& subject) { return subject.bodies.size() <= 20
 
 std::vector<double> exact_forces_with_dipoles(const ChargedSubject& subject, double tolerance) {
   std::unique_ptr<periodic::Sum> far = std::make_unique<periodic::Ewald>(tolerance);
-  if (!are_few(subject)) {
-    const periodic::MeshRequest request = request_for(subject, std::max(tolerance, 1e-8));
-    far = periodic::make_mesh_sum(periodic::choose_quick_mesh(request));
-  }
+  if (!are_few(subject)) far = quick_mesh(subject, std::max(tolerance, 1e-8));
   DipolesTrial trial(subject, std::move(far), periodic::DipoleSum::ewald, tolerance);
   trial.run();
   return of_sample(subject, trial.forces());
@@ -334,7 +332,7 @@ void sweep_charges(const Scene& scene, const Request& request) {
   if (scene.conductors.size() < 2)
     throw InputError(scene.path + ": one charge alone feels no force, and errors of forces are given over them");
   ChargedSubject subject = make_subject(scene);
-  choose(all_methods(subject), request);  // names are checked before anything is computed
+  const std::vector<Method> methods = choose(all_methods(subject), request);
   Diagram diagram{
       .title = fmt::format("forces of {} charges{} at the places of the first instant", subject.bodies.size(),
                            subject.dipoles ? " and the dipoles that they induce" : ""),
@@ -352,7 +350,7 @@ void sweep_charges(const Scene& scene, const Request& request) {
   diagram.errors = [&](const nlohmann::ordered_json& answer) {
     return subject.errors(answer.at("force").get<std::vector<double>>());
   };
-  request.serve(diagram, choose(all_methods(subject), request));
+  request.serve(diagram, methods);
 }
 
 }  // namespace lichtenberg::work_precision

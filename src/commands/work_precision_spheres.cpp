@@ -8,6 +8,7 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/spheres/spheres.hpp"
 #include "src/commands/field_problem.hpp"
+#include "src/commands/output.hpp"
 #include "src/commands/work_precision.hpp"
 
 namespace lichtenberg::work_precision {
@@ -118,11 +119,9 @@ bool SphereSubject::has_unknown_charges() const {
          std::ranges::any_of(problem.groups, [](const laplace::Group& group) { return !group.floating; });
 }
 
-std::vector<double> numbers(Vec3 v) { return {v.x, v.y, v.z}; }
-
 /// What a method from outside has to know.
 Json described(const laplace::SphereProblem& problem) {
-  Json json{{"box", numbers(problem.box.lengths)},
+  Json json{{"box", components(problem.box.lengths)},
             {"permittivity", problem.permittivity},
             {"closed", !problem.free_space && !problem.box.any_periodic()},
             {"ground", problem.has_ground()},
@@ -131,7 +130,7 @@ Json described(const laplace::SphereProblem& problem) {
     json["side_potential"].push_back(problem.box.sides[side] == Boundary::electrode ? Json(problem.side_potential[side])
                                                                                     : Json());
   for (const laplace::Sphere& sphere : problem.spheres)
-    json["spheres"].push_back({{"centre", numbers(sphere.centre)}, {"radius", sphere.radius}, {"group", sphere.group}});
+    json["spheres"].push_back({{"centre", components(sphere.centre)}, {"radius", sphere.radius}, {"group", sphere.group}});
   for (const laplace::Group& group : problem.groups)
     json["groups"].push_back({{"floating", group.floating}, {"charge", group.charge}, {"potential", group.potential}});
   return json;

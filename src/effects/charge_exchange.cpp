@@ -7,7 +7,6 @@
 #include "solvers/error.hpp"
 #include "src/effects/device_forces.hpp"
 #include "src/model/checkpoint.hpp"
-#include "src/model/grain_contact.hpp"
 #include "src/model/motion.hpp"
 #include "src/model/neighbours.hpp"
 

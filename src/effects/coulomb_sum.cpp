@@ -1,6 +1,5 @@
 #include "src/effects/coulomb_sum.hpp"
 
-#include <fmt/format.h>
 
 #include <algorithm>
 

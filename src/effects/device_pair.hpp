@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "solvers/error.hpp"
 #include "src/effects/device_forces.hpp"

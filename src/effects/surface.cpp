@@ -1,6 +1,5 @@
 #include "src/effects/surface.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace lichtenberg::effects {

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <boost/math/tools/toms748_solve.hpp>
-#include <cmath>
-#include <cstdint>
 #include <tuple>
 
 #include "solvers/error.hpp"

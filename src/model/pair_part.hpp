@@ -3,7 +3,6 @@
 // Pair force law (pair_law.hpp) on a device.
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
 #ifdef __CUDACC__

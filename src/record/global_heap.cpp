@@ -1,8 +1,6 @@
 #include "src/record/global_heap.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 #include <string_view>
 #include <vector>
 

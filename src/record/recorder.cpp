@@ -7,7 +7,6 @@
 #include <system_error>
 #include <utility>
 
-#include "solvers/error.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"
 #include "src/record/provenance.hpp"

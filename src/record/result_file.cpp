@@ -60,6 +60,35 @@ void copy_path(const hdf5::Handle& from, const hdf5::Handle& to, const std::stri
   }
 }
 
+/// Throws Failure if the file at the path is no longer the opened one.
+void refuse_another(const ResultFile& opened) {
+  if (identity_of(opened.path()) != opened.identity())
+    throw Failure(fmt::format("{} has changed since it was read: try again once its run is over", opened.path()));
+}
+
+/// Writes a file with large frames, which are copied in blocks of a few megabytes.
+void store_beside_frames(const ResultFile& opened, const std::function<void(const hdf5::Handle&)>& put) {
+  const auto pages = std::make_shared<hdf5::Pages>();
+  {
+    const hdf5::Handle file = hdf5::create_in_memory(pages);
+    copy_all_but_frames(opened.file(), file, hdf5::names(opened.file()));
+    put(file);
+  }
+  const std::vector<Series> series = series_in(opened.file());
+  const StoredFrames frames{rows_in(opened.file(), series), [&] { return opened.opened(); }};
+  write_with_frames(opened.path(), std::move(*pages), series, {&frames, 1}, {}, [&] { refuse_another(opened); });
+}
+
+void store_in_memory(const ResultFile& opened, const std::function<void(const hdf5::Handle&)>& put) {
+  const auto pages = std::make_shared<hdf5::Pages>(hdf5::pages_of(*opened.opened()));
+  put(hdf5::open_in_memory(pages));
+  const auto check = [&] { refuse_another(opened); };
+  if (opened.is_sealed()) return write_sealed(opened.path(), *pages, check);
+  NewFile file(opened.path());  // a file that another program has changed gets no seal
+  pages->for_each([&](std::uint64_t offset, std::span<const std::byte> bytes) { file.write(offset, bytes); });
+  file.publish(check);
+}
+
 }  // namespace
 
 ResultFile::ResultFile(const std::string& path, const std::string& used) : path_(path), index_(open_file(path)) {
@@ -185,39 +214,6 @@ void copy_all_but_frames(const hdf5::Handle& from, const hdf5::Handle& to, const
   for (const std::string& group : groups)
     if (hdf5::exists(from, group)) copy_path(from, to, group, series);
 }
-
-namespace {
-
-/// Throws Failure if the file at the path is no longer the opened one.
-void refuse_another(const ResultFile& opened) {
-  if (identity_of(opened.path()) != opened.identity())
-    throw Failure(fmt::format("{} has changed since it was read: try again once its run is over", opened.path()));
-}
-
-/// Writes a file with large frames, which are copied in blocks of a few megabytes.
-void store_beside_frames(const ResultFile& opened, const std::function<void(const hdf5::Handle&)>& put) {
-  const auto pages = std::make_shared<hdf5::Pages>();
-  {
-    const hdf5::Handle file = hdf5::create_in_memory(pages);
-    copy_all_but_frames(opened.file(), file, hdf5::names(opened.file()));
-    put(file);
-  }
-  const std::vector<Series> series = series_in(opened.file());
-  const StoredFrames frames{rows_in(opened.file(), series), [&] { return opened.opened(); }};
-  write_with_frames(opened.path(), std::move(*pages), series, {&frames, 1}, {}, [&] { refuse_another(opened); });
-}
-
-void store_in_memory(const ResultFile& opened, const std::function<void(const hdf5::Handle&)>& put) {
-  const auto pages = std::make_shared<hdf5::Pages>(hdf5::pages_of(*opened.opened()));
-  put(hdf5::open_in_memory(pages));
-  const auto check = [&] { refuse_another(opened); };
-  if (opened.is_sealed()) return write_sealed(opened.path(), *pages, check);
-  NewFile file(opened.path());  // a file that another program has changed gets no seal
-  pages->for_each([&](std::uint64_t offset, std::span<const std::byte> bytes) { file.write(offset, bytes); });
-  file.publish(check);
-}
-
-}  // namespace
 
 void store(const ResultFile& opened, const std::function<void(const hdf5::Handle&)>& put, std::uint64_t in_memory) {
   const std::optional<WriterLock> lock = WriterLock::if_free(opened.path());

@@ -5,7 +5,6 @@
 
 #include <sstream>
 #include <string_view>
-#include <vector>
 
 #include "solvers/error.hpp"
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <type_traits>
 
 #include "solvers/larger.hpp"
 #include "src/effects/contact_law.hpp"

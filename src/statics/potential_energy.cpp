@@ -1,7 +1,6 @@
 #include "src/statics/potential_energy.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "src/effects/contact_law.hpp"

@@ -67,6 +67,11 @@ const std::array<double, piece_nodes> node_of = [] {
   return all;
 }();
 
+double between(const std::array<double, piece_nodes>& values, double log_temperature) {
+  const double part = log_temperature / piece_width, x = 2 * (part - std::floor(part)) - 1;
+  return between_nodes(node_of.data(), values.data(), piece_nodes, x);
+}
+
 }  // namespace
 
 double contact_value(double density) {
@@ -121,15 +126,6 @@ const ImpactTable::Piece& ImpactTable::piece_at(double log_temperature) const {
   }
   return *(found = std::move(piece));
 }
-
-namespace {
-
-double between(const std::array<double, piece_nodes>& values, double log_temperature) {
-  const double part = log_temperature / piece_width, x = 2 * (part - std::floor(part)) - 1;
-  return between_nodes(node_of.data(), values.data(), piece_nodes, x);
-}
-
-}  // namespace
 
 double ImpactTable::lost(double temperature) const {
   const double at = std::log(temperature);

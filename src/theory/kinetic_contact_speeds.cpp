@@ -3,7 +3,6 @@
 #include <boost/math/special_functions/bessel.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 
 #include "src/theory/kinetic.hpp"

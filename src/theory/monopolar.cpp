@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
-#include <cstdint>
-#include <utility>
 
 #include "src/theory/haff.hpp"
 

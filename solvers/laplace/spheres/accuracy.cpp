@@ -28,40 +28,6 @@ int movable(const SphereProblem& problem) {
   return problem.movable < 0 ? static_cast<int>(problem.spheres.size()) : problem.movable;
 }
 
-}  // namespace
-
-Scales scales_of(const SphereProblem& problem, const SphereSolution& solution) {
-  std::vector<double> potentials = solution.group_potential;
-  if (problem.free_space) potentials.push_back(0);
-  for (int side = 0; side < 6 && !problem.free_space; ++side)
-    if (problem.box.sides[side] == Boundary::electrode) potentials.push_back(problem.side_potential[side]);
-  Scales scales;
-  scales.potential = largest_difference(potentials);
-  const double unit = share_of_rounding * problem.permittivity * scales.potential;
-  scales.charge_rounding = unit * longest_side(problem);
-  scales.force_rounding = unit * scales.potential;
-  for (const double charge : solution.sphere_charge) scales.charge = std::max(scales.charge, std::abs(charge));
-  for (int i = 0; i < movable(problem); ++i) scales.force = std::max(scales.force, norm(solution.sphere_force[i]));
-  if (movable(problem) == 0) scales.force = INFINITY;
-  return scales;
-}
-
-double largest_error(const SphereProblem& problem, const SphereSolution& solution, const SphereSolution& reference,
-                     const Scales& scales) {
-  if (scales.potential == 0) return 0;
-  double worst = 0;
-  for (std::size_t g = 0; g < reference.group_potential.size(); ++g)
-    worst = larger(worst, std::abs(solution.group_potential[g] - reference.group_potential[g]) / scales.potential);
-  for (std::size_t i = 0; i < reference.sphere_charge.size(); ++i) {
-    worst = larger(worst, scales.error_of_charge(std::abs(solution.sphere_charge[i] - reference.sphere_charge[i])));
-    if (static_cast<int>(i) < movable(problem))
-      worst = larger(worst, scales.error_of_force(norm(solution.sphere_force[i] - reference.sphere_force[i])));
-  }
-  return worst;
-}
-
-namespace {
-
 constexpr double finest_tolerance = 1e-12;
 
 /// Bound on the errors of charges and forces at a tolerance of 1, in units of the largest. The potential scale V makes
@@ -126,6 +92,36 @@ SphereSolution reference_for(const SphereProblem& problem, double accuracy, doub
 }
 
 }  // namespace
+
+Scales scales_of(const SphereProblem& problem, const SphereSolution& solution) {
+  std::vector<double> potentials = solution.group_potential;
+  if (problem.free_space) potentials.push_back(0);
+  for (int side = 0; side < 6 && !problem.free_space; ++side)
+    if (problem.box.sides[side] == Boundary::electrode) potentials.push_back(problem.side_potential[side]);
+  Scales scales;
+  scales.potential = largest_difference(potentials);
+  const double unit = share_of_rounding * problem.permittivity * scales.potential;
+  scales.charge_rounding = unit * longest_side(problem);
+  scales.force_rounding = unit * scales.potential;
+  for (const double charge : solution.sphere_charge) scales.charge = std::max(scales.charge, std::abs(charge));
+  for (int i = 0; i < movable(problem); ++i) scales.force = std::max(scales.force, norm(solution.sphere_force[i]));
+  if (movable(problem) == 0) scales.force = INFINITY;
+  return scales;
+}
+
+double largest_error(const SphereProblem& problem, const SphereSolution& solution, const SphereSolution& reference,
+                     const Scales& scales) {
+  if (scales.potential == 0) return 0;
+  double worst = 0;
+  for (std::size_t g = 0; g < reference.group_potential.size(); ++g)
+    worst = larger(worst, std::abs(solution.group_potential[g] - reference.group_potential[g]) / scales.potential);
+  for (std::size_t i = 0; i < reference.sphere_charge.size(); ++i) {
+    worst = larger(worst, scales.error_of_charge(std::abs(solution.sphere_charge[i] - reference.sphere_charge[i])));
+    if (static_cast<int>(i) < movable(problem))
+      worst = larger(worst, scales.error_of_force(norm(solution.sphere_force[i] - reference.sphere_force[i])));
+  }
+  return worst;
+}
 
 AccurateSpheres solve_to_accuracy(const SphereProblem& problem, double accuracy,
                                   const std::function<SphereSolver(double)>& solver_for) {

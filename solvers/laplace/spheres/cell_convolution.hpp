@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 
 #include "solvers/laplace/spheres/cell_axes.hpp"
 #include "solvers/laplace/spheres/images.hpp"

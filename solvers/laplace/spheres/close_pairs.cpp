@@ -76,31 +76,6 @@ double axial_field(const std::vector<double>& source, int source_degree, double 
   return sum;
 }
 
-}  // namespace
-
-std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy) {
-  const double distance = gap + radius + other;
-  const std::vector<double> none(degree + 1);
-  std::array<std::vector<double>, 2> first{none, none}, second{none, none};  // Either sphere at potential 1
-  add_images(radius, other, distance, accuracy, first[0], first[1]);
-  add_images(other, radius, distance, accuracy, second[1], second[0]);
-  const auto charge = [&](const std::array<std::vector<double>, 2>& of) {
-    return radius * of[0][0] + other * of[1][0];
-  };
-  const double a = charge(first), b = charge(second);
-  const double potential = b / (a + b);  // Potential of the first sphere; that of the second is lower by 1
-  std::array<PairSolution, 2> result;
-  for (int k = 0; k < 2; ++k) {
-    result[k].multipoles.resize(degree + 1);
-    result[k].potential = potential - k;
-    for (int l = 0; l <= degree; ++l)
-      result[k].multipoles[l] = potential * first[k][l] + (potential - 1) * second[k][l];
-  }
-  return result;
-}
-
-namespace {
-
 /// Truncation of the exact pair's multipoles and image charges.
 struct Followed {
   int degree = 0;
@@ -165,23 +140,6 @@ ClosePair close_pair(const std::vector<Site>& sites, const NearPair& gap, const 
     add_own(pair, pair.tails[k], sites[pair.tails[k].sphere], solution[k].potential);
   return pair;
 }
-
-}  // namespace
-
-std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy,
-                                   parallel::Team& team) {
-  std::vector<Followed> how;
-  for (const NearPair& gap : gaps) how.push_back(followed(sites, gap, accuracy));
-  std::vector<ClosePair> pairs(gaps.size());
-  team.for_each(static_cast<int>(gaps.size()), [&](int k) { pairs[k] = close_pair(sites, gaps[k], how[k]); });
-  std::erase_if(pairs, [&](const ClosePair& pair) {  // Energies at the level of rounding: the harmonics suffice
-    const Tail& tail = pair.tails[0];
-    return !(pair.energy > 1e-13 * sites[tail.sphere].radius * tail.multipoles[0] * tail.multipoles[0]);
-  });
-  return pairs;
-}
-
-namespace {
 
 /// Legendre polynomials of increasing degree at u, and their slopes.
 struct Legendre {
@@ -369,7 +327,73 @@ void add_meetings(std::vector<ClosePair>& close, const std::vector<TailOfPair>& 
     }
 }
 
+/// Multipoles about an axis; only those above the degree count.
+struct AxialTail {
+  const std::vector<double>& multipoles;
+  int degree;
+  double radius;
+  Vec3 axis;
+};
+
+/// Adds `scale` times the potential sum over l > degree of a_l (R/r)^(l+1) P_l, and subtracts its gradient from the
+/// field.
+void add_axial(const AxialTail& tail, double scale, Vec3 r, double& potential, Vec3& field) {
+  const auto [multipoles, degree, radius, axis] = tail;
+  const double distance = norm(r), ratio = radius / distance, u = std::clamp(dot(r, axis) / distance, -1.0, 1.0);
+  double power = ratio, below = 0, legendre = 1, slope = 0, value = 0, radial = 0, polar = 0;
+  for (std::size_t l = 0; l < multipoles.size(); ++l, power *= ratio) {
+    if (static_cast<int>(l) > degree) {
+      const double term = scale * multipoles[l] * power;
+      value += term * legendre;
+      radial -= (l + 1) * term * legendre / distance;
+      polar += term * slope / distance;
+    }
+    const double above = ((2 * l + 1) * u * legendre - l * below) / (l + 1);
+    const double above_slope = (l + 1) * legendre + u * slope;
+    below = legendre, legendre = above;
+    slope = above_slope;
+    if (static_cast<int>(l) > degree && power < 1e-18) break;
+  }
+  const Vec3 outward = r * (1 / distance);
+  potential += value;
+  field -= outward * radial + (axis - outward * u) * polar;
+}
+
 }  // namespace
+
+std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy) {
+  const double distance = gap + radius + other;
+  const std::vector<double> none(degree + 1);
+  std::array<std::vector<double>, 2> first{none, none}, second{none, none};  // Either sphere at potential 1
+  add_images(radius, other, distance, accuracy, first[0], first[1]);
+  add_images(other, radius, distance, accuracy, second[1], second[0]);
+  const auto charge = [&](const std::array<std::vector<double>, 2>& of) {
+    return radius * of[0][0] + other * of[1][0];
+  };
+  const double a = charge(first), b = charge(second);
+  const double potential = b / (a + b);  // Potential of the first sphere; that of the second is lower by 1
+  std::array<PairSolution, 2> result;
+  for (int k = 0; k < 2; ++k) {
+    result[k].multipoles.resize(degree + 1);
+    result[k].potential = potential - k;
+    for (int l = 0; l <= degree; ++l)
+      result[k].multipoles[l] = potential * first[k][l] + (potential - 1) * second[k][l];
+  }
+  return result;
+}
+
+std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy,
+                                   parallel::Team& team) {
+  std::vector<Followed> how;
+  for (const NearPair& gap : gaps) how.push_back(followed(sites, gap, accuracy));
+  std::vector<ClosePair> pairs(gaps.size());
+  team.for_each(static_cast<int>(gaps.size()), [&](int k) { pairs[k] = close_pair(sites, gaps[k], how[k]); });
+  std::erase_if(pairs, [&](const ClosePair& pair) {  // Energies at the level of rounding: the harmonics suffice
+    const Tail& tail = pair.tails[0];
+    return !(pair.energy > 1e-13 * sites[tail.sphere].radius * tail.multipoles[0] * tail.multipoles[0]);
+  });
+  return pairs;
+}
 
 void let_tails_meet(std::vector<ClosePair>& close, const std::vector<Site>& sites, const std::vector<NearPair>& pairs,
                     double accuracy, parallel::Team& team) {
@@ -432,42 +456,6 @@ Vec3 force_between(const Tail& one, const Tail& other, int degree) {
   }
   return force * (one.sign * other.sign);
 }
-
-namespace {
-
-/// Multipoles about an axis; only those above the degree count.
-struct AxialTail {
-  const std::vector<double>& multipoles;
-  int degree;
-  double radius;
-  Vec3 axis;
-};
-
-/// Adds `scale` times the potential sum over l > degree of a_l (R/r)^(l+1) P_l, and subtracts its gradient from the
-/// field.
-void add_axial(const AxialTail& tail, double scale, Vec3 r, double& potential, Vec3& field) {
-  const auto [multipoles, degree, radius, axis] = tail;
-  const double distance = norm(r), ratio = radius / distance, u = std::clamp(dot(r, axis) / distance, -1.0, 1.0);
-  double power = ratio, below = 0, legendre = 1, slope = 0, value = 0, radial = 0, polar = 0;
-  for (std::size_t l = 0; l < multipoles.size(); ++l, power *= ratio) {
-    if (static_cast<int>(l) > degree) {
-      const double term = scale * multipoles[l] * power;
-      value += term * legendre;
-      radial -= (l + 1) * term * legendre / distance;
-      polar += term * slope / distance;
-    }
-    const double above = ((2 * l + 1) * u * legendre - l * below) / (l + 1);
-    const double above_slope = (l + 1) * legendre + u * slope;
-    below = legendre, legendre = above;
-    slope = above_slope;
-    if (static_cast<int>(l) > degree && power < 1e-18) break;
-  }
-  const Vec3 outward = r * (1 / distance);
-  potential += value;
-  field -= outward * radial + (axis - outward * u) * polar;
-}
-
-}  // namespace
 
 void add_tail(const Tail& tail, const Site& site, double amplitude, Vec3 point, double& potential, Vec3& field) {
   const double scale = tail.sign * amplitude;

@@ -160,6 +160,14 @@ bool are_twins(const NearPair& a, const NearPair& b) {
          norm2(a.way + b.way) < 1e-20 * norm2(a.way);
 }
 
+/// Returns the accuracy that is possible, in terms of the keys that set it.
+std::string in_words(double possible) {
+  constexpr double coarsest = 0.1, rounded_up = 1.06;  // Rounds up to two digits
+  if (rounded_up * possible > coarsest) return "no field.accuracy";
+  return fmt::format("field.accuracy = {:.1e}, or so large a field.tolerance and field.moving_tolerance",
+                     rounded_up * possible);
+}
+
 }  // namespace
 
 void Fields::Wanted::raise(double to, double possible_then) {
@@ -230,18 +238,6 @@ std::vector<NearPair> Fields::narrow_gaps(const SphereProblem& problem, const st
   }
   return gaps;
 }
-
-namespace {
-
-/// Returns the accuracy that is possible, in terms of the keys that set it.
-std::string in_words(double possible) {
-  constexpr double coarsest = 0.1, rounded_up = 1.06;  // Rounds up to two digits
-  if (rounded_up * possible > coarsest) return "no field.accuracy";
-  return fmt::format("field.accuracy = {:.1e}, or so large a field.tolerance and field.moving_tolerance",
-                     rounded_up * possible);
-}
-
-}  // namespace
 
 /// Sets the degrees. Throws InputError for a degree above the largest.
 void Fields::take(const std::vector<Wanted>& wanted) {

@@ -25,33 +25,6 @@ struct Recursion {
   }
 };
 
-}  // namespace
-
-void regular_harmonics(Vec3 r, int degree, double* value) {
-  static const Recursion factors;
-  const double r2 = norm2(r);
-  value[0] = 1;
-  for (int l = 1; l <= degree; ++l) {
-    const bool known = l <= Recursion::most;
-    // Sectoral harmonics follow from the degree below, times (x + i y).
-    const double up = known ? factors.up[l] : Recursion::up_of(l);
-    const double cosine = value[at(l - 1, l - 1)], sine = l == 1 ? 0 : value[at(l - 1, 1 - l)];
-    value[at(l, l)] = up * (r.x * cosine - r.y * sine);
-    value[at(l, -l)] = up * (r.x * sine + r.y * cosine);
-    for (int m = 0; m < l; ++m) {
-      const double below = known ? factors.below[at(l, m)] : Recursion::below_of(l, m),
-                   over = known ? factors.over[at(l, m)] : Recursion::over_of(l, m);
-      for (const int k : {m, -m}) {
-        const double before = l - 2 >= m ? value[at(l - 2, k)] : 0;
-        value[at(l, k)] = over * ((2 * l - 1) * r.z * value[at(l - 1, k)] - below * r2 * before);
-        if (m == 0) break;
-      }
-    }
-  }
-}
-
-namespace {
-
 /// Wigner functions d^l_(m', m) (pi/2) for m' = 0 ... l and m = 0 ... l, from those with m' = l (Trapani and Navaza,
 /// Acta Cryst. A 62, 262 (2006)): stable up to degrees of thousands.
 class HalfTurns {
@@ -85,6 +58,29 @@ class HalfTurns {
 };
 
 }  // namespace
+
+void regular_harmonics(Vec3 r, int degree, double* value) {
+  static const Recursion factors;
+  const double r2 = norm2(r);
+  value[0] = 1;
+  for (int l = 1; l <= degree; ++l) {
+    const bool known = l <= Recursion::most;
+    // Sectoral harmonics follow from the degree below, times (x + i y).
+    const double up = known ? factors.up[l] : Recursion::up_of(l);
+    const double cosine = value[at(l - 1, l - 1)], sine = l == 1 ? 0 : value[at(l - 1, 1 - l)];
+    value[at(l, l)] = up * (r.x * cosine - r.y * sine);
+    value[at(l, -l)] = up * (r.x * sine + r.y * cosine);
+    for (int m = 0; m < l; ++m) {
+      const double below = known ? factors.below[at(l, m)] : Recursion::below_of(l, m),
+                   over = known ? factors.over[at(l, m)] : Recursion::over_of(l, m);
+      for (const int k : {m, -m}) {
+        const double before = l - 2 >= m ? value[at(l - 2, k)] : 0;
+        value[at(l, k)] = over * ((2 * l - 1) * r.z * value[at(l - 1, k)] - below * r2 * before);
+        if (m == 0) break;
+      }
+    }
+  }
+}
 
 QuarterTurn::QuarterTurn(int degree) : degree_(degree) {
   HalfTurns half(degree);

@@ -223,31 +223,6 @@ KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, do
   return {static_cast<int>(ended.iterations), ended.residual / scale};
 }
 
-}  // namespace
-
-KrylovResult solve_krylov(const System& system, double tolerance, std::vector<double>& x) {
-  parallel::start_petsc();
-  const PetscInt n = system.size();
-  std::vector<double> residual, correction(n);
-  const std::vector<double> cold = system.start();
-  std::vector<double> given = system.right_hand_side();
-  system.project(given.data());
-  const double scale = std::hypot(length(given), length(cold));
-  double first = residual_of(system, x, given, residual);
-  if (first > scale) {  // The initial guess is of another size, for example after charges have flowed to ground
-    x = cold;
-    first = residual_of(system, x, given, residual);
-  }
-  const double goal = std::max(tolerance * scale, rounding(system));
-  if (first <= goal) return {0, scale > 0 ? first / scale : 0};
-  const KrylovResult result =
-      conjugate_gradients({&system, n, multiply, precondition}, residual.data(), correction.data(), goal, scale);
-  for (PetscInt k = 0; k < n; ++k) x[k] += correction[k];
-  return result;
-}
-
-namespace {
-
 /// Solutions for eight groups, each at 1 V in its own column, and the remaining residuals.
 struct EightColumns {
   std::vector<Lanes> x, residual;
@@ -294,6 +269,27 @@ EightColumns solve_eight(const System& system, int first, double tolerance) {
 double second_order_tolerance(double tolerance) { return std::max(tolerance, 0.1 * std::sqrt(tolerance)); }
 
 }  // namespace
+
+KrylovResult solve_krylov(const System& system, double tolerance, std::vector<double>& x) {
+  parallel::start_petsc();
+  const PetscInt n = system.size();
+  std::vector<double> residual, correction(n);
+  const std::vector<double> cold = system.start();
+  std::vector<double> given = system.right_hand_side();
+  system.project(given.data());
+  const double scale = std::hypot(length(given), length(cold));
+  double first = residual_of(system, x, given, residual);
+  if (first > scale) {  // The initial guess is of another size, for example after charges have flowed to ground
+    x = cold;
+    first = residual_of(system, x, given, residual);
+  }
+  const double goal = std::max(tolerance * scale, rounding(system));
+  if (first <= goal) return {0, scale > 0 ? first / scale : 0};
+  const KrylovResult result =
+      conjugate_gradients({&system, n, multiply, precondition}, residual.data(), correction.data(), goal, scale);
+  for (PetscInt k = 0; k < n; ++k) x[k] += correction[k];
+  return result;
+}
 
 std::vector<double> unit_charges(const System& system, double tolerance) {
   parallel::start_petsc();

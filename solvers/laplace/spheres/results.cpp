@@ -1,7 +1,6 @@
 #include "solvers/laplace/spheres/results.hpp"
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace lichtenberg::laplace::spheres {
@@ -42,7 +41,7 @@ void add_side_charges(const SphereProblem& problem, const WallPotential& wall, S
     const int axis = side / 2;
     const double length = problem.box.lengths[axis];
     if (held.size() > 1 && !opposite) {
-      charge = std::numeric_limits<double>::quiet_NaN();
+      charge = NAN;
       continue;
     }
     charge = 0;

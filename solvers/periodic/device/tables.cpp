@@ -2,12 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/charge_mesh.hpp"
-#include "solvers/periodic/near_kernels.hpp"
 #include "solvers/periodic/self_term.hpp"
 
 namespace lichtenberg::periodic::device {

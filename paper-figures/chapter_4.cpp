@@ -6,9 +6,9 @@
 #include <numbers>
 #include <vector>
 
-#include "src/theory/broken_wire.hpp"
-#include "src/theory/disk_between_plates.hpp"
-#include "src/theory/shuttle.hpp"
+#include "validation/theory/broken_wire.hpp"
+#include "validation/theory/disk_between_plates.hpp"
+#include "validation/theory/shuttle.hpp"
 
 using namespace lichtenberg::theory;
 

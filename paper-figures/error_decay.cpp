@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "solvers/laplace/relaxation/solver.hpp"
-#include "src/theory/two_disks.hpp"
+#include "validation/theory/two_disks.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;

@@ -15,7 +15,7 @@ LINEAR = 4e3  # V: up to here displacements are below a fifth of a diameter
 
 def stretching(displacement):
     """What stretching adds to the exponent 1 of 4.16 at this largest displacement (m): y (1 + c)^-3/2 ~ V with c the
-    length that bending adds over the gaps' (theory/broken_wire.hpp, disks), so d ln y / d ln V = (1 + c) / (1 - 2c)."""
+    length that bending adds over the gaps' (validation/theory, disks), so d ln y / d ln V = (1 + c) / (1 - 2c)."""
     b = 12 * np.sqrt(3) * displacement / wires.LENGTH**3
     added = b**2 * wires.LENGTH**5 / 40 / (wires.LENGTH - 2 * wires.N * wires.RADIUS)
     return (1 + added) / (1 - 2 * added) - 1

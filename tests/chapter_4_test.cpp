@@ -5,10 +5,10 @@
 #include <numbers>
 
 #include "solvers/error.hpp"
-#include "src/theory/broken_wire.hpp"
-#include "src/theory/disk_between_plates.hpp"
-#include "src/theory/shuttle.hpp"
-#include "src/theory/two_disks.hpp"
+#include "validation/theory/broken_wire.hpp"
+#include "validation/theory/disk_between_plates.hpp"
+#include "validation/theory/shuttle.hpp"
+#include "validation/theory/two_disks.hpp"
 
 namespace chapter_4_test {
 

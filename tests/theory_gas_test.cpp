@@ -10,8 +10,8 @@
 #include "src/theory/haff.hpp"
 #include "src/theory/monopolar.hpp"
 #include "src/theory/restitution.hpp"
-#include "src/theory/two_grains.hpp"
 #include "tests/message.hpp"
+#include "validation/theory/two_grains.hpp"
 
 namespace theory_gas_test {
 

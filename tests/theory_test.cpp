@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "src/theory/two_disks.hpp"
 #include "validation/harness.hpp"
+#include "validation/theory/two_disks.hpp"
 
 namespace theory_test {
 

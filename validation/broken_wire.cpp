@@ -7,10 +7,10 @@
 #include <numbers>
 
 #include "solvers/laplace/cutcell/solver.hpp"
-#include "src/theory/broken_wire.hpp"
-#include "src/theory/two_disks.hpp"
 #include "validation/harness.hpp"
 #include "validation/program.hpp"
+#include "validation/theory/broken_wire.hpp"
+#include "validation/theory/two_disks.hpp"
 
 namespace broken_wire_validation {
 

@@ -12,7 +12,7 @@
 
 #include "solvers/laplace/problem.hpp"
 #include "solvers/larger.hpp"
-#include "src/theory/two_disks.hpp"
+#include "validation/theory/two_disks.hpp"
 
 namespace lichtenberg::validation {
 

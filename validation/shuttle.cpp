@@ -1,5 +1,5 @@
 // The charge shuttle (D 4.2): a run's charge per crossing, crossing time and current against the exact two-dimensional
-// theory (src/theory/disk_between_plates.hpp), and what inertia, voltage, gap, contact gap and cells do to them.
+// theory (validation/theory/disk_between_plates.hpp), and what inertia, voltage, gap, contact gap and cells do to them.
 //
 //   shuttle          seconds
 //   shuttle long     more gaps, finer grids
@@ -11,11 +11,11 @@
 #include "src/effects/stokes_drag.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
-#include "src/theory/disk_between_plates.hpp"
-#include "src/theory/shuttle.hpp"
 #include "tests/spheres.hpp"
 #include "validation/harness.hpp"
 #include "validation/program.hpp"
+#include "validation/theory/disk_between_plates.hpp"
+#include "validation/theory/shuttle.hpp"
 
 namespace shuttle_validation {
 

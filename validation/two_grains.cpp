@@ -1,5 +1,5 @@
 // Two grains of opposite charge, head-on: captured after a loss, or not. Every integrator against CVODE in free space
-// (src/theory/two_grains.hpp), to which scenes/two-grains.toml is equal as long as the grains are closer than half its
+// (validation/theory/two_grains.hpp), to which scenes/two-grains.toml is equal as long as the grains are closer than half its
 // box: nearest images attract as charges in free space do.
 //
 // Bounds. cvode: 1e-13 of a step in places and momenta, thousands of steps, to a speed of order 1: 1e-9. Others: at
@@ -11,11 +11,11 @@
 #include <map>
 
 #include "src/effects/read_scene.hpp"
-#include "src/theory/two_grains.hpp"
 #include "tests/grains.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 #include "validation/program.hpp"
+#include "validation/theory/two_grains.hpp"
 
 namespace two_grains_validation {
 

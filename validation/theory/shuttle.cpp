@@ -1,4 +1,4 @@
-#include "src/theory/shuttle.hpp"
+#include "validation/theory/shuttle.hpp"
 
 #include <boost/math/quadrature/gauss_kronrod.hpp>
 #include <cmath>

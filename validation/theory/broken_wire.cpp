@@ -1,4 +1,4 @@
-#include "src/theory/broken_wire.hpp"
+#include "validation/theory/broken_wire.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include "src/theory/two_disks.hpp"
+#include "validation/theory/two_disks.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include "src/theory/disk_between_plates.hpp"
+#include "validation/theory/disk_between_plates.hpp"
 
 #include <fmt/format.h>
 #include <Eigen/Dense>

@@ -1,11 +1,10 @@
-#include "src/theory/two_grains.hpp"
+#include "validation/theory/two_grains.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
-#include <cstdint>
 #include <span>
 #include <vector>
 

@@ -16,6 +16,7 @@
 #include "src/theory/restitution.hpp"
 #include "tests/grains.hpp"
 #include "tests/message.hpp"
+#include "validation/theory/driven_gas.hpp"
 
 namespace granular_test {
 

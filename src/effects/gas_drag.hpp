@@ -19,7 +19,7 @@ struct GasDragOptions {
 /// Drag S (v_gas - v) of a gas with a random velocity at each grain. It is Gaussian with standard deviation `speed` for
 /// each component, constant for `hold` (correlation time) and then redrawn (G 3.54, 7.2, which specify neither). Grains
 /// without collisions reach the temperature speed^2 tanh(S hold / 2) at the times of redrawing. With collisions the
-/// temperature is lower (theory::driven_temperature). Integrated exactly.
+/// temperature is lower (validation/theory/driven_gas.hpp). Integrated exactly.
 class GasDrag : public Effect {
  public:
   GasDrag(const GasDragOptions& options, std::uint64_t seed)

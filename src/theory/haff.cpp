@@ -155,26 +155,6 @@ std::vector<CoolingState> cool(double density, const ImpactTable& table, double 
   return states_at(ode, initial, times);
 }
 
-double driven_temperature(double density, const Impacts& impacts, const RandomDrag& drag) {
-  const auto [stokes, speed, hold] = drag;
-  const auto balanced = [&](double temperature) {
-    const double frequency = collision_frequency(density, temperature);
-    const double turned =
-        impact_mean(temperature, [&](double v, double x) { return x * (1 + impacts.restitution(v)); });
-    const double lambda = stokes + frequency * turned / 3, y = lambda * hold;
-    const double correlation = speed * speed * stokes / lambda * (1 + std::expm1(-y) / y);
-    return correlation / (1 + frequency * mean_loss(impacts, temperature) / (6 * stokes));
-  };
-  double low = 0, high = speed * speed;  // the temperature cannot exceed that of the gas
-  for (int k = 0; k < 60; ++k) {
-    const double middle = 0.5 * (low + high);
-    (balanced(middle) > middle ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
-double mean_charge(double charge_square) { return std::sqrt(2 * charge_square / pi); }
-
 double impact_charge_square(double strength, double exponent, double effective_mass, double speed) {
   const double low = 0.1, high = std::sqrt(10.0), half_width = 0.05 * exponent;
   const double energy = effective_mass * speed * speed;

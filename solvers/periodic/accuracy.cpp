@@ -164,23 +164,6 @@ double alpha_for(double most, double cutoff, double dipole2) {
   return high;
 }
 
-}  // namespace
-
-double random_force(double charge2, double charges, double volume, double contact) {
-  return charge2 * std::sqrt(force2(contact) / (charges * volume));
-}
-
-double relative_error(const Mesh& mesh, const Cloud& cloud, double contact, double dipole2) {
-  return std::sqrt((lost_with(cloud, dipole2) + mesh_error(mesh, cloud, dipole2)) / force2(contact));
-}
-
-double induced_dipole2(double polarizability, double density, double contact) {
-  constexpr double neighbours = 6;
-  return polarizability * polarizability * (density * force2(contact) + neighbours / std::pow(contact, 4));
-}
-
-namespace {
-
 void require_sensible(double accuracy, Vec3 lengths, double contact) {
   require_consistent({.lengths = lengths});
   if (!(contact > 0))
@@ -390,6 +373,19 @@ MeshChoice by_hand_alone(const MeshRequest& request) {
 }
 
 }  // namespace
+
+double random_force(double charge2, double charges, double volume, double contact) {
+  return charge2 * std::sqrt(force2(contact) / (charges * volume));
+}
+
+double relative_error(const Mesh& mesh, const Cloud& cloud, double contact, double dipole2) {
+  return std::sqrt((lost_with(cloud, dipole2) + mesh_error(mesh, cloud, dipole2)) / force2(contact));
+}
+
+double induced_dipole2(double polarizability, double density, double contact) {
+  constexpr double neighbours = 6;
+  return polarizability * polarizability * (density * force2(contact) + neighbours / std::pow(contact, 4));
+}
 
 std::string why_not_single(const MeshRequest& request) {
   const ByHand& by_hand = request.by_hand;

@@ -110,6 +110,18 @@ struct Octant {
   }
 };
 
+double mesh_error(const Mesh& mesh, const Cloud& cloud, const Octant& octant, double dipole2) {
+  double sum = 0;
+  octant.visit(mesh, cloud, [&](std::array<int, 3> mode, const Alike& sums, int images) {
+    const auto along = [&](int k) -> const Axis::Mode& { return octant.axes[k].modes[mode[k]]; };
+    const double error = dipole2 > 0
+                             ? error_with_dipoles(along(0), along(1), along(2), cloud, sums.factor(), dipole2 / 3)
+                             : sums.force2 - sums.cloud_u2 * sums.factor();
+    sum += images * std::max(0.0, error);
+  });
+  return sum / mesh.volume();
+}
+
 }  // namespace
 
 Influence optimal_influence(const Mesh& mesh, const Cloud& cloud) {
@@ -131,22 +143,6 @@ Influence optimal_influence(const Mesh& mesh, const Cloud& cloud) {
   });
   return influence;
 }
-
-namespace {
-
-double mesh_error(const Mesh& mesh, const Cloud& cloud, const Octant& octant, double dipole2) {
-  double sum = 0;
-  octant.visit(mesh, cloud, [&](std::array<int, 3> mode, const Alike& sums, int images) {
-    const auto along = [&](int k) -> const Axis::Mode& { return octant.axes[k].modes[mode[k]]; };
-    const double error = dipole2 > 0
-                             ? error_with_dipoles(along(0), along(1), along(2), cloud, sums.factor(), dipole2 / 3)
-                             : sums.force2 - sums.cloud_u2 * sums.factor();
-    sum += images * std::max(0.0, error);
-  });
-  return sum / mesh.volume();
-}
-
-}  // namespace
 
 double mesh_error(const Mesh& mesh, const Cloud& cloud, double dipole2) {
   return mesh_error(mesh, cloud, Octant(mesh), dipole2);

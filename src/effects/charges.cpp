@@ -18,6 +18,53 @@ double total(std::span<const CompensatedSum> terms) {
   return sum.total();
 }
 
+/// Divides a group's charge among its members (at least two) as the field does; the last member takes the remainder.
+void redistribute(std::vector<CompensatedSum>& charge, std::span<const int> members, std::span<const double> by_field) {
+  CompensatedSum rest;
+  for (const int i : members) rest += charge[i];
+  CompensatedSum missing = rest;
+  for (const int i : members) missing += -by_field[i];
+  const double share = missing.total() / static_cast<double>(members.size());
+  for (const int i : members.first(members.size() - 1)) {
+    charge[i] = CompensatedSum(by_field[i] + share);
+    rest -= charge[i];
+  }
+  charge[members.back()] = rest;
+}
+
+/// Floating groups with at least two members, stored contiguously, each in ascending order.
+struct SharedGroups {
+  std::vector<int> members;
+  std::vector<int> begin;  ///< start of each group in `members`, and the end of the last
+};
+
+SharedGroups shared_groups(const ElectricalGroups& groups, int nodes) {
+  std::vector<int> joined(nodes + 1), members_of(nodes);  // joined: all nodes except the first of each group
+  int others = 0;
+  for (int i = 0; i < nodes; ++i) {  // no branch, because branch prediction would fail
+    joined[others] = i;
+    others += (groups.supply[i] < 0) & (groups.id[i] != i);
+  }
+  joined.resize(others);
+  for (const int i : joined) ++members_of[groups.id[i]];
+  SharedGroups shared;
+  std::vector<int>& place = members_of;
+  int all = 0;
+  for (const int i : joined) {
+    int& next = place[groups.id[i]];
+    if (next > 0) {  // first occurrence of the group
+      shared.begin.push_back(all);
+      shared.members.resize(all + next + 1);
+      shared.members[all] = groups.id[i];
+      all += std::exchange(next, -(all + 1)) + 1;
+    }
+    shared.members[-next] = i;
+    --next;
+  }
+  shared.begin.push_back(all);
+  return shared;
+}
+
 }  // namespace
 
 Charges::Charges(std::span<const double> initial, std::size_t supplies)
@@ -83,57 +130,6 @@ void Charges::distribute(const ElectricalGroups& groups, std::span<const double>
   step_ = 0;
   redistribute(groups, by_field, team);
 }
-
-namespace {
-
-/// Divides a group's charge among its members (at least two) as the field does; the last member takes the remainder.
-void redistribute(std::vector<CompensatedSum>& charge, std::span<const int> members, std::span<const double> by_field) {
-  CompensatedSum rest;
-  for (const int i : members) rest += charge[i];
-  CompensatedSum missing = rest;
-  for (const int i : members) missing += -by_field[i];
-  const double share = missing.total() / static_cast<double>(members.size());
-  for (const int i : members.first(members.size() - 1)) {
-    charge[i] = CompensatedSum(by_field[i] + share);
-    rest -= charge[i];
-  }
-  charge[members.back()] = rest;
-}
-
-/// Floating groups with at least two members, stored contiguously, each in ascending order.
-struct SharedGroups {
-  std::vector<int> members;
-  std::vector<int> begin;  ///< start of each group in `members`, and the end of the last
-};
-
-SharedGroups shared_groups(const ElectricalGroups& groups, int nodes) {
-  std::vector<int> joined(nodes + 1), members_of(nodes);  // joined: all nodes except the first of each group
-  int others = 0;
-  for (int i = 0; i < nodes; ++i) {  // no branch, because branch prediction would fail
-    joined[others] = i;
-    others += (groups.supply[i] < 0) & (groups.id[i] != i);
-  }
-  joined.resize(others);
-  for (const int i : joined) ++members_of[groups.id[i]];
-  SharedGroups shared;
-  std::vector<int>& place = members_of;
-  int all = 0;
-  for (const int i : joined) {
-    int& next = place[groups.id[i]];
-    if (next > 0) {  // first occurrence of the group
-      shared.begin.push_back(all);
-      shared.members.resize(all + next + 1);
-      shared.members[all] = groups.id[i];
-      all += std::exchange(next, -(all + 1)) + 1;
-    }
-    shared.members[-next] = i;
-    --next;
-  }
-  shared.begin.push_back(all);
-  return shared;
-}
-
-}  // namespace
 
 /// Redistributes the charges of floating groups. Single-member groups keep their charge, renormalized by one
 /// compensated addition. For efficiency this addition is applied to all nodes. Among members of groups it changes only

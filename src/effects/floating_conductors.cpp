@@ -31,128 +31,11 @@ void add_sides(const Scene& scene, laplace::LaplaceProblem& problem) {
   }
 }
 
-}  // namespace
-
-laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
-                                             const NodeCharges& charges) {
-  AskedField asked;
-  ask_for_field(scene, bodies, groups, charges, asked);
-  return std::move(asked.problem);
-}
-
-void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges,
-                   AskedField& asked) {
-  auto& [problem, nodes] = asked;
-  check_dimension(bodies, 2);
-  problem.size = plane(scene.domain.size);
-  problem.permittivity = scene.medium.permittivity;
-  add_sides(scene, problem);
-  std::swap(problem.groups, nodes.groups);
-  find_groups_of_nodes(groups, charges, scene.medium.depth, nodes);
-  std::swap(problem.groups, nodes.groups);
-  problem.bodies.resize(bodies.size() + scene.electrodes.size());
-  auto body = problem.bodies.begin();
-  for (int i = 0; i < bodies.size(); ++i, ++body) {
-    // Written in place, because copying a separately constructed body is more expensive.
-    Disk& disk = body->shape.emplace<Disk>();
-    disk.centre = {bodies.position[2 * i], bodies.position[2 * i + 1]};
-    disk.radius = bodies.radius[i];
-    body->group = nodes.of_node[i];
-  }
-  int node = bodies.size();
-  for (const Electrode& electrode : scene.electrodes) {
-    if (electrode.series_resistance > 0) {
-      *body++ = {electrode.shape, nodes.of_node[node++]};
-      continue;
-    }
-    *body++ = {electrode.shape, static_cast<int>(problem.groups.size())};
-    problem.groups.push_back({.floating = false, .potential = electrode.potential});
-  }
-  problem.movable = bodies.size();
-  problem.couplings.clear();
-  add_couplings(groups, charges, nodes.of_node, scene.medium.depth, problem.groups, problem.couplings);
-}
-
-const FieldMethodKind* method_of(const FieldTable& table) {
-  return std::visit([](const auto& field) { return field.method; }, table);
-}
-
-void check_device(FieldDevice device, const FieldMethodKind* method) {
-  if (device != FieldDevice::cpu && method && !method->on_device)
-    throw InputError(
-        fmt::format("field.device = \"{}\" is not allowed with field.method = \"{}\", which runs on the CPU: "
-                    "methods that can use another device: {}",
-                    name_of(device), method->name,
-                    field_methods_that(2, [](const FieldMethodKind& other) { return other.on_device; })));
-}
-
-void check_device(const Scene& scene) {
-  if (!scene.effects.has<FloatingConductorsOptions>()) return;
-  const FieldDevice device = std::visit([](const auto& field) { return field.device; }, scene.field_table);
-  check_device(device, method_of(scene.field_table));
-}
-
-namespace {
-
 /// Returns the number of cells of a grid half as fine, 0 if that is not a whole number.
 int halved(Vec2 size, int cells) {
   const double shorter = cells * std::min(size.x, size.y) / std::max(size.x, size.y);
   return cells % 2 == 0 && std::lround(shorter) % 2 == 0 ? cells / 2 : 0;
 }
-
-}  // namespace
-
-int predictor_cells(const Scene& scene) {
-  const MechanicsOptions& mechanics = scene.mechanics;
-  if (!mechanics.predictor || !mechanics.kind().reads("predictor")) return 0;
-  if (!scene.field().method->follow || scene.conductors.empty()) return 0;
-  if (has_circuit(scene)) return 0;     // small errors of potentials are large errors of currents
-  constexpr double least_radius = 1.9;  // cells
-  const double smallest = scene.smallest_radius();
-  const double side = std::max(scene.domain.size.x, scene.domain.size.y);
-  int cells = scene.field().cells;
-  for (int next = cells; next > 0 && smallest * next >= least_radius * side;
-       next = halved(plane(scene.domain.size), next))
-    cells = next;
-  return cells <= scene.field().cells / 4 ? cells : 0;
-}
-
-std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
-  check_device(options.device, options.method);
-  return options.method->make(options);
-}
-
-bool is_inside_integrator(const Scene& scene) { return scene.mechanics.kind().solves_field_inside; }
-
-void check_can_move(const Scene& scene) {
-  const FieldMethodKind* method = method_of(scene.field_table);
-  if (!method || !method->only_separate || !scene.effects.has<FloatingConductorsOptions>()) return;
-  if (scene.effects.has<HertzContactOptions>() && scene.effects.has<WallContactOptions>()) return;
-  throw InputError(
-      fmt::format("{}: field.method = \"{}\" in a run needs [effects.{}]: it cannot solve disks that "
-                  "overlap{}, and nothing else keeps moving ones from it; methods that can do without: {}",
-                  scene.path, method->name, scene.effects.has<HertzContactOptions>() ? "wall_contact" : "hertz_contact",
-                  scene.effects.has<HertzContactOptions>() ? " a side or an electrode" : "",
-                  field_methods_that(2, [](const FieldMethodKind& other) { return !other.only_separate; })));
-}
-
-void check_processes(const FieldTable* field) {
-  const int processes = parallel::process_count();
-  if (processes == 1) return;
-  std::string what = "a scene without a field", instead = "leave mpirun out";
-  if (field) {
-    const FieldMethodKind* method = method_of(*field);
-    const auto linear_solver = std::visit([](const auto& table) { return table.linear_solver; }, *field);
-    if (method && method->on_processes == linear_solver) return;
-    what = !method                ? "field.accuracy without a field.method"
-           : method->on_processes ? fmt::format("field.linear_solver = \"{}\"", name_of(linear_solver))
-                                  : fmt::format("field.method = \"{}\"", method->name);
-    instead = "set field.method = \"cut-cell\" and field.linear_solver = \"assembled\", or leave mpirun out";
-  }
-  throw InputError(fmt::format("{} runs on one process, and mpirun started {}: {}", what, processes, instead));
-}
-
-namespace {
 
 /// Returns true if all centres are inside; false for a coordinate that is not a number.
 bool all_inside(const Bodies& bodies) {
@@ -255,10 +138,6 @@ Electrostatics difference(Electrostatics a, const Electrostatics& b) {
   return a;
 }
 
-}  // namespace
-
-namespace {
-
 void check(const Draft& draft) {
   if (!draft.permittivity && !draft.relative_permittivity)
     refuse_effect(draft, "floating_conductors", "medium.relative_permittivity, or medium.permittivity in F/m");
@@ -282,6 +161,117 @@ void complete(const Draft& draft, Scene& scene) {
 }
 
 }  // namespace
+
+laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
+                                             const NodeCharges& charges) {
+  AskedField asked;
+  ask_for_field(scene, bodies, groups, charges, asked);
+  return std::move(asked.problem);
+}
+
+void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges,
+                   AskedField& asked) {
+  auto& [problem, nodes] = asked;
+  check_dimension(bodies, 2);
+  problem.size = plane(scene.domain.size);
+  problem.permittivity = scene.medium.permittivity;
+  add_sides(scene, problem);
+  std::swap(problem.groups, nodes.groups);
+  find_groups_of_nodes(groups, charges, scene.medium.depth, nodes);
+  std::swap(problem.groups, nodes.groups);
+  problem.bodies.resize(bodies.size() + scene.electrodes.size());
+  auto body = problem.bodies.begin();
+  for (int i = 0; i < bodies.size(); ++i, ++body) {
+    // Written in place, because copying a separately constructed body is more expensive.
+    Disk& disk = body->shape.emplace<Disk>();
+    disk.centre = {bodies.position[2 * i], bodies.position[2 * i + 1]};
+    disk.radius = bodies.radius[i];
+    body->group = nodes.of_node[i];
+  }
+  int node = bodies.size();
+  for (const Electrode& electrode : scene.electrodes) {
+    if (electrode.series_resistance > 0) {
+      *body++ = {electrode.shape, nodes.of_node[node++]};
+      continue;
+    }
+    *body++ = {electrode.shape, static_cast<int>(problem.groups.size())};
+    problem.groups.push_back({.floating = false, .potential = electrode.potential});
+  }
+  problem.movable = bodies.size();
+  problem.couplings.clear();
+  add_couplings(groups, charges, nodes.of_node, scene.medium.depth, problem.groups, problem.couplings);
+}
+
+const FieldMethodKind* method_of(const FieldTable& table) {
+  return std::visit([](const auto& field) { return field.method; }, table);
+}
+
+void check_device(FieldDevice device, const FieldMethodKind* method) {
+  if (device != FieldDevice::cpu && method && !method->on_device)
+    throw InputError(
+        fmt::format("field.device = \"{}\" is not allowed with field.method = \"{}\", which runs on the CPU: "
+                    "methods that can use another device: {}",
+                    name_of(device), method->name,
+                    field_methods_that(2, [](const FieldMethodKind& other) { return other.on_device; })));
+}
+
+void check_device(const Scene& scene) {
+  if (!scene.effects.has<FloatingConductorsOptions>()) return;
+  const FieldDevice device = std::visit([](const auto& field) { return field.device; }, scene.field_table);
+  check_device(device, method_of(scene.field_table));
+}
+
+int predictor_cells(const Scene& scene) {
+  const MechanicsOptions& mechanics = scene.mechanics;
+  if (!mechanics.predictor || !mechanics.kind().reads("predictor")) return 0;
+  if (!scene.field().method->follow || scene.conductors.empty()) return 0;
+  if (has_circuit(scene)) return 0;     // small errors of potentials are large errors of currents
+  constexpr double least_radius = 1.9;  // cells
+  const double smallest = scene.smallest_radius();
+  const double side = std::max(scene.domain.size.x, scene.domain.size.y);
+  int cells = scene.field().cells;
+  for (int next = cells; next > 0 && smallest * next >= least_radius * side;
+       next = halved(plane(scene.domain.size), next))
+    cells = next;
+  return cells <= scene.field().cells / 4 ? cells : 0;
+}
+
+std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
+  check_device(options.device, options.method);
+  return options.method->make(options);
+}
+
+bool is_inside_integrator(const Scene& scene) { return scene.mechanics.kind().solves_field_inside; }
+
+void check_can_move(const Scene& scene) {
+  const FieldMethodKind* method = method_of(scene.field_table);
+  if (!method || !method->only_separate || !scene.effects.has<FloatingConductorsOptions>()) return;
+  if (scene.effects.has<HertzContactOptions>() && scene.effects.has<WallContactOptions>()) return;
+  throw InputError(
+      fmt::format("{}: field.method = \"{}\" in a run needs [effects.{}]: it cannot solve disks that "
+                  "overlap{}, and nothing else keeps moving ones from it; methods that can do without: {}",
+                  scene.path, method->name, scene.effects.has<HertzContactOptions>() ? "wall_contact" : "hertz_contact",
+                  scene.effects.has<HertzContactOptions>() ? " a side or an electrode" : "",
+                  field_methods_that(2, [](const FieldMethodKind& other) { return !other.only_separate; })));
+}
+
+void check_processes(const FieldTable* field) {
+  const int processes = parallel::process_count();
+  if (processes == 1) return;
+  std::string what = "a scene without a field", instead = "leave mpirun out";
+  if (field) {
+    const FieldMethodKind* method = method_of(*field);
+    const auto linear_solver = std::visit([](const auto& table) { return table.linear_solver; }, *field);
+    if (method && method->on_processes == linear_solver) return;
+    what = !method                ? "field.accuracy without a field.method"
+           : method->on_processes ? fmt::format("field.linear_solver = \"{}\"", name_of(linear_solver))
+                                  : fmt::format("field.method = \"{}\"", method->name);
+    instead = "set field.method = \"cut-cell\" and field.linear_solver = \"assembled\", or leave mpirun out";
+  }
+  throw InputError(fmt::format("{} runs on one process, and mpirun started {}: {}", what, processes, instead));
+}
+
+
 
 const EffectKind& FloatingConductorsOptions::kind() {
   static const EffectKind kind = {

@@ -24,6 +24,16 @@ void complete(const Draft& draft, Scene& scene) {
   scene.effects.find<WallContactOptions>()->bodies = materials_of_bodies(draft, common_material(scene));
 }
 
+/// Returns true if a body cannot touch a wall while it moves by at most `travel` (m). `gap` (m) was its gap at the
+/// position `looked_at`.
+bool is_away(const Bodies& bodies, int i, std::span<const double> looked_at, double gap, double travel) {
+  double way2 = 0;
+  for (int k = i * bodies.dimension; k < (i + 1) * bodies.dimension; ++k)
+    way2 += (bodies.position[k] - looked_at[k]) * (bodies.position[k] - looked_at[k]);
+  const double room = gap - travel;
+  return room > 0 && way2 < room * room;
+}
+
 }  // namespace
 
 const EffectKind& WallContactOptions::kind() {
@@ -94,20 +104,6 @@ void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) cons
     jacobian.add_central(i, i, normal, -law.stiffness, law.force * seen.turning);
   });
 }
-
-namespace {
-
-/// Returns true if a body cannot touch a wall while it moves by at most `travel` (m). `gap` (m) was its gap at the
-/// position `looked_at`.
-bool is_away(const Bodies& bodies, int i, std::span<const double> looked_at, double gap, double travel) {
-  double way2 = 0;
-  for (int k = i * bodies.dimension; k < (i + 1) * bodies.dimension; ++k)
-    way2 += (bodies.position[k] - looked_at[k]) * (bodies.position[k] - looked_at[k]);
-  const double room = gap - travel;
-  return room > 0 && way2 < room * room;
-}
-
-}  // namespace
 
 /// Returns true if a body that moves by at most `travel` (m) may touch a wall.
 bool WallContact::reaches(const Bodies& bodies, int i, double travel) const {

@@ -67,6 +67,9 @@ void wrap_all(Bodies& bodies) {
   }
 }
 
+/// Factor of the inertia of fixed bodies, so large that no force changes their positions in the last digit.
+constexpr double held_inertia = 0x1p100;
+
 }  // namespace
 
 void wrap(Bodies& bodies) { bodies.dimension == 3 ? wrap_all<3>(bodies) : wrap_all<2>(bodies); }
@@ -76,13 +79,6 @@ void check_dimension(const Bodies& bodies, int d) {
     throw InputError(
         fmt::format("the bodies have {} dimensions, but what they are asked for is for {} only", bodies.dimension, d));
 }
-
-namespace {
-
-/// Factor of the inertia of fixed bodies, so large that no force changes their positions in the last digit.
-constexpr double held_inertia = 0x1p100;
-
-}  // namespace
 
 Bodies make_bodies(const Scene& scene) {
   Bodies bodies{.dimension = scene.dimension(),

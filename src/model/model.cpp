@@ -30,22 +30,6 @@ void append(std::vector<ForceJacobian::Entry>& entries, int i, int j, std::span<
       entries.push_back({i * d + k, j * d + l, (along - across) * n[k] * n[l] + (k == l) * across});
 }
 
-}  // namespace
-
-void ForceJacobian::add_central(int i, int j, std::span<const double> n, double along, double across) {
-  append(by_position, i, j, n.first(dimension_), along, across);
-}
-
-void ForceJacobian::add_drag(int i, std::span<const double> n, double along, double across) {
-  append(by_momentum, i, i, n.first(dimension_), along, across);
-}
-
-void ForceJacobian::add_drag(int i, double rate) {
-  for (int k = 0; k < dimension_; ++k) by_momentum.push_back({i * dimension_ + k, i * dimension_ + k, rate});
-}
-
-namespace {
-
 void refuse_namesakes(const std::vector<std::unique_ptr<Effect>>& effects) {
   std::set<std::string_view> names;
   for (const auto& effect : effects)
@@ -72,7 +56,34 @@ double skin_for(const Bodies& bodies, double range) {
   return std::clamp(half * (1 - 1e-9) - range - 2 * radius, 0.0, usual * radius);
 }
 
+std::string prefix_of(const Effect& effect) { return "effects." + std::string(effect.name()) + "."; }
+
+template <class Arrays>
+void put(const Arrays& own, const std::string& prefix, Arrays& all) {
+  for (const auto& [name, values] : own) all[prefix + name] = values;
+}
+
+template <class Arrays>
+Arrays taken(const Arrays& all, const std::string& prefix) {
+  Arrays own;
+  for (auto at = all.lower_bound(prefix); at != all.end() && at->first.starts_with(prefix); ++at)
+    own[at->first.substr(prefix.size())] = at->second;
+  return own;
+}
+
 }  // namespace
+
+void ForceJacobian::add_central(int i, int j, std::span<const double> n, double along, double across) {
+  append(by_position, i, j, n.first(dimension_), along, across);
+}
+
+void ForceJacobian::add_drag(int i, std::span<const double> n, double along, double across) {
+  append(by_momentum, i, i, n.first(dimension_), along, across);
+}
+
+void ForceJacobian::add_drag(int i, double rate) {
+  for (int k = 0; k < dimension_; ++k) by_momentum.push_back({i * dimension_ + k, i * dimension_ + k, rate});
+}
 
 Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector<double>& charge)
     : bodies(std::move(b)), effects(std::move(e)), drag(bodies.size()), drag_at_(effects.size()) {
@@ -158,25 +169,6 @@ void Model::accept(double time, double dt) {
   const State now = state_without_neighbours(time);
   for (const auto& effect : effects) effect->accept(now, dt);
 }
-
-namespace {
-
-std::string prefix_of(const Effect& effect) { return "effects." + std::string(effect.name()) + "."; }
-
-template <class Arrays>
-void put(const Arrays& own, const std::string& prefix, Arrays& all) {
-  for (const auto& [name, values] : own) all[prefix + name] = values;
-}
-
-template <class Arrays>
-Arrays taken(const Arrays& all, const std::string& prefix) {
-  Arrays own;
-  for (auto at = all.lower_bound(prefix); at != all.end() && at->first.starts_with(prefix); ++at)
-    own[at->first.substr(prefix.size())] = at->second;
-  return own;
-}
-
-}  // namespace
 
 void Model::save(Checkpoint& checkpoint) const {
   for (const auto& effect : effects) {

@@ -185,6 +185,20 @@ void check_density(const Draft& draft, const PopulationDraft& population) {
                        population.count, most, smallest_radius(population), draft.scene.units().length));
 }
 
+std::string wrong_radius(std::size_t body, double radius, const std::string& key) {
+  return fmt::format(
+      "body {} has a radius of {:g} in the result of --from, which {} does not give it; only the same "
+      "bodies can start where those are",
+      body, radius, key);
+}
+
+/// Returns true if the next conductor of a population can have this radius.
+bool could_have(const PopulationDraft& population, double radius, Radii& radii, UniformRandom& random) {
+  const auto [smallest, largest] = population.radius.value_or(Interval{});
+  const bool drawn = population.radii.empty() && smallest < largest;
+  return drawn ? radius >= smallest && radius <= largest : radius == radii.next(random);
+}
+
 }  // namespace
 
 SphereGrid::SphereGrid(double reach, std::size_t count, const Domain& domain) : box_(domain.box()), nearest_(box_) {
@@ -293,24 +307,6 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
     grid.insert(sphere);
   }
 }
-
-namespace {
-
-std::string wrong_radius(std::size_t body, double radius, const std::string& key) {
-  return fmt::format(
-      "body {} has a radius of {:g} in the result of --from, which {} does not give it; only the same "
-      "bodies can start where those are",
-      body, radius, key);
-}
-
-/// Returns true if the next conductor of a population can have this radius.
-bool could_have(const PopulationDraft& population, double radius, Radii& radii, UniformRandom& random) {
-  const auto [smallest, largest] = population.radius.value_or(Interval{});
-  const bool drawn = population.radii.empty() && smallest < largest;
-  return drawn ? radius >= smallest && radius <= largest : radius == radii.next(random);
-}
-
-}  // namespace
 
 std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Conductor>& bodies) {
   if (bodies.size() != count_of(draft))

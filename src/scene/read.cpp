@@ -191,6 +191,18 @@ std::string read_text(const std::string& path) {
   return text;
 }
 
+Draft read_draft(const std::string& text, const std::string& path, const EffectKinds& kinds,
+                 const std::vector<Setting>& settings) {
+  const Schema schema(kinds);
+  toml::table document = parse_document(text, path);
+  apply(settings, schema, document);
+  Draft draft;
+  draft.scene.path = path;
+  draft.scene.text = settings.empty() ? text : text_of(document);
+  Reader(schema, draft).read_document(document);
+  return draft;
+}
+
 }  // namespace
 
 std::string place_in(const std::string& path, int line) {
@@ -205,22 +217,6 @@ void refuse_if_given(const Draft& draft, const std::string& key, const std::stri
   if (const int line = draft.line(key); line > 0)
     refuse(draft.scene.path, line, (key.find('.') == std::string::npos ? "[" + key + "] " : key + " ") + predicate);
 }
-
-namespace {
-
-Draft read_draft(const std::string& text, const std::string& path, const EffectKinds& kinds,
-                 const std::vector<Setting>& settings) {
-  const Schema schema(kinds);
-  toml::table document = parse_document(text, path);
-  apply(settings, schema, document);
-  Draft draft;
-  draft.scene.path = path;
-  draft.scene.text = settings.empty() ? text : text_of(document);
-  Reader(schema, draft).read_document(document);
-  return draft;
-}
-
-}  // namespace
 
 void check_values(const std::string& text, const std::string& path, const std::vector<Setting>& settings,
                   const EffectKinds& kinds) {

@@ -98,6 +98,15 @@ toml::table& table_of(toml::table& document, const KeyPlace& place, const std::s
   return *table;
 }
 
+/// Parses a number that is not valid TOML because digits around the point are missing: .5, -.5, 1.
+std::optional<double> bare_number(const std::string& value) {
+  double number = 0;
+  const char* end = value.data() + value.size();
+  const auto [stopped, error] = std::from_chars(value.data(), end, number);
+  if (error != std::errc() || stopped != end || value.find('.') == std::string::npos) return {};
+  return number;
+}
+
 }  // namespace
 
 std::vector<std::string> listed_values(const std::string& list) {
@@ -118,19 +127,6 @@ std::vector<std::string> listed_values(const std::string& list) {
   if (values.empty()) refuse_it();
   return values;
 }
-
-namespace {
-
-/// Parses a number that is not valid TOML because digits around the point are missing: .5, -.5, 1.
-std::optional<double> bare_number(const std::string& value) {
-  double number = 0;
-  const char* end = value.data() + value.size();
-  const auto [stopped, error] = std::from_chars(value.data(), end, number);
-  if (error != std::errc() || stopped != end || value.find('.') == std::string::npos) return {};
-  return number;
-}
-
-}  // namespace
 
 Setting setting_of(const std::string& written) {
   const std::size_t equals = written.find('=');

@@ -20,11 +20,6 @@ Handle text_type(size_t size) {
   return type;
 }
 
-Handle dataspace(const Shape& shape) {
-  if (shape.empty()) return Handle(H5Screate(H5S_SCALAR));
-  return Handle(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr));
-}
-
 /// Returns the product of the lengths. Throws Error if memory cannot hold as many numbers.
 hsize_t product(const Shape& shape) {
   constexpr hsize_t most = PTRDIFF_MAX / sizeof(double);
@@ -119,12 +114,24 @@ void check_bytes(hid_t dataset, const Shape& shape, const std::string& name) {
     throw Error(name + " has more numbers than bytes that hold them");
 }
 
+/// Returns a text that HDF5 has allocated, and frees that.
+std::string taken(char* value) {
+  const std::string text = value == nullptr ? "" : value;
+  H5free_memory(value);
+  return text;
+}
+
 }  // namespace
 
 void throw_error_stack() {
   std::string message;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_first_message, &message);
   throw Error(message.empty() ? "HDF5 gave no reason" : message);
+}
+
+Handle dataspace(const Shape& shape) {
+  if (shape.empty()) return Handle(H5Screate(H5S_SCALAR));
+  return Handle(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr));
 }
 
 bool is_hdf5(const OpenFile& file) {
@@ -221,9 +228,7 @@ std::string text(hid_t object, const std::string& name) {
   check_attribute(attribute, H5T_STRING, name);
   char* value = nullptr;
   check(H5Aread(attribute, type, &value));
-  std::string result = value == nullptr ? "" : value;
-  H5free_memory(value);
-  return result;
+  return taken(value);
 }
 
 std::vector<std::string> text_attribute(hid_t object, const std::string& name) {
@@ -236,10 +241,7 @@ std::vector<std::string> text_attribute(hid_t object, const std::string& name) {
   std::vector<char*> values(static_cast<std::size_t>(count), nullptr);
   check(H5Aread(attribute, type, values.data()));
   std::vector<std::string> texts;
-  for (char* value : values) {
-    texts.emplace_back(value == nullptr ? "" : value);
-    H5free_memory(value);
-  }
+  for (char* value : values) texts.push_back(taken(value));
   return texts;
 }
 
@@ -340,9 +342,7 @@ std::string get_text(hid_t parent, const std::string& name) {
   check_single(Handle(H5Dget_space(dataset)), Handle(H5Dget_type(dataset)), H5T_STRING, name);
   char* value = nullptr;
   check(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &value));
-  std::string text = value == nullptr ? "" : value;
-  H5free_memory(value);
-  return text;
+  return taken(value);
 }
 
 Shape shape(hid_t parent, const std::string& name) { return dataset_shape(open_dataset(parent, name)); }

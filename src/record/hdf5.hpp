@@ -80,6 +80,8 @@ bool is_group(hid_t parent, const std::string& path);
 std::vector<std::string> names(hid_t group);
 
 using Shape = std::vector<hsize_t>;
+/// Returns the dataspace of arrays of this shape; an empty shape is that of a single value.
+Handle dataspace(const Shape& shape);
 
 /// Returns HDF5's type of a number in memory.
 template <class Number>

@@ -23,34 +23,26 @@ std::vector<double> distinct_radii(const Scene& scene) {
   return {radii.begin(), radii.end()};
 }
 
-void put_point(hid_t group, const std::string& name, Vec2 point) {
-  hdf5::put<double>(group, name, std::array{point.x, point.y}, {2}, "m");
+void put_round(hid_t group, const char* shape, const std::vector<double>& centre, double radius) {
+  hdf5::put_attribute(group, "shape", shape);
+  hdf5::put<double>(group, "centre", centre, {centre.size()}, "m");
+  hdf5::put(group, "radius", radius, "m");
 }
 
-void put_shape(hid_t group, const Disk& disk) {
-  hdf5::put_attribute(group, "shape", "disk");
-  put_point(group, "centre", disk.centre);
-  hdf5::put(group, "radius", disk.radius, "m");
-}
+void put_shape(hid_t group, const Disk& disk) { put_round(group, "disk", {disk.centre.x, disk.centre.y}, disk.radius); }
+
+void put_shape(hid_t group, const Ring& ring) { put_round(group, "ring", {ring.centre.x, ring.centre.y}, ring.radius); }
 
 void put_shape(hid_t group, const Bar& bar) {
   hdf5::put_attribute(group, "shape", "bar");
-  put_point(group, "from", bar.from);
-  put_point(group, "to", bar.to);
+  hdf5::put<double>(group, "from", std::array{bar.from.x, bar.from.y}, {2}, "m");
+  hdf5::put<double>(group, "to", std::array{bar.to.x, bar.to.y}, {2}, "m");
   hdf5::put(group, "width", bar.width, "m");
-}
-
-void put_shape(hid_t group, const Ring& ring) {
-  hdf5::put_attribute(group, "shape", "ring");
-  put_point(group, "centre", ring.centre);
-  hdf5::put(group, "radius", ring.radius, "m");
 }
 
 void put_sphere(hid_t group, const Electrode& electrode) {
   const Vec3 centre = electrode.centre();
-  hdf5::put_attribute(group, "shape", "sphere");
-  hdf5::put<double>(group, "centre", std::array{centre.x, centre.y, centre.z}, {3}, "m");
-  hdf5::put(group, "radius", std::get<Disk>(electrode.shape).radius, "m");
+  put_round(group, "sphere", {centre.x, centre.y, centre.z}, std::get<Disk>(electrode.shape).radius);
 }
 
 void put_electrodes(hid_t scene_group, const Scene& scene) {

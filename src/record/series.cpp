@@ -355,8 +355,7 @@ void put_frames(const hdf5::Handle& file, const std::string& prefix, const std::
       bytes.insert(bytes.end(), added.begin(), added.end());
     }
     const hsize_t rows = each.row_bytes() > 0 ? bytes.size() / each.row_bytes() : frames.size();
-    const hdf5::Shape shape = rows_of_shape(rows, each.row);
-    const hdf5::Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr));
+    const hdf5::Handle space = hdf5::dataspace(rows_of_shape(rows, each.row));
     const hdf5::Handle creation = compressed ? storage(each, rows) : hdf5::Handle(H5Pcreate(H5P_DATASET_CREATE));
     const hid_t type = native(each.kind);
     hdf5::Handle dataset(H5Dcreate2(group, name.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT));
@@ -372,8 +371,7 @@ std::vector<std::uint64_t> put_room(const hdf5::Handle& file, const std::vector<
   hdf5::check(H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER));
   std::vector<std::uint64_t> offsets;
   put_all(file, "", series, [&](hid_t group, const std::string& name, const Series& each, std::size_t k) {
-    const hdf5::Shape shape = rows_of_shape(rows[k], each.row);
-    const hdf5::Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr));
+    const hdf5::Handle space = hdf5::dataspace(rows_of_shape(rows[k], each.row));
     hdf5::Handle dataset(H5Dcreate2(group, name.c_str(), native(each.kind), space, H5P_DEFAULT, creation, H5P_DEFAULT));
     offsets.push_back(H5Dget_offset(dataset));
     return dataset;
@@ -386,15 +384,14 @@ void put_virtual(const hdf5::Handle& file, const std::vector<Series>& series, st
     hsize_t all = 0;
     for (const Elsewhere& part : parts) all += part.rows[k];
     const hdf5::Shape shape = rows_of_shape(all, each.row);
-    const hdf5::Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr));
+    const hdf5::Handle space = hdf5::dataspace(shape);
     const hdf5::Handle creation(H5Pcreate(H5P_DATASET_CREATE));
     set_missing(creation, each);
     hsize_t first = 0;
     for (const Elsewhere& part : parts) {
       if (part.rows[k] == 0 || each.row_bytes() == 0) continue;
       select(space, shape, first, part.rows[k]);
-      const hdf5::Shape there = rows_of_shape(part.rows[k], each.row);
-      const hdf5::Handle source(H5Screate_simple(static_cast<int>(there.size()), there.data(), nullptr));
+      const hdf5::Handle source = hdf5::dataspace(rows_of_shape(part.rows[k], each.row));
       hdf5::check(
           H5Pset_virtual(creation, space, part.file.c_str(), ("/" + part.prefix + each.dataset).c_str(), source));
       first += part.rows[k];

@@ -84,6 +84,13 @@ Table stage() {
       }};
 }
 
+}  // namespace
+}  // namespace tables
+
+std::vector<Table> tables_of_grains() { return {tables::reference(), tables::stage()}; }
+
+namespace {
+
 /// Keys of [mechanics] that apply to conductors only.
 constexpr const char* conductor_keys[] = {"coupling",    "predictor",  "position_tolerance", "largest_step",
                                           "keep_height", "euler_step", "euler_field_step"};
@@ -142,6 +149,32 @@ void check_mechanics(const Draft& draft) {
         fmt::format("is not allowed with mechanics.integrator = \"{}\": it is for \"multirate\"", name_of(integrator)));
 }
 
+}  // namespace
+
+void check_grains(const Draft& draft) {
+  if (!draft.scene.reference) return check_conductors(draft);
+  for (const Effects::Entry& entry : draft.scene.effects)
+    if (!entry.kind->grains)
+      refuse(draft.scene.path, draft.line("effects." + entry.kind->name),
+             fmt::format("effects.{} is not allowed with [reference], which makes the scene one of grains: it is for "
+                         "scenes of conductors or packings; leave one out",
+                         entry.kind->name));
+  for (const char* table : {"electrode", "wall", "group", "medium", "field", "minimize", "network"})
+    refuse_if_given(draft, table, "is not allowed with [reference]: grains have none of that; leave it out");
+  const int sides = 2 * draft.scene.dimension();
+  for (int s = 0; s < sides; ++s)
+    if (!draft.scene.domain.sides[s].periodic)
+      refuse(draft.scene.path, draft.line("domain"),
+             fmt::format("domain.{} must be \"periodic\" in a scene of grains (with [reference])", side_names[s]));
+  if (draft.line("mechanics.integrator") > 0 && !draft.scene.mechanics.integrator->moves_grains)
+    refuse(draft.scene.path, draft.line("mechanics.integrator"),
+           fmt::format("mechanics.integrator = \"{}\" is not allowed with [reference]: {} are",
+                       name_of(draft.scene.mechanics.integrator), names_of(&IntegratorKind::moves_grains)));
+  check_mechanics(draft);
+}
+
+namespace {
+
 /// Default step (t0). For multirate it is infinite if an effect has a force accuracy, which then sets the step. For
 /// other integrators it follows from the shortest contact of grains at T = 10 in a phase with ten times the stiffness.
 double default_step(const Scene& scene) {
@@ -153,6 +186,29 @@ double default_step(const Scene& scene) {
 int default_contact_steps(const Scene& scene) {
   return contact_steps_for(least_in(scene, &StepLimits::force_accuracy).value_or(usual_contact_accuracy));
 }
+
+}  // namespace
+
+void fill_in_grains(Draft& draft) {
+  Scene& scene = draft.scene;
+  const auto is_given = [&](const char* key) { return draft.line(key) > 0; };
+  if (!is_given("material.density")) scene.material.density = 6 / std::numbers::pi;  // mass 1 at diameter 1
+  if (!is_given("mechanics.integrator")) scene.mechanics.integrator = Integrator::multirate;
+  // Tolerance of a reference solution
+  if (!is_given("mechanics.relative_tolerance")) scene.mechanics.relative_tolerance = 1e-13;
+  if (!is_given("stop.time")) scene.stop.time = 150;
+  if (!is_given("output.every")) scene.output.every = scene.stop.time / 100;
+  scene.stop.stationary = false;
+  for (PopulationDraft& population : draft.populations)
+    if (!population.radius && population.radii.empty()) population.radius = Interval{0.5, 0.5};
+}
+
+void fill_in_steps(const Draft& draft, Scene& scene) {
+  if (draft.line("mechanics.step") == 0) scene.mechanics.step = default_step(scene);
+  if (draft.line("mechanics.contact_steps") == 0) scene.mechanics.contact_steps = default_contact_steps(scene);
+}
+
+namespace {
 
 void check_charges(const Draft& draft, const PopulationDraft& population) {
   const bool drawn = population.charge_distribution != ChargeDistribution::equal;
@@ -217,51 +273,6 @@ void set_temperature(Scene& scene, std::size_t first, std::size_t end, double te
 }
 
 }  // namespace
-
-}  // namespace tables
-
-std::vector<Table> tables_of_grains() { return {tables::reference(), tables::stage()}; }
-
-void check_grains(const Draft& draft) {
-  if (!draft.scene.reference) return check_conductors(draft);
-  for (const Effects::Entry& entry : draft.scene.effects)
-    if (!entry.kind->grains)
-      refuse(draft.scene.path, draft.line("effects." + entry.kind->name),
-             fmt::format("effects.{} is not allowed with [reference], which makes the scene one of grains: it is for "
-                         "scenes of conductors or packings; leave one out",
-                         entry.kind->name));
-  for (const char* table : {"electrode", "wall", "group", "medium", "field", "minimize", "network"})
-    refuse_if_given(draft, table, "is not allowed with [reference]: grains have none of that; leave it out");
-  const int sides = 2 * draft.scene.dimension();
-  for (int s = 0; s < sides; ++s)
-    if (!draft.scene.domain.sides[s].periodic)
-      refuse(draft.scene.path, draft.line("domain"),
-             fmt::format("domain.{} must be \"periodic\" in a scene of grains (with [reference])", side_names[s]));
-  if (draft.line("mechanics.integrator") > 0 && !draft.scene.mechanics.integrator->moves_grains)
-    refuse(draft.scene.path, draft.line("mechanics.integrator"),
-           fmt::format("mechanics.integrator = \"{}\" is not allowed with [reference]: {} are",
-                       name_of(draft.scene.mechanics.integrator), names_of(&IntegratorKind::moves_grains)));
-  check_mechanics(draft);
-}
-
-void fill_in_grains(Draft& draft) {
-  Scene& scene = draft.scene;
-  const auto is_given = [&](const char* key) { return draft.line(key) > 0; };
-  if (!is_given("material.density")) scene.material.density = 6 / std::numbers::pi;  // mass 1 at diameter 1
-  if (!is_given("mechanics.integrator")) scene.mechanics.integrator = Integrator::multirate;
-  // Tolerance of a reference solution
-  if (!is_given("mechanics.relative_tolerance")) scene.mechanics.relative_tolerance = 1e-13;
-  if (!is_given("stop.time")) scene.stop.time = 150;
-  if (!is_given("output.every")) scene.output.every = scene.stop.time / 100;
-  scene.stop.stationary = false;
-  for (PopulationDraft& population : draft.populations)
-    if (!population.radius && population.radii.empty()) population.radius = Interval{0.5, 0.5};
-}
-
-void fill_in_steps(const Draft& draft, Scene& scene) {
-  if (draft.line("mechanics.step") == 0) scene.mechanics.step = default_step(scene);
-  if (draft.line("mechanics.contact_steps") == 0) scene.mechanics.contact_steps = default_contact_steps(scene);
-}
 
 void complete_grains(const Draft& draft, Scene& scene) {
   check_stages(draft);

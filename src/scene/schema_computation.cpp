@@ -322,6 +322,16 @@ Table stop() {
           }};
 }
 
+}  // namespace
+}  // namespace tables
+
+std::vector<Table> tables_of_the_computation() {
+  return {tables::minimize(), tables::field(),  tables::mechanics(),
+          tables::network(),  tables::output(), tables::stop()};
+}
+
+namespace {
+
 std::vector<Named<Integrator>>& listed_integrators() {
   static std::vector<Named<Integrator>> all;
   if (all.empty())
@@ -332,13 +342,6 @@ std::vector<Named<Integrator>>& listed_integrators() {
 }
 
 }  // namespace
-
-}  // namespace tables
-
-std::vector<Table> tables_of_the_computation() {
-  return {tables::minimize(), tables::field(),  tables::mechanics(),
-          tables::network(),  tables::output(), tables::stop()};
-}
 
 const Named<Integrator>* IntegratorList::begin() const { return listed_integrators().data(); }
 const Named<Integrator>* IntegratorList::end() const { return begin() + listed_integrators().size(); }

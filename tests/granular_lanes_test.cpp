@@ -60,8 +60,8 @@ void check_same_bits(const Law& law, const std::vector<Start>& starts) {
     const auto touching = number([](const Start& s) { return s.touching; }) > 0.5;
     auto begun = pairs.begin({vector(&Start::apart), vector(&Start::velocity)}, touching,
                              number([](const Start& s) { return s.age; }), dt);
-    const auto ends = pairs.go_on(begun, dt);
-    const PairStep<3, Real> found = any(ends) ? chosen(ends, pairs.let_go_within(begun, dt), begun.step) : begun.step;
+    const auto ends = pairs.advance(begun, dt);
+    const PairStep<3, Real> found = any(ends) ? chosen(ends, pairs.release_within(begun, dt), begun.step) : begun.step;
     for (int lane = 0; lane < lanes; ++lane) {
       const PairStep<3> expected = alone(law, starts[first + lane]);
       for (int k = 0; k < 3; ++k) {
@@ -115,7 +115,7 @@ TEST_CASE("pairs stay apart for as long as is said, and head-on no longer") {
     const double time = min_time_to_contact<3>({several(apart), several(velocity)}, Several(1.0), bounds)[0];
     REQUIRE(time > 0);
     const auto gap = [&](double t) {
-      return norm(apart + t * velocity) - 2 * bounds.velocity_kick * t - bounds.bend(t) -
+      return norm(apart + t * velocity) - 2 * bounds.velocity_kick * t - bounds.contact_deviation(t) -
              bounds.external_acceleration * t * t - bounds.excess - 1;
     };
     constexpr double slack = 1e-8;  // the lengths' rounding of 1e-9 and that of these sums

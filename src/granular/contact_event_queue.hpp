@@ -20,11 +20,13 @@ struct Bounds {
 
   double speed() const { return 2 * fastest; }
   /// Bound on the approach (d0) within t by contacts, beyond that of straight flight.
-  double bend(double t) const { return std::min(0.5 * acceleration * t * t, 3 * speed() * t); }
+  double contact_deviation(double t) const { return std::min(0.5 * acceleration * t * t, 3 * speed() * t); }
   /// Bound on the approach by contacts, slow forces and kicks, beyond that of straight flight.
-  double closed_by(double t) const { return 2 * velocity_kick * t + bend(t) + external_acceleration * t * t; }
+  double closed_by(double t) const {
+    return 2 * velocity_kick * t + contact_deviation(t) + external_acceleration * t * t;
+  }
   /// Bound on the total approach within t.
-  double approach(double t) const { return std::min(2 * speed() * t, 2 * fastest * t + bend(t)) + excess; }
+  double approach(double t) const { return std::min(2 * speed() * t, 2 * fastest * t + contact_deviation(t)) + excess; }
 };
 
 inline constexpr double rounding =
@@ -91,15 +93,15 @@ class ContactEventQueue {
 
  private:
   static constexpr int pairs_a_task = 4096;  ///< a multiple of any width
-  static constexpr int spots_a_task = 4096;
+  static constexpr int particles_a_task = 4096;
   static constexpr double slack = 1e-6;  ///< relative to a bucket's duration: above the rounding of sums of steps
   static constexpr int ahead = 16;
-  struct alignas(64) Spot {
+  struct alignas(64) SortedParticle {
     std::array<double, d> place, velocity;
     double radius = 0;
   };
 
-  void copy_spots(const Bodies& bodies, parallel::Team& team);
+  void copy_sorted(const Bodies& bodies, parallel::Team& team);
   void estimate(const std::vector<Pair>& pairs, parallel::Team& team);
 
   Bounds bounds_;
@@ -110,31 +112,31 @@ class ContactEventQueue {
   std::vector<Pair> soon_;                  ///< pairs of buckets that have been taken
   CellOrder<d> cells_;
   NearestImage<d> nearest_{Box<d>{}};
-  std::vector<Spot> spots_;  ///< in cell order
+  std::vector<SortedParticle> sorted_;  ///< in cell order
   std::vector<double> min_time_to_contact_;
 };
 
 template <int d>
-void ContactEventQueue<d>::copy_spots(const Bodies& bodies, parallel::Team& team) {
+void ContactEventQueue<d>::copy_sorted(const Bodies& bodies, parallel::Team& team) {
   const int n = bodies.size();
-  spots_.resize(n);
+  sorted_.resize(n);
   const auto copy = [&](int s) {
     const int i = cells_.particles()[s], later = cells_.particles()[std::min(s + ahead, n - 1)];
     __builtin_prefetch(&bodies.position[later * d]);
     __builtin_prefetch(&bodies.momentum[later * d]);
-    Spot& spot = spots_[s];
+    SortedParticle& particle = sorted_[s];
     const double per_mass = 1 / bodies.mass[i];
     for (int k = 0; k < d; ++k) {
-      spot.place[k] = bodies.position[i * d + k];
-      spot.velocity[k] = per_mass * bodies.momentum[i * d + k];
+      particle.place[k] = bodies.position[i * d + k];
+      particle.velocity[k] = per_mass * bodies.momentum[i * d + k];
     }
-    spot.radius = bodies.radius[i];
+    particle.radius = bodies.radius[i];
     Vec<d> velocity;
-    for (int k = 0; k < d; ++k) velocity[k] = spot.velocity[k];
+    for (int k = 0; k < d; ++k) velocity[k] = particle.velocity[k];
     cells_.set_velocity(s, velocity);
   };
-  team.for_each((n + spots_a_task - 1) / spots_a_task, [&](int task) {
-    for (int s = task * spots_a_task; s < std::min(n, (task + 1) * spots_a_task); ++s) copy(s);
+  team.for_each((n + particles_a_task - 1) / particles_a_task, [&](int task) {
+    for (int s = task * particles_a_task; s < std::min(n, (task + 1) * particles_a_task); ++s) copy(s);
   });
 }
 
@@ -149,16 +151,17 @@ void ContactEventQueue<d>::estimate(const std::vector<Pair>& pairs, parallel::Te
       const auto of = [&](const auto& value) {
         return Several([&](int lane) {
           const Pair pair = pairs[std::min(first + lane, count - 1)];
-          return value(spots_[pair.i], spots_[pair.j]);
+          return value(sorted_[pair.i], sorted_[pair.j]);
         });
       };
       PairState<d, Several> state;
       for (int k = 0; k < d; ++k) {
-        const Several x = of([k](const Spot& i, const Spot& j) { return j.place[k] - i.place[k]; });
+        const Several x = of([k](const SortedParticle& i, const SortedParticle& j) { return j.place[k] - i.place[k]; });
         state.apart[k] = x - nearest_.length[k] * nearbyint(x * nearest_.turns_a_metre[k]);
-        state.velocity[k] = of([k](const Spot& i, const Spot& j) { return j.velocity[k] - i.velocity[k]; });
+        state.velocity[k] =
+            of([k](const SortedParticle& i, const SortedParticle& j) { return j.velocity[k] - i.velocity[k]; });
       }
-      const Several reach = of([](const Spot& i, const Spot& j) { return i.radius + j.radius; });
+      const Several reach = of([](const SortedParticle& i, const SortedParticle& j) { return i.radius + j.radius; });
       min_time_to_contact<d>(state, reach, bounds_).copy_to(&min_time_to_contact_[first], anywhere);
     }
   });
@@ -181,7 +184,7 @@ void ContactEventQueue<d>::search(const Bodies& bodies, const Bounds& bounds, do
   nearest_ = NearestImage<d>(grains.box);
   const double widest = *std::ranges::max_element(bodies.radius);
   cells_.sort(grains, (2 + rounding) * widest + bounds.approach(horizon));
-  copy_spots(bodies, team);
+  copy_sorted(bodies, team);
   // All pairs with min_time_to_contact() below the horizon if all grains had the largest radius.
   const double reach = (1 + rounding) * 2 * widest + bounds.excess;
   const std::vector<Pair>& pairs =

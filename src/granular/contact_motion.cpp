@@ -50,7 +50,7 @@ class Motion final : public ContactMotion {
     Pair slots;
   };
   /// A candidate pair, without contact.
-  struct Apart {
+  struct Candidate {
     Pair pair, slots;
   };
 
@@ -135,9 +135,9 @@ class Motion final : public ContactMotion {
   }
 
   /// Lists the pairs without contact that may touch in step n, in ascending order.
-  void meet(int n, parallel::Team& team) {
+  void find_candidates(int n, parallel::Team& team) {
     constexpr int pairs_a_task = 512;  // a multiple of any vector width
-    meeting_.clear();
+    candidates_.clear();
     due_.clear();
     queue_.take(dt_, due_);
     const int count = static_cast<int>(due_.size());
@@ -149,11 +149,11 @@ class Motion final : public ContactMotion {
     for (int p = 0; p < count; ++p) {
       const Pair pair = due_[p];
       if (min_time_to_contact_[p] < (1 + rounding) * dt_)
-        meeting_.push_back({pair, {grains_.slot_of(pair.i), grains_.slot_of(pair.j)}});
+        candidates_.push_back({pair, {grains_.slot_of(pair.i), grains_.slot_of(pair.j)}});
       else
         queue_.wait(pair, min_time_to_contact_[p]);
     }
-    std::ranges::sort(meeting_, {}, &Apart::pair);
+    std::ranges::sort(candidates_, {}, &Candidate::pair);
   }
   /// Computes for how long the pairs of `due_` from `first` on stay apart after the start of step n. Assigns no slots.
   void estimate_times(int first, int n) {
@@ -202,9 +202,9 @@ class Motion final : public ContactMotion {
 
   /// Computes the motion of all pairs in step n, without moving their grains.
   void follow(int n, parallel::Team& team) {
-    meet(n, team);
+    find_candidates(n, team);
     rows_.add(
-        static_cast<int>(meeting_.size()), [&](int p) { return meeting_[p].slots; }, n, team);
+        static_cast<int>(candidates_.size()), [&](int p) { return candidates_[p].slots; }, n, team);
     rows_.follow(team);
   }
 
@@ -226,7 +226,7 @@ class Motion final : public ContactMotion {
     begun_.clear();
     for (int p = 0; p < rows_.count(); ++p) {
       if (of.age[p] >= 0) continue;
-      const Pair pair = p < touching ? open_[p].contact.pair : meeting_[p - touching].pair;
+      const Pair pair = p < touching ? open_[p].contact.pair : candidates_[p - touching].pair;
       if (of.touched[p] >= 0)
         begun_.push_back({{pair, time + of.touched[p], of.impact_speed[p]}, rows_.slots(p)});
       else
@@ -263,7 +263,7 @@ class Motion final : public ContactMotion {
 
   std::vector<Pair> due_, pairs_;            ///< pairs: those in contact, during a search
   std::vector<double> min_time_to_contact_;  ///< t0, of the pairs that are due
-  std::vector<Apart> meeting_;
+  std::vector<Candidate> candidates_;
   std::vector<Open> open_, begun_, sorted_;
 };
 

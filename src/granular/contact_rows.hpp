@@ -268,16 +268,16 @@ void ContactRows<d, Law>::follow(parallel::Team& team) {
     std::array<int, pairs_a_task> ending;
     int endings = 0;
     for (int p = task * pairs_a_task; p < std::min(count_, (task + 1) * pairs_a_task); p += width) {
-      const auto lets_go =
-          follow_those(Row{p}, [&](const Pairs& pairs, auto& begun) { return pairs.go_on(begun, dt_); });
-      for (int lane = 0; any(lets_go) && lane < width; ++lane)
-        if (lets_go[lane]) ending[endings++] = p + lane;
+      const auto releases =
+          follow_those(Row{p}, [&](const Pairs& pairs, auto& begun) { return pairs.advance(begun, dt_); });
+      for (int lane = 0; any(releases) && lane < width; ++lane)
+        if (releases[lane]) ending[endings++] = p + lane;
     }
     for (int e = 0; e < endings; e += width) {
       Picked picked;
       for (int lane = 0; lane < width; ++lane) picked.pairs[lane] = ending[std::min(e + lane, endings - 1)];
       follow_those(picked, [&](const Pairs& pairs, auto& begun) {
-        begun.step = pairs.let_go_within(begun, dt_);
+        begun.step = pairs.release_within(begun, dt_);
         return begun.moves;
       });
     }

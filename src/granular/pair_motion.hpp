@@ -93,24 +93,25 @@ class PairMotion {
   /// A step of length dt of one pair, whose contact has lasted for `age`, or which is apart and may touch. The code
   /// integrates at a single place, in a loop: the threads of a device's warp run through all code together.
   LICHTENBERG_HOST_DEVICE Step over(const State& start, bool touching, const Real& age, double dt) const {
-    Begun begun = begin(start, touching, age, dt);
+    PartialStep begun = begin(start, touching, age, dt);
     if (!begun.moves) return begun.step;
     const Load first = load(begun.step.end);
-    if (first.unclamped < 0 && let_go(begun.step, true, begun.from, dt)) return begun.step;
+    if (first.unclamped < 0 && release_contact(begun.step, true, begun.from, dt)) return begun.step;
     return press_until_end(begun, first, dt);
   }
 
   // The parts of `over` for several pairs. The caller collects the few pairs whose force ends within the step.
 
-  struct Begun {
+  struct PartialStep {
     Step step;   ///< up to `from`
     Real from;   ///< instant within the step
     Real age;    ///< of the contact at that instant
     Mask moves;  ///< false: the pair is apart throughout the step
   };
   /// The motion up to the onset of the contact.
-  LICHTENBERG_HOST_DEVICE Begun begin(const State& start, const Mask& touching, const Real& age, double dt) const {
-    Begun begun{{start}, 0, age, touching};
+  LICHTENBERG_HOST_DEVICE PartialStep begin(const State& start, const Mask& touching, const Real& age,
+                                            double dt) const {
+    PartialStep begun{{start}, 0, age, touching};
     if (!any(!touching)) return begun;
     const Real t = time_of_touch(start, dt);
     const Mask meets = !touching && t <= dt;
@@ -125,22 +126,24 @@ class PairMotion {
 
   /// The motion from there to the end of the step. Returns true for pairs whose force ends within the step, and leaves
   /// them unchanged: the formula for smooth forces does not resolve the kink.
-  Mask go_on(Begun& begun, double dt) const {
+  Mask advance(PartialStep& begun, double dt) const {
     Mask rest = begun.moves;
     if (!any(rest)) return rest;
     const Load first = load(begun.step.end);
     const Mask pulls = rest && first.unclamped < 0;
-    if (any(pulls)) rest = rest && !let_go(begun.step, pulls, begun.from, dt);
+    if (any(pulls)) rest = rest && !release_contact(begun.step, pulls, begun.from, dt);
     if (!any(rest)) return rest;
     Step whole = begun.step;
     press(whole, first, begun.age, begun.from, dt);
-    const Mask lets_go = rest && first.unclamped >= 0 && unclamped(whole.end) < 0;
-    begun.step = chosen(rest && !lets_go, whole, begun.step);
-    return lets_go;
+    const Mask releases = rest && first.unclamped >= 0 && unclamped(whole.end) < 0;
+    begun.step = chosen(rest && !releases, whole, begun.step);
+    return releases;
   }
 
   /// The motion to the end of the step of pairs whose force ends within it.
-  Step let_go_within(const Begun& begun, double dt) const { return press_until_end(begun, load(begun.step.end), dt); }
+  Step release_within(const PartialStep& begun, double dt) const {
+    return press_until_end(begun, load(begun.step.end), dt);
+  }
 
   /// Force on the second grain; zero without overlap.
   LICHTENBERG_HOST_DEVICE V force(const State& s) const {
@@ -184,7 +187,8 @@ class PairMotion {
 
   /// Moves the pairs of `which`, whose force has ended, to `end` without contact, unless their contact force would act
   /// again there. Returns the pairs that it has moved.
-  LICHTENBERG_HOST_DEVICE Mask let_go(Step& step, const Mask& which, const Real& begin, const Real& end) const {
+  LICHTENBERG_HOST_DEVICE Mask release_contact(Step& step, const Mask& which, const Real& begin,
+                                               const Real& end) const {
     const State then = flown(step.end, begin, end);
     const Mask gone = which && !(unclamped(then) > 0);
     step.dissipated += chosen<Real>(gone, at(step.end).stored - at(then).stored, 0);
@@ -194,7 +198,7 @@ class PairMotion {
 
   /// Integrates to the end of the step. If the force ends within it, regula falsi finds that instant, and the pair
   /// flies on from there. Several pairs: the force of all that move ends within the step.
-  LICHTENBERG_HOST_DEVICE Step press_until_end(const Begun& begun, const Load& first, double dt) const {
+  LICHTENBERG_HOST_DEVICE Step press_until_end(const PartialStep& begun, const Load& first, double dt) const {
     Step step;
     Real low = begun.from, high = dt, f_low = first.unclamped, f_high = 0, end = dt;
     constexpr int regula_falsi = 3;
@@ -214,7 +218,7 @@ class PairMotion {
       high = chosen<Real>(pushes, high, end);
       f_high = chosen<Real>(pushes, f_high, f);
     }
-    let_go(step, begun.moves, end, dt);
+    release_contact(step, begun.moves, end, dt);
     return step;
   }
 

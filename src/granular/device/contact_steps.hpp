@@ -131,12 +131,12 @@ struct Extremes {
 };
 
 struct StepParameters {
-  double begin = 0;  ///< t0, start of the outer step
-  double outer = 0;  ///< t0, its length
-  double inner = 0;  ///< t0, length of a substep
-  double reach = 0;  ///< d0, largest gap of candidate pairs
-  double bend = 0;   ///< bound on relative accelerations
-  int steps = 0;     ///< number of substeps
+  double begin = 0;             ///< t0, start of the outer step
+  double outer = 0;             ///< t0, its length
+  double inner = 0;             ///< t0, length of a substep
+  double reach = 0;             ///< d0, largest gap of candidate pairs
+  double max_acceleration = 0;  ///< bound on relative accelerations
+  int steps = 0;                ///< number of substeps
   int unused = 0;
 };
 
@@ -203,7 +203,7 @@ struct ContactSteps {
   /// it may touch.
   LICHTENBERG_HOST_DEVICE void look(int k, int step) const {
     const NearPair p = contacts.near[k];
-    const double dt = parameters->inner, slack = parameters->bend * dt * dt;
+    const double dt = parameters->inner, slack = parameters->max_acceleration * dt * dt;
     const bool open = p.due == NearPair::open;
     if (!open && !may_matter(k, p, step)) return;
     const PairState<3> at = state(p);
@@ -310,7 +310,7 @@ struct ContactSteps {
   LICHTENBERG_HOST_DEVICE bool may_matter(int k, const NearPair& p, int step) const {
     const double dt = parameters->inner;
     const auto path = static_cast<float>(parameters->reach * dt / parameters->outer);
-    const float least = gap(p.lower, p.higher) - static_cast<float>(parameters->bend * dt * dt);
+    const float least = gap(p.lower, p.higher) - static_cast<float>(parameters->max_acceleration * dt * dt);
     if (least < path) return true;
     // A substep shortens the gap by less than `path`. The factor covers rounding.
     const float steps = least / (path * (1 + 1e-5f));

@@ -366,7 +366,7 @@ TEST_CASE("charge drains to the supply that its conductor touches, though all at
 
 TEST_CASE("charges: the forecast of a step agrees with its injection and leakage") {
   const std::vector<double> initial = {1e-10, -2e-10, 3e-10}, current = {1e-9, 0};  // no current into the last node
-  for (const double relaxation_time : {INFINITY, 0.3}) {
+  for (const double relaxation_time : {double{INFINITY}, 0.3}) {
     Charges charges(initial, 1);
     const std::vector<double> forecast = charges.after(charge_step(0.1, 0, relaxation_time), current);
     charges.inject(current, 0.1, relaxation_time);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -101,23 +102,39 @@ std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> 
   return resistors;
 }
 
-double contact_current(const Scene& scene, Contact contact, const ContactState& state) {
-  const double conductance = sharing_law(scene, contact).of_state(state);
-  if (conductance >= 0 && std::isfinite(conductance)) return conductance * state.potential_difference;
+namespace {
+
+/// Returns the conductance (S) of a contact whose law depends on its state. Throws InputError as contact_current()
+/// does.
+double contact_conductance(const Scene& scene, Contact contact, ContactState state) {
+  const SharingLaw law = sharing_law(scene, contact);
+  if (!(law.gap_scale > 0))
+    throw InputError(fmt::format("{}: effects.{} gives a law of charge sharing a gap_scale of {:g} m: it must be > 0",
+                                 scene.path, sharing_effect(scene)->name, law.gap_scale));
+  const std::optional<double> gap = std::exchange(state.known_gap, {});
+  if (std::isfinite(law.gap_scale)) state.known_gap = gap;
+  const double conductance = law.of_state(state);
+  if (conductance >= 0 && std::isfinite(conductance)) return conductance;
   throw InputError(
       fmt::format("{}: effects.{} gives a contact a conductance of {:g} S at a gap of {:g} m and {:g} V: at "
                   "least 0 and finite is allowed of a law that depends on the state",
-                  scene.path, sharing_effect(scene)->name, conductance, state.gap, state.potential_difference));
+                  scene.path, sharing_effect(scene)->name, conductance, gap.value_or(NAN), state.potential_difference));
+}
+
+}  // namespace
+
+double contact_current(const Scene& scene, Contact contact, const ContactState& state) {
+  return contact_conductance(scene, contact, state) * state.potential_difference;
 }
 
 void linearize(const Scene& scene, Contact contact, const ContactState& state, Resistor& resistor) {
   const auto current_at = [&](double potential_difference) {
-    return contact_current(scene, contact, {state.gap, potential_difference});
+    return contact_current(scene, contact, {potential_difference, state.known_gap});
   };
   // The difference changes in relative steps that keep its sign, because a law may have a kink at 0.
   const double difference = state.potential_difference, step = 1e-4 * difference, current = current_at(difference);
   if (difference == 0) {
-    resistor.conductance = sharing_law(scene, contact).of_state(state);
+    resistor.conductance = contact_conductance(scene, contact, state);
   } else {
     const double slope = (current_at(difference + step) - current_at(difference - step)) / (2 * step);
     resistor.conductance = std::max(slope, 0.0);

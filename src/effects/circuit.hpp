@@ -44,7 +44,7 @@ bool has_circuit(const Scene& scene);
 std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> contacts);
 
 /// Returns the current (A) of a contact whose law depends on its state. Throws InputError unless the law's conductance
-/// is at least 0 and finite.
+/// is at least 0 and finite, for a law that reads the gap without a `gap_scale`, and unless that is greater than 0.
 double contact_current(const Scene& scene, Contact contact, const ContactState& state);
 
 /// Linearizes the current of contact_current() about a state. The conductance is its derivative with respect to the

@@ -44,7 +44,7 @@ bool ResistorCurrents::has_laws_of_state() const {
 
 effects::ContactState ResistorCurrents::state_of(const effects::Resistor& resistor,
                                                  std::span<const double> node_potential) const {
-  return {discharge_->gap(model_.bodies, contact_of(resistor)), difference_over(resistor, node_potential)};
+  return {difference_over(resistor, node_potential), discharge_->gap(model_.bodies, contact_of(resistor))};
 }
 
 /// Contacts whose law depends on their state, about that of the last accepted field.
@@ -73,6 +73,28 @@ double ResistorCurrents::linearization_error(const Trial& trial) const {
     worst = std::max(worst, off - noise * std::max(resistor.conductance, at_end.conductance));
   }
   return trial.step.weight * worst;
+}
+
+double ResistorCurrents::longest_step(std::span<const double> force) const {
+  const Bodies& bodies = model_.bodies;
+  double longest = INFINITY;
+  for (const effects::Resistor& resistor : now_.carried.resistors) {
+    if (!resistor.of_state) continue;
+    const effects::Contact contact = contact_of(resistor);
+    const double change = 0.5 * effects::sharing_law(scene_, contact).gap_scale;
+    if (std::isinf(change)) continue;
+    // Relative velocity and acceleration: at the closest approach the gap's own rate is 0, but not that of its change
+    Vec3 velocity{}, acceleration{};
+    for (const auto& [body, sign] : {std::pair(contact.conductor, 1.0), std::pair(contact.partner, -1.0)}) {
+      if (body >= bodies.size()) continue;  // terminals do not move
+      velocity += sign * velocity_in_space(bodies, body);
+      acceleration += sign / bodies.mass[body] * vector_at(force, bodies.dimension, body);
+    }
+    const double v = norm(velocity), a = norm(acceleration);
+    // Root of v t + a t^2 = change: allows the acceleration to double on the way
+    longest = std::min(longest, 2 * change / (v + std::sqrt(v * v + 4 * a * change)));
+  }
+  return longest;
 }
 
 /// From the potentials of the last solve: right but for the solver's error, which counts if a conductance is large.

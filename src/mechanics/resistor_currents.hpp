@@ -27,6 +27,11 @@ class ResistorCurrents {
   /// what acts on it, which is a radius or more: a tolerance is position_tolerance / radius of the largest charge,
   /// or less if the accuracy asked of the field asks for it (charge_tolerance).
   double charge_error(const Trial& trial) const;
+  /// Whether the law of a present contact depends on its state.
+  bool has_laws_of_state() const;
+  /// Returns the longest step (s) in which no gap changes by more than half the `gap_scale` of its contact's law, for
+  /// the present velocities and forces (N, all components of all bodies); infinite without such laws.
+  double longest_step(std::span<const double> force) const;
   /// Says which conductor touches another, or an electrode, at another potential, since a contact's resistance has not
   /// made them one; the force between such has no limit. Empty: none does.
   std::string pressed_apart_in_potential() const;
@@ -55,7 +60,6 @@ class ResistorCurrents {
  private:
   double difference_over(const effects::Resistor& resistor, std::span<const double> node_potential) const;
   double current_through(const effects::Resistor& resistor, std::span<const double> node_potential) const;
-  bool has_laws_of_state() const;
   effects::ContactState state_of(const effects::Resistor& resistor, std::span<const double> node_potential) const;
   double linearization_error(const Trial& trial) const;
   double largest_potential(std::span<const double> node_potential) const;

@@ -139,10 +139,18 @@ double Split::step_end(double time, double step, double end) const {
   return allowed > 0.999 * room ? end : time + std::min(allowed, 0.5 * room);
 }
 
+/// Shortens a step (s) as laws of charge sharing that depend on the gap ask for.
+double Split::step_within_gaps(double time, double step) const {
+  if (!at_.electrics->resistors().has_laws_of_state()) return step;
+  std::vector<double> force(at_.model.bodies.position.size());
+  at_.model.forces(time, force);
+  return std::min(step, at_.electrics->resistors().longest_step(force));
+}
+
 /// Moves on by a step from the last solve, or to the first event. Returns the time reached: `time` itself if the step
 /// was rejected.
 double Split::try_step(double time, double end, FieldGrid grid) {
-  const double target = step_end(time, held().time + step_ - time, end);
+  const double target = step_end(time, step_within_gaps(time, std::min(held().time + step_, end) - time), end);
   // What a rejected step has changed: where the bodies are and, in a scene with a circuit, what drag took. The rest of
   // what is electric waits for the trial, or for an event, which stands.
   before_.position = at_.model.bodies.position;

@@ -37,6 +37,7 @@ class Split : public Stepper {
   double predict(double since, double target);
   double try_prediction(double time, double end);
   double try_step(double time, double end, FieldGrid grid);
+  double step_within_gaps(double time, double step) const;
   double step_end(double time, double step, double end) const;
   /// A move of the bodies from solve to solve, or to an event.
   struct Moved {

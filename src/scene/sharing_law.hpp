@@ -2,6 +2,9 @@
 
 #include <cmath>
 #include <functional>
+#include <optional>
+
+#include "solvers/error.hpp"
 
 namespace lichtenberg::effects {
 
@@ -14,8 +17,17 @@ struct Contact {
 
 /// A contact at one instant.
 struct ContactState {
-  double gap = 0;                   ///< m, surface to surface; below 0 the two overlap
-  double potential_difference = 0;  ///< V, conductor minus partner
+  double potential_difference = 0;    ///< V, conductor minus partner
+  std::optional<double> known_gap{};  ///< m; empty for a law without SharingLaw::gap_scale
+
+  /// Returns the distance (m) from surface to surface; below 0 the two overlap. Throws InputError for a law without
+  /// SharingLaw::gap_scale.
+  double gap() const {
+    if (known_gap) return *known_gap;
+    throw InputError(
+        "a law of charge sharing that reads the gap of a contact must state its gap_scale, the distance in m over "
+        "which the conductance changes");
+  }
 };
 
 /// Conductance of a contact. The conductance is constant if and only if `of_state` is empty.
@@ -23,9 +35,12 @@ struct SharingLaw {
   /// S, at least 0. Infinite: the two bodies are one conductor; 0: no charge passes.
   double conductance = INFINITY;
   /// Conductance (S, at least 0 and finite) in a state. It is evaluated at each accepted field solve and at the end of
-  /// each trial step. The step is shortened if the linearized current differs too much. A change that reverts within a
-  /// step is not detected. Empty: the conductance is always `conductance`.
+  /// each trial step. The step is shortened if the linearized current differs too much. Empty: the conductance is
+  /// always `conductance`.
   std::function<double(const ContactState&)> of_state{};
+  /// Distance (m, greater than 0) over which a change of the gap changes the conductance of `of_state`. Steps with
+  /// error control change the gap by at most half of it. Infinite: the conductance does not depend on the gap.
+  double gap_scale = INFINITY;
 
   bool joins() const { return !of_state && std::isinf(conductance); }
   bool isolates() const { return !of_state && conductance == 0; }

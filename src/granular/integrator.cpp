@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <utility>
 
 #include "solvers/error.hpp"
 #include "src/granular/held_forces.hpp"
@@ -15,12 +17,15 @@ namespace {
 
 using Maker = std::unique_ptr<GasIntegrator> (*)();
 
+constexpr std::pair<const IntegratorKind*, Maker> built_in[] = {{&integrators::multirate, make_multirate},
+                                                                {&integrators::verlet, make_verlet},
+                                                                {&integrators::gear, make_gear},
+                                                                {&integrators::gear_printed, make_gear_as_printed},
+                                                                {&integrators::cvode, make_cvode}};
+static_assert(integrators::have_all(built_in, &IntegratorKind::moves_grains));
+
 std::map<const IntegratorKind*, Maker>& makers() {
-  static std::map<const IntegratorKind*, Maker> all = {{&integrators::multirate, make_multirate},
-                                                       {&integrators::verlet, make_verlet},
-                                                       {&integrators::gear, make_gear},
-                                                       {&integrators::gear_printed, make_gear_as_printed},
-                                                       {&integrators::cvode, make_cvode}};
+  static std::map<const IntegratorKind*, Maker> all(std::begin(built_in), std::end(built_in));
   return all;
 }
 

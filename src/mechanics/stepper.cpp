@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <utility>
 
 #include "solvers/error.hpp"
 
@@ -14,10 +16,12 @@ namespace {
 
 using Maker = std::unique_ptr<Stepper> (*)(const Workplace&);
 
+constexpr std::pair<const IntegratorKind*, Maker> built_in[] = {
+    {&integrators::cvode, make_split}, {&integrators::monolithic, make_monolithic}, {&integrators::euler, make_euler}};
+static_assert(integrators::have_all(built_in, &IntegratorKind::moves_conductors));
+
 std::map<const IntegratorKind*, Maker>& makers() {
-  static std::map<const IntegratorKind*, Maker> all = {{&integrators::cvode, make_split},
-                                                       {&integrators::monolithic, make_monolithic},
-                                                       {&integrators::euler, make_euler}};
+  static std::map<const IntegratorKind*, Maker> all(std::begin(built_in), std::end(built_in));
   return all;
 }
 

@@ -125,6 +125,17 @@ inline constexpr IntegratorKind gear = {
 inline constexpr IntegratorKind gear_printed = {
     .name = "gear-printed", .moves_grains = true, .keys = {"step", "threads"}, .usual_step = 0.0015};
 
+/// Table of the built-in integrators that scenes may name, in the order of the help text.
+inline constexpr std::array all = {&cvode, &euler, &multirate, &verlet, &gear, &gear_printed};
+
+/// Returns true if `makers`, pairs of a kind and the function that makes it, has each kind of the table that moves
+/// conductors, or grains.
+constexpr bool have_all(const auto& makers, bool IntegratorKind::*moves) {
+  return std::ranges::all_of(all, [&](const IntegratorKind* kind) {
+    return !(kind->*moves) || std::ranges::any_of(makers, [&](const auto& maker) { return maker.first == kind; });
+  });
+}
+
 }  // namespace integrators
 
 inline constexpr Integrator Integrator::cvode{integrators::cvode}, Integrator::euler{integrators::euler},

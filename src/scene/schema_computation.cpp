@@ -335,9 +335,7 @@ namespace {
 std::vector<Named<Integrator>>& listed_integrators() {
   static std::vector<Named<Integrator>> all;
   if (all.empty())
-    for (const Integrator integrator : {Integrator::cvode, Integrator::euler, Integrator::multirate, Integrator::verlet,
-                                        Integrator::gear, Integrator::gear_printed})
-      all.push_back({integrator, integrator->name});
+    for (const IntegratorKind* kind : integrators::all) all.push_back({*kind, kind->name});
   return all;
 }
 

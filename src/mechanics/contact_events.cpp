@@ -96,19 +96,23 @@ double ContactEvents::farthest_beyond(std::span<const Lookahead::Foreseen> fores
   return farthest;
 }
 
-/// The time (s) in which no watched contact can come and go unseen.
+/// Returns the time (s) in which no watched contact can be made and lost, or lost and made, undetected.
 double ContactEvents::longest_step(const std::vector<Watch>& watched, std::span<const double> force) const {
-  const Bodies& bodies = model_.bodies;
-  const auto acceleration = [&](int i) { return vector_at(force, bodies.dimension, i) / bodies.mass[i]; };
   double longest = INFINITY;
-  for (const Watch& w : watched) {
-    const int i = w.contact.conductor, j = w.contact.partner;
-    const bool both_move = j < bodies.size();
-    const Vec3 v = velocity_in_space(bodies, i) - (both_move ? velocity_in_space(bodies, j) : Vec3{});
-    const Vec3 a = acceleration(i) - (both_move ? acceleration(j) : Vec3{});
-    longest = std::min(longest, time_to_move(discharge_->blind_way(bodies, w), norm(v), norm(a)));
-  }
+  for (const Watch& w : watched)
+    longest =
+        std::min(longest, time_to_change_gap(model_.bodies, w.contact, force, discharge_->blind_way(model_.bodies, w)));
   return longest;
+}
+
+double time_to_change_gap(const Bodies& bodies, effects::Contact contact, std::span<const double> force,
+                          double change) {
+  const int i = contact.conductor, j = contact.partner;
+  const auto acceleration = [&](int body) { return vector_at(force, bodies.dimension, body) / bodies.mass[body]; };
+  const bool both_move = j < bodies.size();
+  const Vec3 v = velocity_in_space(bodies, i) - (both_move ? velocity_in_space(bodies, j) : Vec3{});
+  const Vec3 a = acceleration(i) - (both_move ? acceleration(j) : Vec3{});
+  return time_to_move(change, norm(v), norm(a));
 }
 
 }  // namespace lichtenberg::mechanics

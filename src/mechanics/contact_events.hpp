@@ -26,6 +26,11 @@ struct Lookahead {
   double least_reach = 0;                                 ///< m, of any body
 };
 
+/// Returns the time (s) in which the relative motion of the two of a contact changes their gap by at most `change` (m).
+/// `force`: N, all components of all bodies. The relative speed bounds the change, also at the closest approach, where
+/// the gap's own rate is 0.
+double time_to_change_gap(const Bodies& bodies, effects::Contact contact, std::span<const double> force, double change);
+
 /// When contacts that are made or lost end an integration. Nothing ends one without contact_discharge.
 class ContactEvents {
  public:

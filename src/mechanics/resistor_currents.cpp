@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "src/mechanics/contact_events.hpp"
 
 namespace lichtenberg::mechanics {
 
@@ -76,23 +77,12 @@ double ResistorCurrents::linearization_error(const Trial& trial) const {
 }
 
 double ResistorCurrents::longest_step(std::span<const double> force) const {
-  const Bodies& bodies = model_.bodies;
   double longest = INFINITY;
   for (const effects::Resistor& resistor : now_.carried.resistors) {
     if (!resistor.of_state) continue;
     const effects::Contact contact = contact_of(resistor);
-    const double change = 0.5 * effects::sharing_law(scene_, contact).gap_scale;
-    if (std::isinf(change)) continue;
-    // Relative velocity and acceleration: at the closest approach the gap's own rate is 0, but not that of its change
-    Vec3 velocity{}, acceleration{};
-    for (const auto& [body, sign] : {std::pair(contact.conductor, 1.0), std::pair(contact.partner, -1.0)}) {
-      if (body >= bodies.size()) continue;  // terminals do not move
-      velocity += sign * velocity_in_space(bodies, body);
-      acceleration += sign / bodies.mass[body] * vector_at(force, bodies.dimension, body);
-    }
-    const double v = norm(velocity), a = norm(acceleration);
-    // Root of v t + a t^2 = change: allows the acceleration to double on the way
-    longest = std::min(longest, 2 * change / (v + std::sqrt(v * v + 4 * a * change)));
+    const double scale = effects::sharing_law(scene_, contact).gap_scale;
+    longest = std::min(longest, time_to_change_gap(model_.bodies, contact, force, 0.5 * scale));
   }
   return longest;
 }

@@ -11,37 +11,35 @@
 
 namespace lichtenberg::mechanics {
 
-/// What carries charge at a finite rate, and what it carried in the last step.
+/// Resistors (series resistors and contacts of finite conductance) and the charge that they carried in the last step.
 struct CarriedCharges {
   std::vector<effects::Resistor> resistors;
   std::vector<double> current, remaining, plain;  ///< A, C, C, by resistor (charge_step)
-  double noise = 1;      ///< 1: currents are from potentials, with the solver's error; 0: from a step
-  double last_step = 0;  ///< s; 0: none whose currents lead smoothly to the next
+  double noise = 1;      ///< 1: currents follow from potentials, with the solver's error; 0: from a step
+  double last_step = 0;  ///< s; 0: the currents jump between the last step and the next
 };
 
-/// All of the electric half of a scene that goes on in time, as one value. Who keeps a copy can go back to it, whatever
-/// has happened since.
+/// Electrical state of a scene that changes in time, as one value. Assigning a copy restores the state.
 struct Charging {
-  double time = 0;                         ///< s, until which charges are booked
+  double time = 0;                         ///< s, to which charges are advanced
   std::vector<effects::Contact> contacts;  ///< in ascending order
   effects::ElectricalGroups groups;
   effects::Charges charges;
   CarriedCharges carried;
-  effects::Electrostatics field;     ///< of the last solve that was accepted; without potentials before the first
-  effects::HeldField held;           ///< what acts on the bodies now
-  std::optional<EnergyBook> energy;  ///< of a scene with a circuit
-  std::vector<double> booked_at;     ///< positions when energy was last booked
-  std::vector<Vec3> booked_force;
-  double largest_force = 0, largest_speed = 0;  ///< N, m/s, of a body at any instant that was accepted
+  effects::Electrostatics field;                ///< of the last accepted solve; without potentials before the first
+  effects::HeldField held;                      ///< extrapolated field that acts on the bodies
+  std::optional<EnergyBook> energy;             ///< empty in a scene without a circuit
+  std::vector<double> booked_at;                ///< m, positions at the last record of energy
+  std::vector<Vec3> booked_force;               ///< N, forces at that time
+  double largest_force = 0, largest_speed = 0;  ///< N, m/s, of any body at any accepted instant
 };
 
-/// The field at an instant, with the charges of then. Nothing knows of it until it is accepted; dropping it takes it
-/// back.
+/// Field at an instant with the charges of that instant. It changes no state until Electrics::accept() commits it.
 struct Trial {
   double time = 0;  ///< s
   effects::Electrostatics field;
-  effects::ChargeStep step;   ///< from the last booking
-  std::vector<double> fed{};  ///< A, by the effects, into each conductor
+  effects::ChargeStep step;   ///< from Charging::time to `time`
+  std::vector<double> fed{};  ///< A, current of the effects into each conductor
 };
 
 }  // namespace lichtenberg::mechanics

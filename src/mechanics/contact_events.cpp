@@ -39,7 +39,7 @@ Lookahead ContactEvents::look_ahead(const Charging& now, std::span<const double>
   return ahead;
 }
 
-/// Events of the contacts in `watched`, which must outlive them.
+/// Returns the events of the contacts in `watched`, which must outlive them.
 Events ContactEvents::foreseen_events(std::span<const Watch> watched, bool mergers_wait) const {
   Events events;
   for (const Watch& w : watched) events.direction.push_back(w.made ? +1 : -1);
@@ -82,8 +82,8 @@ ContactEvents::Due ContactEvents::due(const Lookahead& ahead) const {
   return due;
 }
 
-/// The most (m) by which one of these bodies has moved beyond its reach, `farthest` at least. Roots are drawn for those
-/// alone that may be it.
+/// Returns the largest distance (m) by which a body has moved beyond its reach, at least `farthest`. Square roots are
+/// taken only for bodies that may exceed this value.
 double ContactEvents::farthest_beyond(std::span<const Lookahead::Foreseen> foreseen, double farthest) const {
   const int d = model_.bodies.dimension;
   for (const auto& [body, start, reach] : foreseen) {

@@ -13,17 +13,17 @@
 
 namespace lichtenberg::mechanics {
 
-/// Contacts that may change on a way that is foreseen.
+/// Contacts that may be made or lost along predicted paths.
 struct Lookahead {
-  /// Place of a body at the start of the way, and how far (m) it may move.
+  /// Position of a body at the start of its path, and the distance (m) that the prediction covers.
   struct Foreseen {
     int body = 0;
     std::array<double, 3> start{};  ///< m
     double reach = 0;               ///< m
   };
   std::vector<effects::ContactDischarge::Watch> watched;  ///< contacts that may change
-  std::vector<Foreseen> foreseen;                         ///< bodies that may move farther
-  double least_reach = 0;                                 ///< m, of any body
+  std::vector<Foreseen> foreseen;                         ///< bodies that may move beyond their reach
+  double least_reach = 0;                                 ///< m, smallest of all bodies
 };
 
 /// Returns the time (s) in which the relative motion of the two of a contact changes their gap by at most `change` (m).
@@ -31,26 +31,27 @@ struct Lookahead {
 /// the gap's own rate is 0.
 double time_to_change_gap(const Bodies& bodies, effects::Contact contact, std::span<const double> force, double change);
 
-/// When contacts that are made or lost end an integration. Nothing ends one without contact_discharge.
+/// Events of an integration: contacts that are made or lost. Without contact_discharge there are none.
 class ContactEvents {
  public:
-  /// `discharge` may be null. All must outlive this.
+  /// `discharge` may be null. All arguments must outlive this object.
   ContactEvents(const Model& model, const effects::ContactDischarge* discharge, double tolerance, Counters& counters)
       : model_(model), discharge_(discharge), tolerance_(tolerance), counters_(counters) {}
 
-  /// The contacts that may change while body i moves by less than reach[i] (m). `thrown`: the bodies that may move
-  /// farther, since what elastic contacts do to them is not known beforehand; empty: all.
+  /// Returns the contacts that may change while body i moves by less than reach[i] (m). `thrown`: bodies that may move
+  /// farther, because elastic collisions are not predicted; empty: all.
   Lookahead look_ahead(const Charging& now, std::span<const double> reach,
                        const std::optional<std::vector<int>>& thrown = {}) const;
-  /// Their changes as events, and as the last event the first body that moves farther. If mergers wait, contacts
-  /// that are made are events only where they can do so no longer. `ahead` must outlive them. No events without
-  /// contact_discharge.
+  /// Returns an event for each of these contacts, and as the last event a body that moves beyond its reach. If mergers
+  /// wait, a contact that is made is an event only if it cannot wait longer. `ahead` must outlive the events. Without
+  /// contact_discharge there are no events.
   Events events(const Lookahead& ahead, bool mergers_wait = false) const;
-  /// Ways become a little longer: a body that moves exactly as far as it can is no event.
+  /// Adds 1 % and a position tolerance to distances (m), so that a body that moves exactly as far as it can is no
+  /// event.
   void widen(std::span<double> ways) const;
-  /// The gap (m) below which conductors are one; infinite without contacts.
+  /// Returns the gap (m) below which a contact is made; infinite without contacts.
   double contact_gap() const;
-  /// Whether a contact that is looked ahead for is to be made, or lost, where the bodies are.
+  /// Whether any candidate contact must be made, or lost, at the present positions.
   struct Due {
     bool made = false, lost = false;
   };
@@ -64,7 +65,7 @@ class ContactEvents {
 
   const Model& model_;
   const effects::ContactDischarge* discharge_;
-  double tolerance_;  ///< m, of positions
+  double tolerance_;  ///< m, position_tolerance
   Counters& counters_;
 };
 

@@ -6,17 +6,18 @@
 
 namespace lichtenberg {
 
-/// What a run has done so far, and where its time went.
+/// Work that a run has done so far, and its wall time by part.
 struct Counters {
   std::int64_t field_solves = 0;
-  std::int64_t iterations = 0;                             ///< of the linear solver, all solves together
-  std::int64_t predictions = 0;                            ///< solves on the predictor's grid
-  std::int64_t steps = 0;                                  ///< coupling steps accepted
-  std::int64_t rejected_steps = 0;                         ///< coupling steps repeated because of their error
-  std::int64_t corrections = 0, rejected_corrections = 0;  ///< the same for steps from field solve to field solve
+  std::int64_t iterations = 0;      ///< of the linear solver, sum over all solves
+  std::int64_t predictions = 0;     ///< solves on the predictor's grid
+  std::int64_t steps = 0;           ///< coupling steps accepted
+  std::int64_t rejected_steps = 0;  ///< coupling steps repeated because of their error
+  std::int64_t corrections = 0, rejected_corrections =
+                                    0;  ///< predicted intervals between two field solves that were accepted or repeated
   std::int64_t contacts_made = 0, contacts_lost = 0;
-  std::int64_t regroupings = 0;  ///< times that made or lost contacts changed who is one with whom
-  // Wall time (s) since the program started; the last is that of all of a simulation's steps, the others included.
+  std::int64_t regroupings = 0;  ///< changes of the equipotential groups by contacts
+  // Wall time (s) since the program started. The last is the time of all steps and includes the others.
   double field_seconds = 0, mechanics_seconds = 0, contact_seconds = 0, all_seconds = 0;
 };
 

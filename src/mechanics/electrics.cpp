@@ -13,7 +13,7 @@ namespace lichtenberg::mechanics {
 
 namespace {
 
-/// A node without charge at the start stands for each terminal behind a resistor.
+/// Adds a node with zero charge for each terminal behind a resistor.
 std::vector<double> with_terminals(std::vector<double> charge, const Scene& scene) {
   charge.resize(effects::node_count(scene));
   return charge;
@@ -49,7 +49,7 @@ void Electrics::connect() {
   resistors_.update(true);
 }
 
-/// A, by the effects, into each conductor.
+/// Returns the current (A) of the effects into each conductor.
 std::vector<double> Electrics::currents(double time) const {
   std::vector<double> current(model_.bodies.size());
   model_.currents(time, current);
@@ -71,7 +71,7 @@ Trial Electrics::solve(double time, FieldGrid grid) {
   trial.field = grid == FieldGrid::predictor ? field_.predict(model_.bodies, now_.groups, charges)
                                              : field_.solve(model_.bodies, now_.groups, charges);
   if (model_.bodies.keep_height)
-    for (Vec3& force : trial.field.force) force.z = 0;  // what the bodies lie on takes it up
+    for (Vec3& force : trial.field.force) force.z = 0;  // the support of the bodies balances it
   counters_.field_solves = field_.solves();
   counters_.predictions = field_.predictions();
   counters_.iterations = field_.iterations();
@@ -107,11 +107,11 @@ void Electrics::accept(Trial trial, bool merged) {
   if (now_.energy) book_energy(trial, merged);
   now_.time = trial.time;
   note_largest();
-  // Else they would press each other with a force that no grid follows, and bounce for ever.
+  // Their attraction grows without limit, faster than any grid resolves, and they would bounce forever.
   if (const std::string touching = resistors_.pressed_apart_in_potential(); !touching.empty()) throw Failure(touching);
 }
 
-/// The largest force and speed until now.
+/// Updates the largest force and speed of the run.
 void Electrics::note_largest() {
   const Bodies& bodies = model_.bodies;
   const double force2 = largest_of_ranges(*model_.team, bodies.size(), 0, [&](int first, int end) {
@@ -145,7 +145,7 @@ void Electrics::hold(double time, Rates rates) {
   if (rates != Rates::kept) held.rates_known = rates == Rates::since_then;
 }
 
-/// Work of the field's forces on the bodies since energy was last booked (J), by the trapezoidal rule.
+/// Returns the work (J) of the field's forces on the bodies since the last record of energy, by the trapezoidal rule.
 double Electrics::work_since_booking(double time) const {
   double work = 0;
   for (int i = 0; i < model_.bodies.size(); ++i) {
@@ -159,7 +159,7 @@ double Electrics::work_since_booking(double time) const {
 void Electrics::book_energy(const Trial& trial, bool merged) {
   EnergyBook::Instant instant{trial.time, now_.field.energy, resistors_.node_potentials(now_.field),
                               now_.field.terminal_charge, now_.charges.collected_by_source()};
-  const bool time_passed = trial.time > now_.time;  // if not, resistors have carried nothing
+  const bool time_passed = trial.time > now_.time;  // otherwise resistors have carried no charge
   if (merged)
     now_.energy->book_merger(std::move(instant),
                              model_.bodies.position == now_.booked_at ? 0 : work_since_booking(trial.time));

@@ -19,47 +19,48 @@
 
 namespace lichtenberg::mechanics {
 
-/// Which solver a trial asks: the scene's, or the predictor on its coarser grid, which the field effect must then have.
+/// Solver of a trial: the scene's own, or the predictor on its coarser grid, which the field effect must then have.
 enum class FieldGrid { whole, predictor };
 
-/// How forces and charges go on from an instant: as they did, in no known way, or as they came there from what was
-/// held.
+/// Rates of forces and charges from an instant on: the rates of before, zero, or the difference quotient from the held
+/// field to the accepted one.
 enum class Rates { kept, forgotten, since_then };
 
-/// A contact that has made one of two groups, and when it was due (s): before now, if it has waited for others; later,
-/// if it came along with others, a little before its time.
+/// Contact that has joined two groups, and the time (s) at which it was due. That time is past if the merger has waited
+/// for others, and ahead if it shares a solve with others a little before its time.
 struct Merger {
   effects::Contact contact;
   double due = 0;
 };
 
-/// Consequences of contacts that were made and lost.
+/// Result of a change of contacts.
 struct Regrouping {
-  bool merged = false;          ///< charges have moved, and the field is another
-  std::vector<Merger> mergers;  ///< if so
+  bool merged = false;          ///< true: groups have merged, charges have moved, and the field was solved again
+  std::vector<Merger> mergers;  ///< empty unless `merged`
 };
 
-/// Electrical state of a scene of conductors: contacts, groups, charges and field. `Charging` holds all of it that changes
-/// in time. solve() returns a Trial and does not change the state; accept() commits a trial.
+/// Electrical state of a scene of conductors: contacts, groups, charges and field. `Charging` holds all of it that
+/// changes in time. solve() returns a Trial and does not change the state; accept() commits a trial.
 class Electrics {
  public:
-  /// `field` and `discharge` are the model's; `discharge` is null if only wires connect. All must outlive this.
+  /// `field` and `discharge` belong to the model; `discharge` is null if only wires connect conductors. All arguments
+  /// must outlive this object.
   Electrics(const Scene& scene, Model& model, effects::FloatingConductors& field,
             const effects::ContactDischarge* discharge, Counters& counters);
-  Electrics(const Electrics&) = delete;  // the field effect looks at its Charging
+  Electrics(const Electrics&) = delete;  // the field effect refers to now_
   Electrics& operator=(const Electrics&) = delete;
 
   const Charging& now() const { return now_; }
-  /// Restores the state `before`. The bodies, whose charges follow it, are the caller's to restore.
+  /// Restores the state `before`. The caller restores the bodies, and with them their charges.
   void go_back(const Charging& before) { now_ = before; }
-  /// Sets the field that acts on the bodies from now on.
+  /// Sets the field that acts on the bodies.
   void hold(effects::HeldField held) { now_.held = std::move(held); }
-  /// Sets it to the field that was accepted last, at `time` (s).
+  /// Sets it to the last accepted field, with its origin at `time` (s).
   void hold(double time, Rates rates);
 
-  /// Contacts and groups of the first instant. Throws InputError for a short circuit.
+  /// Finds contacts and groups of the first instant. Throws InputError for a short circuit.
   void connect();
-  /// Solves the field where the bodies are, with the charges that they will have at `time`.
+  /// Solves the field at the present positions, with the charges at `time` (s).
   Trial solve(double time, FieldGrid grid = FieldGrid::whole);
   /// Commits a trial: injects the charge until its instant and distributes all charges as its field does. Requires the
   /// positions and the state for which it was solved. Throws Failure with the message of
@@ -67,29 +68,30 @@ class Electrics {
   void accept(Trial trial) { accept(std::move(trial), false); }
   /// As accept(), at an instant without a solve, with extrapolated charges `by_field` (C). Not with resistors.
   void share(double time, std::span<const double> by_field);
-  /// Makes and loses contacts where the bodies are now. If groups part, their members keep the charges that they have:
-  /// these must be accepted or shared at this instant. If groups merge, charges move: solves, accepts and returns true.
-  /// Groups that only part keep charges, potentials and so the field as it was accepted, and what is lost after a
-  /// merger was due parts behind it. `due_since`: s, since when a contact may have been due. Throws Failure for a short
-  /// circuit.
+  /// Updates contacts and groups for the present positions. Charges must be accepted or shared at this instant. Members
+  /// of groups that split keep their charges and potentials, so that the accepted field stays valid. If groups merge,
+  /// charges move: the function solves and accepts the new field. A contact that was lost after a merger was due splits
+  /// its group after the merger. `due_since`: earliest time (s) at which a contact may have been due. Throws Failure
+  /// for a short circuit.
   Regrouping reconnect(double time, double due_since, FieldGrid grid = FieldGrid::whole);
   Regrouping reconnect(double time) { return reconnect(time, time); }
 
   effects::FloatingConductors& field() { return field_; }
   /// Series resistors and contacts that carry charge at a finite rate.
   const ResistorCurrents& resistors() const { return resistors_; }
-  /// Whether conductors that come close are in contact, and what may happen to their contacts.
+  /// True if close conductors make contacts.
   bool has_contacts() const { return discharge_ != nullptr; }
   const ContactEvents& contact_events() const { return contact_events_; }
-  /// Readings of every supply (supplies_of) at the instant of the last accepted solve.
+  /// Returns the readings of every source (supplies_of) at the instant of the last accepted solve.
   std::vector<TerminalReading> terminals() const;
   /// Null in a scene without a circuit.
   EnergyBook* energy() { return now_.energy ? &*now_.energy : nullptr; }
-  /// Every group is held by an electrode, and no force or speed exceeds `fraction` of the largest (D 7.1).
+  /// Returns true if every conductor is connected with an electrode, and no force or speed exceeds `fraction` of the
+  /// largest of the run (D 7.1).
   bool stationary(double fraction) const;
 
   void save(Checkpoint& checkpoint) const;
-  /// `time`: that of the checkpoint. Throws Failure if it is of another scene.
+  /// `time`: s, of the checkpoint. Throws Failure for a checkpoint of another scene.
   void restore(const Checkpoint& checkpoint, double time);
 
  private:
@@ -112,7 +114,7 @@ class Electrics {
   Model& model_;
   Counters& counters_;
   effects::FloatingConductors& field_;
-  const effects::ContactDischarge* discharge_;  ///< null: only wires connect
+  const effects::ContactDischarge* discharge_;  ///< null: only wires connect conductors
   ContactEvents contact_events_;
   std::vector<effects::Terminal> terminals_;
   std::vector<effects::Supply> supplies_;

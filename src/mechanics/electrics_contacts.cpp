@@ -1,4 +1,4 @@
-// Contacts made and lost: whom they join, and what happens first.
+// Contacts that are made and lost: the groups that they join, and the order of events.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,8 +25,8 @@ Regrouping Electrics::reconnect(double time, double due_since, FieldGrid grid) {
   return merged ? Regrouping{true, std::move(due)} : Regrouping{};
 }
 
-/// Has contacts again that are lost. Not if that were a short circuit, as of a conductor that one electrode hands over
-/// to another: which was first is known to within a tolerance of its way alone. Returns whether.
+/// Restores lost contacts until the mergers are done. Returns false, without a change, if they make a short circuit:
+/// the order of two events of a conductor between two electrodes is known only to within a position tolerance.
 bool Electrics::keep(std::span<const effects::Contact> lost) {
   const auto first_added = now_.contacts.insert(now_.contacts.end(), lost.begin(), lost.end());
   std::inplace_merge(now_.contacts.begin(), first_added, now_.contacts.end());
@@ -53,8 +53,8 @@ effects::ContactDischarge::Changes Electrics::look_at_contacts() {
   return changes;
 }
 
-/// The lost contacts that part after the first merger: with the charges that they have then. From ascending to
-/// ascending order. Of one that goes apart no longer it is not known when it was lost: first.
+/// Returns the lost contacts that opened after the first merger was due, in ascending order as `lost`. A contact that
+/// no longer opens has no known time of loss and counts as earlier.
 std::vector<effects::Contact> Electrics::lost_after(std::span<const Merger> mergers,
                                                     std::span<const effects::Contact> lost, double time) const {
   if (mergers.empty()) return {};
@@ -68,7 +68,7 @@ std::vector<effects::Contact> Electrics::lost_after(std::span<const Merger> merg
   return later;
 }
 
-/// Groups as contacts are. Solves if charges move; returns whether.
+/// Updates groups to the contacts. If groups have merged, charges move: solves, accepts and returns true.
 bool Electrics::regroup(double time, FieldGrid grid) {
   effects::ElectricalGroups before;
   {
@@ -88,7 +88,8 @@ bool Electrics::regroup(double time, FieldGrid grid) {
   return true;
 }
 
-/// When these were due, each that makes one of two that the earlier have not.
+/// Returns the contacts that merge groups, with the times at which they were due, in this order. A contact between
+/// groups that earlier ones have merged is left out.
 std::vector<Merger> Electrics::mergers(std::span<const effects::Contact> made, double time, double due_since) const {
   std::vector<Merger> all;
   for (const effects::Contact contact : made) {
@@ -108,7 +109,7 @@ std::vector<Merger> Electrics::mergers(std::span<const effects::Contact> made, d
   return all;
 }
 
-/// The groups that a contact touches; what is held at a potential is numbered behind the nodes.
+/// Returns the numbers of the two groups of a contact. Groups at a prescribed potential have numbers above all nodes.
 std::pair<int, int> Electrics::groups_of(effects::Contact contact) const {
   const auto held_at = [&](double potential) {
     const auto first = std::ranges::find(supplies_, potential, &effects::Supply::potential);

@@ -30,7 +30,7 @@ void EnergyBook::note(std::span<const double> current, double dt, std::span<cons
   for (std::size_t i = 0; i < leaked.size(); ++i) leaked_[i] += leaked[i];
 }
 
-/// What passed through no resistor.
+/// Records the charges that passed through no resistor.
 void EnergyBook::book_charges(const Instant& now, std::span<const double> mean_potential,
                               std::span<const double> terminal_charge) {
   for (std::size_t i = 0; i < fed_.size(); ++i) {
@@ -40,7 +40,7 @@ void EnergyBook::book_charges(const Instant& now, std::span<const double> mean_p
   const double relaxed = (now.time - last_.time) / relaxation_time_;
   for (std::size_t k = 0; k < supplies_.size(); ++k) {
     double delivered = last_.drained[k] - now.drained[k];
-    if (k < terminals_.size() && terminals_[k].node < 0) {  // the terminal's own charge, and what leaked from that
+    if (k < terminals_.size() && terminals_[k].node < 0) {  // the charge on the terminal and its leakage
       const double before = last_.terminal_charge[k], after = now.terminal_charge[k];
       const double leaked = 0.5 * relaxed * (before + terminal_charge[k]);
       delivered += after - before + leaked;
@@ -53,7 +53,8 @@ void EnergyBook::book_charges(const Instant& now, std::span<const double> mean_p
   std::ranges::fill(leaked_, 0.0);
 }
 
-/// As the last two bookings lead to: groups that merge jump.
+/// Returns potentials and charges just before a merger, extrapolated from the last two records: they jump in the
+/// merger.
 EnergyBook::Instant EnergyBook::before_merger(const Instant& merged) const {
   Instant before = merged;
   const double dt = merged.time - last_.time;

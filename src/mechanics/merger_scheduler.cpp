@@ -27,7 +27,7 @@ void MergerScheduler::make_up(double time, std::span<const Merger> mergers, cons
     LastFall last;
     for (int i = first; i < end; ++i) {
       const double size = norm(jump[i]), mass = bodies.mass[i];
-      const double lasting = drag[i] > 0 ? mass / drag[i] : longest_;  // how long an impulse moves a body on
+      const double lasting = drag[i] > 0 ? mass / drag[i] : longest_;  // duration of the motion after an impulse
       if (size * longest * lasting < 1e-2 * tolerance_ * mass || std::ranges::binary_search(fixed, i)) continue;
       const double late = late_by(i, all), way = late > 0 ? correction_.way(last, i, late, size) : 0;
       if (way <= tolerance_) correction_.apply(last, i, late, jump[i], {});
@@ -38,8 +38,8 @@ void MergerScheduler::make_up(double time, std::span<const Merger> mergers, cons
   if (largest_of_ranges(*model_.team, bodies.size(), 0, most_way) > tolerance_) make_up_far(all, jump, fixed);
 }
 
-/// A jump that is larger than those before it moves a body, meanwhile, by more than a tolerance, which is as far as
-/// was looked for what it may touch. A body that may touch another by it is left where it is.
+/// Corrects bodies by more than a tolerance, after a jump that is larger than the jumps before it. The search for
+/// contacts covered a tolerance only, so that a body that may touch another on the way stays in its position.
 void MergerScheduler::make_up_far(std::span<const Lateness> mergers, const Jump& jump, std::span<const int> fixed) {
   const int n = model_.bodies.size();
   LastFall last;
@@ -68,12 +68,12 @@ void MergerScheduler::learn(const Jump& jump) {
     return longest;
   };
   const double longest = least_of_ranges(*model_.team, bodies.size(), longest_, least_wait);
-  constexpr double growth = 1.25;  // it follows the largest jumps
+  constexpr double growth = 1.25;  // slow: the wait stays at that of the largest recent jumps
   patience_ = patience_ == 0 ? longest : std::min(longest, growth * patience_);
 }
 
-/// Before anything is made up for. Of mergers that come along before their time some are so slow that they would never
-/// have come.
+/// Returns the delays of mergers at positions that are not yet corrected. An early merger may be so slow that its due
+/// time is far ahead, or never; it counts as early by the longest wait at most.
 std::vector<MergerScheduler::Lateness> MergerScheduler::lateness(double time, std::span<const Merger> mergers) const {
   const Bodies& bodies = model_.bodies;
   std::vector<Lateness> all;
@@ -85,8 +85,9 @@ std::vector<MergerScheduler::Lateness> MergerScheduler::lateness(double time, st
   return all;
 }
 
-/// How long a body has moved without the jump of its force (s). Of several mergers that share a solve only the sum of
-/// the jumps is known: those count most that are near, by the square of a dipole's field in the plane.
+/// Returns the time (s) for which a body has moved without the jump of its force. Several mergers that share a solve
+/// give only the sum of their jumps. The time is the mean of their delays, weighted by the square of a dipole's field
+/// in the plane at the body, so that near mergers count most.
 double MergerScheduler::late_by(int body, std::span<const Lateness> mergers) const {
   const Bodies& bodies = model_.bodies;
   const NearestImage<3> nearest(bodies.box);

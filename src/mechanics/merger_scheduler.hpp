@@ -9,31 +9,31 @@
 
 namespace lichtenberg::mechanics {
 
-/// By how much the electric forces (N) have jumped at an instant.
+/// Electric forces (N) before and after a jump.
 struct Jump {
   const std::vector<Vec3>&before, &after;
   Vec3 operator[](int body) const { return after[body] - before[body]; }
 };
 
-/// How long mergers that are due wait for others, to share a field solve with them, and what makes up for the wait.
+/// Lets mergers wait for others, so that they share a field solve, and corrects the positions for the wait.
 class MergerScheduler {
  public:
-  /// All must outlive this.
+  /// All arguments must outlive this object.
   MergerScheduler(const Scene& scene, Model& model, const FreeFlight& flight);
 
-  /// How long (s) a merger may wait.
+  /// Longest wait (s) of a merger.
   double patience() const { return patience_; }
   void set_patience(double patience) { patience_ = patience; }
-  /// The next mergers may wait as long as their jumps, if they are like this, move nothing by more than half a
-  /// tolerance: from above by the lesser of the limits of drag and of inertia.
+  /// Sets the wait of the next mergers: the time in which a jump like this one displaces no body by more than half a
+  /// tolerance. The displacement is bounded from above by the smaller of its limits for drag and for inertia.
   void learn(const Jump& jump);
-  /// Mergers have changed the forces since they were due, and bodies have been moved without that change. All but
-  /// those in `fixed` (in ascending order) are moved by it now.
+  /// Corrects the positions of all bodies except `fixed` (in ascending order): they were moved without the change of
+  /// the forces from the time at which the mergers were due.
   void make_up(double time, std::span<const Merger> mergers, const Jump& jump, std::span<const int> fixed);
 
  private:
-  /// Places of the two of a merger (of one with a terminal twice the conductor), and how late it is: below 0 of one
-  /// that is early.
+  /// Delay of a merger (s; below 0 if it is early) and the positions of its two bodies (m). For a merger with a
+  /// terminal both are the conductor's.
   struct Lateness {
     double by = 0;  ///< s
     Vec3 one, other;
@@ -45,8 +45,8 @@ class MergerScheduler {
   Model& model_;
   const FreeFlight& flight_;
   DefectCorrection correction_;
-  double tolerance_;     ///< m, of positions
-  double longest_;       ///< s
+  double tolerance_;     ///< m, position_tolerance
+  double longest_;       ///< s, largest_step
   double patience_ = 0;  ///< s
 };
 

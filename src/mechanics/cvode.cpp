@@ -19,7 +19,7 @@
 
 namespace lichtenberg::mechanics {
 
-/// What all integrations have in common.
+/// State that all integrations share.
 struct Cvode::Shared {
   Shared(Cvode& o, Model& m, Accuracy a)
       : owner(o), model(m), accuracy(std::move(a)), largest_move(m.largest_move()), force(m.bodies.position.size()) {}
@@ -28,12 +28,12 @@ struct Cvode::Shared {
   Model& model;
   Accuracy accuracy;
   double largest_move;
-  std::vector<double> force;               ///< N, on all; only what was asked for last has a meaning
-  std::unique_ptr<Implementation> of_all;  ///< null before it is needed
+  std::vector<double> force;               ///< N, on all bodies; only the last requested values are valid
+  std::unique_ptr<Implementation> of_all;  ///< null before its first use
   std::int64_t steps = 0, rejected = 0;
 };
 
-// The integrator's vector is [positions, momenta], each the number of bodies that move * dimension.
+// The integrator's vector is [positions, momenta], each with (number of moved bodies) * dimension numbers.
 struct Cvode::Implementation {
   /// `which`: the bodies that move; empty: all.
   Implementation(Shared& shared, std::vector<int> which);
@@ -60,20 +60,20 @@ struct Cvode::Implementation {
   const Accuracy& accuracy;
   AskedBodies asked;
   std::vector<int> moving;             ///< bodies
-  std::vector<std::size_t> component;  ///< of all bodies' components, those that move
-  std::size_t n;                       ///< of `component`
-  std::vector<double>& force;          ///< N, on those that move; of others where others->forces says it
+  std::vector<std::size_t> component;  ///< moved components, among those of all bodies
+  std::size_t n;                       ///< size of `component`
+  std::vector<double>& force;          ///< N, on moved bodies, and on others as set by others->forces
   ForceJacobian force_jacobian;
   std::vector<Eigen::Triplet<double>> triplets;
   Eigen::SparseMatrix<double, Eigen::ColMajor, sunindextype> jacobian;
   const Events* events = nullptr;
   const Others* others = nullptr;
-  std::exception_ptr thrown;  ///< by the last callback: exceptions cannot cross C code
-  int failed_trials = 0;      ///< of this integration: states at which forces threw
-  std::string message;        ///< CVODE's last words
+  std::exception_ptr thrown;  ///< exception of the last callback, because exceptions cannot cross C code
+  int failed_trials = 0;      ///< states of this integration at which forces threw
+  std::string message;        ///< last message of CVODE
 
   SUNContext context = nullptr;
-  N_Vector y = nullptr, rate = nullptr;  ///< the state; its rate at the end of the last step, 0 before the first
+  N_Vector y = nullptr, rate = nullptr;  ///< state, and its rate at the end of the last step, 0 before the first
   SUNMatrix matrix = nullptr;
   SUNLinearSolver linear_solver = nullptr;
   void* memory = nullptr;
@@ -85,7 +85,8 @@ using Implementation = Cvode::Implementation;
 
 std::span<double> values(N_Vector v) { return {N_VGetArrayPointer(v), static_cast<std::size_t>(N_VGetLength(v))}; }
 
-/// Runs a callback's body: 0 done, 1 CVODE should try a smaller step, -1 give up because of an exception.
+/// Runs the body of a callback. Returns 0: success, 1: CVODE should try a smaller step, -1: stop because of an
+/// exception.
 template <class Body>
 int guarded(Implementation& self, Body body) {
   try {
@@ -98,8 +99,8 @@ int guarded(Implementation& self, Body body) {
   }
 }
 
-/// The iteration of a step that a collision falls into may try places where forces have no meaning: a smaller step will
-/// not. Where it does time and again, bodies are really going there.
+/// Right-hand side. In a step with a collision the iteration may try positions at which forces do not exist; a smaller
+/// step avoids them. After many such failures the bodies do move there, and the exception ends the integration.
 int rates(double time, N_Vector y, N_Vector rate, void* data) {
   auto& self = *static_cast<Implementation*>(data);
   const int done = guarded(self, [&] {
@@ -151,14 +152,14 @@ int event_values(double time, N_Vector y, double* value, void* data) {
   });
 }
 
-/// The norm of CVODE's error tests: the worst component. In its own, the root mean square, the error of two bodies that
-/// collide would disappear among a thousand at rest.
+/// Norm of CVODE's error tests: the largest component. In CVODE's own norm, the root mean square, the error of two
+/// colliding bodies would be hidden by a thousand bodies at rest.
 realtype largest(N_Vector v, N_Vector weight) {
   const std::span<const double> error = values(v), w = values(weight);
   double worst = 0;
   for (std::size_t k = 0; k < error.size(); ++k) {
     const double e = std::abs(error[k]) * w[k];
-    if (e > worst || std::isnan(e)) worst = e;  // once no number, always no number
+    if (e > worst || std::isnan(e)) worst = e;  // NaN stays NaN
   }
   return worst;
 }
@@ -227,7 +228,7 @@ void Cvode::Implementation::store(N_Vector v) const {
   }
 }
 
-/// False if the iteration has run away to what is no number.
+/// Sets the bodies to a state. Returns false if it is not finite.
 bool Cvode::Implementation::load(N_Vector v) {
   const std::span<double> state = values(v);
   if (!std::ranges::all_of(state, [](double s) { return std::isfinite(s); })) return false;
@@ -238,14 +239,14 @@ bool Cvode::Implementation::load(N_Vector v) {
   return true;
 }
 
-/// Begins anew at `time` from the state in y, with formulas up to `order`.
+/// Restarts at `time` from the state in y, with formulas up to `order`.
 void Cvode::Implementation::start(double time, int order) {
   N_VConst(0, rate);
   check(CVodeSetMaxOrd(memory, order));
   check(CVodeReInit(memory, time, y));
 }
 
-/// Adds what CVODE has counted since it last began anew.
+/// Adds the counters of CVODE since its last restart.
 void Cvode::Implementation::count() {
   long now = 0, failures = 0, stiff_failures = 0;
   CVodeGetNumSteps(memory, &now);
@@ -255,7 +256,7 @@ void Cvode::Implementation::count() {
   shared.rejected += failures + stiff_failures;
 }
 
-/// Of all bodies' components, where one is among those that move; -1: it does not.
+/// Returns the index of a component of all bodies among the moved ones; -1: not moved.
 int Cvode::Implementation::place(int of) const {
   if (asked.bodies().empty()) return of;
   const auto found = std::ranges::lower_bound(component, static_cast<std::size_t>(of));
@@ -268,7 +269,7 @@ void Cvode::Implementation::place_others(double time) const {
   if (others) others->place(time);
 }
 
-/// The time (s) in which no body moves farther than the effects allow, and no event comes and goes.
+/// Returns the time (s) in which no body moves farther than the effects allow, and no event is missed.
 double Cvode::Implementation::longest_step(double time) {
   const Bodies& bodies = model.bodies;
   if (others) {
@@ -290,13 +291,13 @@ double Cvode::Implementation::longest_step(double time) {
   return events->longest_step ? std::min(longest, events->longest_step(force)) : longest;
 }
 
-/// Whether forces stiffen with position: elastic contacts.
+/// Returns true if forces depend on positions, as in elastic contacts.
 bool Cvode::Implementation::presses(double time) {
   model.jacobian(time, asked, force_jacobian);
   return !force_jacobian.by_position.empty();
 }
 
-/// The Jacobian of the whole system. Its diagonal is always stored, so that CVODE's I - gamma J has the same pattern.
+/// Assembles the Jacobian of the system. The diagonal is always stored, so that CVODE's I - gamma J has this pattern.
 void Cvode::Implementation::assemble() {
   const Bodies& bodies = model.bodies;
   triplets.clear();
@@ -317,7 +318,7 @@ void Cvode::Implementation::assemble() {
   jacobian.setFromTriplets(triplets.begin(), triplets.end());
 }
 
-/// KLU analyses a pattern once and keeps it; contacts come and go, and with them the pattern.
+/// Copies the Jacobian. KLU keeps the analysis of a pattern, which changes with the contacts.
 void Cvode::Implementation::copy_to(SUNMatrix target) {
   const auto columns = static_cast<std::size_t>(jacobian.cols()) + 1;
   const auto entries = static_cast<std::size_t>(jacobian.nonZeros());
@@ -359,11 +360,11 @@ double Cvode::advance(double start, double end, const Events& events, std::vecto
 }
 
 double Cvode::Implementation::advance(double from, double end) {
-  // CVODE refuses what rounding leaves of an interval when an event falls next to its end.
+  // CVODE refuses an interval of rounding length, which remains if an event is next to the end.
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(from), std::abs(end));
   if (end - from <= rounding) return end;
   store(y);
-  // A step that underflows to 0 makes CVODE's Newton iteration endless: it divides by the step before.
+  // A step that underflows to 0 makes CVODE's Newton iteration endless, because it divides by the last step.
   check(CVodeSetMinStep(memory, std::pow(std::numeric_limits<double>::epsilon(), 2) * (end - from)));
   thrown = nullptr;
   failed_trials = 0;
@@ -380,8 +381,8 @@ double Cvode::Implementation::advance(double from, double end) {
       count();
       start(time, order = low);
     }
-    // CVODE heeds a largest step from the step after the next on, a stop at once. It passes over none of less than some
-    // hundred roundings.
+    // CVODE obeys a largest step only from the step after the next on, but a stop time at once. It ignores a stop time
+    // closer than some hundred roundings.
     const double longest = std::max(longest_step(time), 1000 * rounding);
     check(CVodeSetMaxStep(memory, longest));
     check(CVodeSetStopTime(memory, std::min(end, time + longest)));

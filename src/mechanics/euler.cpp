@@ -5,12 +5,12 @@
 namespace lichtenberg::mechanics {
 namespace {
 
-/// How many equal steps no longer than `step` fill an interval, forgiving the rounding of the times.
+/// Returns the number of equal steps of at most `step` in an interval, with a tolerance for the rounding of times.
 int steps_in(double interval, double step) { return std::max(1, static_cast<int>(std::ceil(interval / step - 1e-6))); }
 
-/// The dissertation's scheme (D 6.42, whose second line lacks a plus sign): explicit Euler with a fixed step, the field
-/// and the contacts looked at once every field step, the force constant in between. No error control; the reference
-/// that the other integrators are compared with.
+/// Explicit Euler scheme with a fixed step (D 6.42, whose second line lacks a plus sign). Field and contacts are
+/// updated once in a field step, and the electric force is constant in between. It has no error control and is a
+/// reference for the other integrators.
 class Euler : public Stepper {
  public:
   explicit Euler(const Workplace& workplace) : at_(workplace), force_(at_.model.bodies.position.size()) {}

@@ -11,7 +11,7 @@
 namespace lichtenberg::mechanics {
 namespace {
 
-/// phi_1, phi_2, phi_3 at z; below 0.1 their series, sum of (-z)^j / (j + n)!, since the closed forms cancel.
+/// phi_1, phi_2, phi_3 at z. Below 0.1 they are the series, sum of (-z)^j / (j + n)!, because the closed forms cancel.
 struct Phi {
   explicit Phi(double z);
   double exponential, one, two, three;
@@ -24,7 +24,7 @@ Phi::Phi(double z) : exponential(std::exp(-z)) {
     three = (0.5 - two) / z;
     return;
   }
-  // From phi_n = 1 / n! - z phi_(n+1), begun where the rest is below rounding.
+  // Recurrence phi_n = 1 / n! - z phi_(n+1), from an order at which the error is below rounding.
   double phi = 1.0 / 479001600, inverse_factorial = 1.0 / 39916800;  // phi_12(0) = 1/12!, 1/11!
   for (int n = 11; n >= 1; --n) {
     phi = inverse_factorial - z * phi;
@@ -35,11 +35,11 @@ Phi::Phi(double z) : exponential(std::exp(-z)) {
   one = phi;
 }
 
-/// A flight of all bodies from where they are now. Those that events watch may be looked at on the way; the others are
-/// moved once, at its end.
+/// Flight of all bodies from their present state. Bodies that events watch can be placed at any time of the flight; the
+/// others are moved once, at its end.
 class Flight {
  public:
-  /// `total_force`: N, [N * dimension], for those that are watched.
+  /// `total_force`: N, [N * dimension], set for watched bodies.
   Flight(Model& model, const effects::HeldField& held, double start, std::vector<int> watched,
          std::span<double> total_force)
       : bodies_(model.bodies),
@@ -61,18 +61,18 @@ class Flight {
   }
 
   std::span<const int> watched() const { return watched_; }
-  /// Puts those that are watched where they are at `time` (s).
+  /// Places the watched bodies at `time` (s).
   void show(double time) { bodies_.dimension == 3 ? show_at<3>(time - start_) : show_at<2>(time - start_); }
-  /// From now on show() moves those alone that are among these bodies.
+  /// Limits show() to watched bodies among these.
   void show_only(std::vector<int> bodies) {
     std::ranges::sort(bodies);
     shown_.clear();
     for (std::size_t w = 0; w < watched_.size(); ++w)
       if (std::ranges::binary_search(bodies, watched_[w])) shown_.push_back(w);
   }
-  /// Force and drag (N) on those, where they were shown last.
+  /// Returns force plus drag (N) on them at the last show().
   std::span<const double> total_force() const { return total_force_; }
-  /// Puts all where they are at `time` (s), but for `others` (in ascending order).
+  /// Places all bodies except `others` (in ascending order) at `time` (s).
   void end(double time, std::span<const int> others = {}) {
     const std::size_t d = bodies_.dimension;
     for (std::size_t w = 0; w < watched_.size(); ++w) {
@@ -102,7 +102,7 @@ class Flight {
     });
   }
 
-  /// From a place and momentum at the start to where it is t (s) later.
+  /// Moves a body from its position and momentum at the start to those t (s) later.
   template <int d, bool with_force>
   void move(int i, double t, const double* position, const double* momentum, LastFall& last) {
     const double mass = bodies_.mass[i], drag = drag_[i];
@@ -123,13 +123,13 @@ class Flight {
   const effects::HeldField& held_;
   double start_;  ///< s
   std::vector<int> watched_;
-  std::vector<std::size_t> shown_;           ///< which of those
-  std::vector<double> position_, momentum_;  ///< of those that are watched, at the start
+  std::vector<std::size_t> shown_;           ///< indices into watched_ of the bodies that show() moves
+  std::vector<double> position_, momentum_;  ///< of watched bodies, at the start
   std::span<double> total_force_;
 };
 
-/// How far the bodies as they are are beyond the event that was still to come at the last look and is now farthest
-/// gone; negative if all are still to come. Nothing throws bodies in flight: events that can be foreseen are all.
+/// Largest signed overshoot of pending events; negative if all are pending. Free flight has no collisions, so that the
+/// events with foreseen values are all.
 class Lookout {
  public:
   explicit Lookout(const Events& events)
@@ -141,14 +141,13 @@ class Lookout {
     if (values_) values_(value_);
     return farthest();
   }
-  /// From now on only those count that are still to come for the values of the last beyond(); returns what it would
-  /// return then.
+  /// Limits the pending events to those that have not happened at the last beyond(). Returns their overshoot.
   double look() {
     to_come_.resize(value_.size());
     for (std::size_t k = 0; k < value_.size(); ++k) to_come_[k] = events_.direction[k] * value_[k] < 0;
     return farthest();
   }
-  /// The events that are to come no longer for the values of the last beyond().
+  /// Returns the pending events that have happened at the last beyond().
   std::vector<int> due() const {
     std::vector<int> due;
     for (std::size_t k = 0; k < value_.size(); ++k)
@@ -170,9 +169,9 @@ class Lookout {
   std::vector<bool> to_come_;
 };
 
-/// The first time after the sign change of `beyond` in (early, late], to 1e-9 of that interval or to rounding: the
-/// secant through values of both signs (Dowell & Jarratt 1971, "Illinois"), which never goes so close to an end of the
-/// interval that the other end would stay where it is.
+/// Returns the first time after the sign change of `beyond` in (early, late], to 1e-9 of the interval or to rounding,
+/// by the Illinois variant of the secant method (Dowell & Jarratt 1971). Each point keeps half the final width from the
+/// ends of the interval, so that both ends converge.
 template <class Beyond>
 double sign_change(double early, double beyond_early, double late, double beyond_late, Beyond beyond) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(early), std::abs(late));
@@ -228,7 +227,7 @@ std::vector<int> FreeFlight::pushed(std::span<const double> travel) const {
 
 namespace {
 
-/// What looks at any body at all sees those alone that it has named, if it has named some.
+/// Returns the bodies that event functions read.
 std::vector<int> seen_by(const Events& events, const Bodies& bodies) {
   if (events.foreseen_values || events.direction.empty()) return events.watched;
   std::vector<int> all(bodies.size());
@@ -236,13 +235,13 @@ std::vector<int> seen_by(const Events& events, const Bodies& bodies) {
   return all;
 }
 
-/// When (s), and how far bodies are then beyond an event that is to come.
+/// Overshoot of pending events at a time (s).
 struct Beyond {
   double time = 0, by = 0;
 };
 
-/// The time (s) of the first event between two times. None comes and goes unseen: those alone that are due at the end
-/// are looked at in between, and the bodies that they depend on.
+/// Returns the time (s) of the first event between two times. No event happens and reverts between them, so that only
+/// events that have happened at the later time, and the bodies that these read, are evaluated in between.
 double first_event(Flight& flight, const Events& events, Lookout& lookout, Beyond early, Beyond late) {
   const auto sign_change_of = [&](Lookout& seen, double beyond_early) {
     return sign_change(early.time, beyond_early, late.time, late.by, [&](double t) {

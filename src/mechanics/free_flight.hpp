@@ -10,23 +10,23 @@
 
 namespace lichtenberg::mechanics {
 
-/// The motion of a body (one component) on which nothing acts but a force that grows linearly and drag:
-///   m dv/dt = force + rate t - drag v,
-/// in closed form. With z = t drag / m and phi_1 = (1 - exp(-z)) / z, phi_2 = (1 - phi_1) / z, phi_3 = (1/2 - phi_2) /
+/// Closed form of the motion of a body (one component) under a force that grows linearly and linear drag:
+///   m dv/dt = force + rate t - drag v.
+/// With z = t drag / m and phi_1 = (1 - exp(-z)) / z, phi_2 = (1 - phi_1) / z, phi_3 = (1/2 - phi_2) /
 /// z,
 ///   x(t) - x(0) = v t phi_1 + force / m t^2 phi_2 + rate / m t^3 phi_3,
 ///   v(t) = v exp(-z) + force / m t phi_1 + rate / m t^2 phi_2,
-/// which holds without drag as well.
+/// which also holds without drag.
 struct FreeFall {
   FreeFall(double t, double mass, double drag);
-  double move(double velocity, double force, double rate) const;   ///< m, from m/s, N, N/s
+  double move(double velocity, double force, double rate) const;   ///< m, displacement; from m/s, N, N/s
   double speed(double velocity, double force, double rate) const;  ///< m/s
 
-  double of_velocity, of_force, of_rate;                    ///< s, m/N, m s/N: coefficients of move
-  double speed_of_velocity, speed_of_force, speed_of_rate;  ///< of speed
+  double of_velocity, of_force, of_rate;                    ///< s, m/N, m s/N: coefficients of move()
+  double speed_of_velocity, speed_of_force, speed_of_rate;  ///< coefficients of speed()
 };
 
-/// Bodies alike fall alike: what was asked for last is kept.
+/// Cache of the last FreeFall, which identical bodies share.
 class LastFall {
  public:
   const FreeFall& of(double t, double mass, double drag) {
@@ -39,25 +39,24 @@ class LastFall {
   double t_ = 0, mass_ = 0, drag_ = 0;  ///< s, kg, kg/s
 };
 
-/// Bodies that touch nothing and feel a held electric force and linear drag alone: no equation is left to solve.
+/// Motion of bodies without contacts under a held electric force and linear drag, in closed form.
 class FreeFlight {
  public:
-  /// The model must outlive this and have floating_conductors.
+  /// The model must outlive this object and have floating_conductors.
   explicit FreeFlight(Model& model) : model_(model), total_force_(model.bodies.position.size()) {}
 
-  /// The bodies on which more than that may act as long as body i moves by no more than travel[i] (m).
+  /// Returns the bodies on which other forces may act while body i moves by at most travel[i] (m).
   std::vector<int> pushed(std::span<const double> travel) const;
-  /// Moves the bodies from time `start` to `end` or, if that is earlier, to the first event, as Cvode::advance does;
-  /// returns the time reached.
+  /// Moves the bodies from time `start` to `end` (s), or to the first event if that is earlier, as Cvode::advance()
+  /// does. Returns the time reached.
   double advance(double start, double end, const effects::HeldField& held, const Events& events);
-  /// The same with CVODE for those that are pushed, one at least: it has a factorization and some steps of all that it
-  /// moves.
+  /// As above, with CVODE for the bodies `pushed`, at least one.
   double advance(double start, double end, const effects::HeldField& held, const Events& events,
                  const std::vector<int>& pushed, Cvode& cvode);
 
  private:
   Model& model_;
-  std::vector<double> total_force_;  ///< N, on the bodies that events watch; kept for its memory alone
+  std::vector<double> total_force_;  ///< N, on the bodies that events watch; scratch memory
 };
 
 }  // namespace lichtenberg::mechanics

@@ -3,9 +3,9 @@
 namespace lichtenberg::mechanics {
 namespace {
 
-/// CVODE with everything inside: the field is solved each time forces are asked for, and its derivatives are left out
-/// of Newton's iteration. Exact but for CVODE's own error, and dear: the reference for Split. In a scene without a
-/// field it is plain CVODE.
+/// CVODE with the field inside its right-hand side: each evaluation of forces solves the field. Newton's iteration
+/// omits the derivatives of the field. The only error in time is CVODE's, and the cost is high: a reference for Split.
+/// In a scene without a field it is CVODE alone.
 class Monolithic : public Stepper {
  public:
   explicit Monolithic(Workplace workplace);
@@ -48,9 +48,9 @@ void Monolithic::advance(double time, double end) {
   }
 }
 
-/// To `end`, or to the first event.
+/// Advances to `end`, or to the first event. Returns the time reached.
 double Monolithic::step(double time, double end) {
-  // What forces will be is not known beforehand, so it is not either how far bodies will move.
+  // Forces of the step, and so the travel of bodies, are not known in advance; a radius is the reach.
   std::vector<double> reach = at_.model.bodies.radius;
   const ContactEvents& contacts = at_.electrics->contact_events();
   contacts.widen(reach);

@@ -13,18 +13,17 @@ namespace lichtenberg::mechanics {
 
 namespace {
 
-/// The error of a charge that a step may leave, over the largest charge; infinite if no accuracy is asked for. Steps
-/// are of second order: where each leaves t of a decay, t goes like the cube of its length, and all together leave C
-/// t^(2/3), with C of .09 to .2 (tests/circuit_test.cpp, an electrode behind a resistor). With 5 a^(3/2) that is .6 a
-/// at most.
+/// Returns the error of a charge that a step may have, relative to the largest charge; infinite without an accuracy a.
+/// Steps are of second order: with an error t of each step, which grows as the cube of its length, a decay has a total
+/// error of C t^(2/3), with C from 0.09 to 0.2 (tests/circuit_test.cpp, an electrode behind a resistor). The value
+/// 5 a^(3/2) thus gives at most 0.6 a.
 double charge_tolerance(const FieldOptions& field) {
   return field.chosen_for ? 5 * std::pow(field.chosen_for->asked, 1.5) : INFINITY;
 }
 
 }  // namespace
 
-/// The resistors of the contacts as they are. After a jump no current is known, and none leads smoothly to the next
-/// step's.
+/// A jump makes the currents unknown, and the step after it inherits none.
 void ResistorCurrents::update(bool groups_changed) {
   std::vector<effects::Resistor> resistors = effects::resistors_of(scene_, now_.contacts);
   const auto same_place = [](const effects::Resistor& one, const effects::Resistor& other) {
@@ -48,7 +47,6 @@ effects::ContactState ResistorCurrents::state_of(const effects::Resistor& resist
   return {difference_over(resistor, node_potential), discharge_->gap(model_.bodies, contact_of(resistor))};
 }
 
-/// Contacts whose law depends on their state, about that of the last accepted field.
 void ResistorCurrents::linearize() {
   if (!has_laws_of_state()) return;
   const std::vector<double> potential = node_potentials(now_.field);
@@ -56,8 +54,8 @@ void ResistorCurrents::linearize() {
     if (resistor.of_state) effects::linearize(scene_, contact_of(resistor), state_of(resistor, potential), resistor);
 }
 
-/// The most charge (C) that a contact carries in the trial's step beside what its law says at the end, but for the
-/// solver's error.
+/// Returns the largest error (C) of the charge that a contact carries in the trial's step: the linearized current minus
+/// the law's current at the end of the step, times the step's weight, beyond the error of the solver.
 double ResistorCurrents::linearization_error(const Trial& trial) const {
   if (!has_laws_of_state()) return 0;
   const std::vector<double> potential = node_potentials(trial.field);
@@ -87,7 +85,7 @@ double ResistorCurrents::longest_step(std::span<const double> force) const {
   return longest;
 }
 
-/// From the potentials of the last solve: right but for the solver's error, which counts if a conductance is large.
+/// The currents have the error of the solver's potentials, which matters if a conductance is large.
 void ResistorCurrents::guess() {
   if (now_.carried.resistors.empty()) return;
   const std::vector<double> potential = node_potentials(now_.field);
@@ -124,7 +122,7 @@ std::string ResistorCurrents::sentence_about(const effects::Resistor& resistor, 
                      who, difference, remedy);
 }
 
-/// As far as positions are known, and if one of both can move.
+/// Returns true if the two touch to within position_tolerance and at least one of them can move.
 bool ResistorCurrents::touch(effects::Contact contact) const {
   const auto is_free = [&](int i) { return i < model_.bodies.size() && !scene_.conductors[i].held; };
   return (is_free(contact.conductor) || is_free(contact.partner)) &&
@@ -143,7 +141,7 @@ std::string ResistorCurrents::pressed_apart_in_potential() const {
   return "";
 }
 
-/// V, of nodes and supplies.
+/// Returns the largest potential (V, absolute) of nodes and sources.
 double ResistorCurrents::largest_potential(std::span<const double> node_potential) const {
   double largest = 0;
   for (const double potential : node_potential) largest = std::max(largest, std::abs(potential));
@@ -151,7 +149,6 @@ double ResistorCurrents::largest_potential(std::span<const double> node_potentia
   return largest;
 }
 
-/// Bodies that are held would attract each other for ever.
 void ResistorCurrents::check_held_contacts() const {
   for (const effects::Resistor& resistor : now_.carried.resistors) {
     if (resistor.series || !is_held_at_both_ends(resistor)) continue;
@@ -162,7 +159,6 @@ void ResistorCurrents::check_held_contacts() const {
   }
 }
 
-/// The conductors' values, then those of the terminals behind a resistor.
 std::vector<double> ResistorCurrents::by_node(std::vector<double> by_conductor,
                                               const std::vector<double>& by_terminal) const {
   for (std::size_t t = 0; t < terminals_.size(); ++t)
@@ -174,7 +170,7 @@ std::vector<double> ResistorCurrents::node_potentials(const effects::Electrostat
   return by_node(field.potential, field.terminal_potential);
 }
 
-/// V, its a less the other end.
+/// Returns the potential difference (V) of a resistor: end a minus the other end.
 double ResistorCurrents::difference_over(const effects::Resistor& resistor,
                                          std::span<const double> node_potential) const {
   return node_potential[resistor.a] - (resistor.b >= 0 ? node_potential[resistor.b] : resistor.potential);
@@ -204,14 +200,13 @@ double ResistorCurrents::charge_error(const Trial& trial) const {
   }
   const double of_positions = scene_.mechanics.position_tolerance / *std::ranges::min_element(model_.bodies.radius);
   const double tolerance = std::min(of_positions, charge_tolerance(scene_.field()));
-  // Charges that are but the noise of potentials, where nothing drives any, are not worth a step.
+  // Charges within the noise of potentials, in a scene where no source drives any, must not shorten steps.
   const double no_charge =
       scene_.field().moving_tolerance * scene_.medium.permittivity * scene_.medium.depth * largest_supply;
   largest_charge = std::max(largest_charge, no_charge);
   return worst == 0 ? 0 : worst / (tolerance * largest_charge);
 }
 
-/// Books what the resistors have carried in a step.
 void ResistorCurrents::carry(const Trial& trial) {
   const effects::ChargeStep& step = trial.step;
   auto& [resistors, current, remaining, plain, noise, last_step] = now_.carried;

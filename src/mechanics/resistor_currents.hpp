@@ -11,50 +11,51 @@
 
 namespace lichtenberg::mechanics {
 
-/// Charge that series resistors and contacts carry at a finite rate (Charging::carried).
+/// Currents of series resistors and of contacts with a finite conductance (Charging::carried).
 class ResistorCurrents {
  public:
-  /// `discharge` is null if only wires connect. All must outlive this; `now` may be made later.
+  /// `discharge` is null if only wires connect conductors. All arguments must outlive this object; `now` may be
+  /// constructed later.
   ResistorCurrents(const Scene& scene, const Model& model, const effects::ContactDischarge* discharge,
                    const std::vector<effects::Terminal>& terminals, const std::vector<effects::Supply>& supplies,
                    Charging& now)
       : scene_(scene), model_(model), discharge_(discharge), terminals_(terminals), supplies_(supplies), now_(now) {}
 
-  /// Whether there are any: what they have carried is known after a solve only.
+  /// True if there are resistors. The charge that they carry is known only after a solve.
   bool any() const { return !now_.carried.resistors.empty(); }
-  /// The error of a trial's charges, in tolerances; 0 if nothing carries charge at a finite rate. A conductor whose
-  /// charge is wrong by a fraction d feels a force wrong by 2 d, as if it were displaced by some d of the distance to
-  /// what acts on it, which is a radius or more: a tolerance is position_tolerance / radius of the largest charge,
-  /// or less if the accuracy asked of the field asks for it (charge_tolerance).
+  /// Returns the error of a trial's charges, in tolerances; 0 without resistors. A relative error d of a charge changes
+  /// the force by 2 d, like a displacement by about d times the distance to the source of the force, which is at least
+  /// a radius. A tolerance is therefore position_tolerance / radius of the largest charge, or less if the field's
+  /// accuracy asks for it.
   double charge_error(const Trial& trial) const;
-  /// Whether the law of a present contact depends on its state.
+  /// True if the law of a present contact depends on its state.
   bool has_laws_of_state() const;
   /// Returns the longest step (s) in which no gap changes by more than half the `gap_scale` of its contact's law, for
   /// the present velocities and forces (N, all components of all bodies); infinite without such laws.
   double longest_step(std::span<const double> force) const;
-  /// Says which conductor touches another, or an electrode, at another potential, since a contact's resistance has not
-  /// made them one; the force between such has no limit. Empty: none does.
+  /// Returns a message about a conductor that touches another, or an electrode, at another potential, because the
+  /// contact's resistance has not yet equalized them: the force between them has no limit. Empty: there is none.
   std::string pressed_apart_in_potential() const;
-  /// Throws Failure for two that touch and are held at different potentials: they would attract each other for ever.
+  /// Throws Failure for two bodies that touch at different prescribed potentials: their attraction would never end.
   void check_held_contacts() const;
 
-  /// The resistors of the contacts as they are.
+  /// Updates the resistors to the present contacts.
   void update(bool groups_changed);
-  /// Linearizes contacts whose law depends on their state about that of the last accepted field.
+  /// Linearizes contacts whose law depends on their state, about the state of the last accepted field.
   void linearize();
-  /// Takes the currents from the potentials of the last accepted field.
+  /// Sets the currents from the potentials of the last accepted field.
   void guess();
-  /// Adds to the charges of nodes (C) what is known beforehand of what a step carries.
+  /// Adds to the charges of nodes (C) the part of a step's carried charges that is known before its solve.
   void add_charges(const effects::ChargeStep& step, std::vector<double>& charge) const;
-  /// Books what was carried in the step of a trial whose field is accepted.
+  /// Records the charges carried in the step of a trial whose field is accepted.
   void carry(const Trial& trial);
 
-  /// Values of the conductors, then those of the terminals behind a resistor.
+  /// Returns values by node: those of the conductors, then those of terminals behind a resistor.
   std::vector<double> by_node(std::vector<double> by_conductor, const std::vector<double>& by_terminal) const;
   std::vector<double> node_potentials(const effects::Electrostatics& field) const;  ///< V
 
   void save(Checkpoint& checkpoint) const;
-  /// With the contacts and groups as they are. Throws Failure if the checkpoint is of another scene.
+  /// Restores currents for the present contacts and groups. Throws Failure for a checkpoint of another scene.
   void restore(const Checkpoint& checkpoint);
 
  private:

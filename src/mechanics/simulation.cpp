@@ -24,8 +24,8 @@ namespace {
 
 using Solver = std::unique_ptr<laplace::LaplaceSolver>;
 
-/// Null, which means the default: the tolerance of a moving scene. Inside an integrator's error control the field's own
-/// error must not show.
+/// Returns the field solver of a scene whose field is inside the integrator's error control, where the field's error
+/// must be negligible. Otherwise null: the default, with the tolerance of a moving scene.
 Solver default_solver(const Scene& scene) {
   return effects::is_inside_integrator(scene) && scene.dimension() == 2 &&
                  scene.effects.has<effects::FloatingConductorsOptions>()
@@ -39,7 +39,7 @@ Model make_model(const Scene& scene, Solver solver) {
                              effects::made(std::make_unique<effects::FloatingConductors>(scene, std::move(solver))));
 }
 
-/// The model's effect of that class; null: none.
+/// Returns the model's effect of a class; null: none.
 template <class E>
 E* find(const Model& model) {
   for (const auto& effect : model.effects)
@@ -47,8 +47,7 @@ E* find(const Model& model) {
   return nullptr;
 }
 
-/// A helper for so many bodies: what it takes over of an event, some .6 ms, is ten times what it costs to wake it (5 us
-/// of who wakes, some 50 until it comes).
+/// Number of bodies for each worker thread. Its share of an event takes ten times as long as its wake-up.
 constexpr int bodies_a_helper = 4096;
 
 int team_size(const Scene& scene) {
@@ -80,14 +79,14 @@ struct Simulation::Implementation {
   double time = 0;
   bool connected = false;  ///< contacts and groups are known
   bool begun = false;      ///< the field of this instant is known
-  // Of a scene with a circuit:
-  std::optional<ConductorFrame> before;  ///< where the last advance began
+  // For a scene with a circuit:
+  std::optional<ConductorFrame> before;  ///< state at the start of the last advance
   double energy_at_start = 0;            ///< J, analysis::energy_account
-  // Of a scene that asks for an accuracy:
+  // For a scene with field.accuracy:
   std::optional<double> largest_error;  ///< of the field, estimated by warnings()
   double checking_seconds = 0;
   double largest_overlap = 0;   ///< of all frames
-  std::function<bool()> pause;  ///< while it advances
+  std::function<bool()> pause;  ///< set while the simulation advances
 };
 
 Simulation::Implementation::Implementation(const Scene& s, Solver solver)
@@ -150,8 +149,8 @@ void Simulation::advance_to(double time, const std::function<bool()>& pause) {
   self.time = time;
 }
 
-/// Bodies that are pressed together with more force than any contact can bear are no fault of the contact's where
-/// that force has no limit.
+/// Advances to `end`. Conductors at different potentials that touch press each other without limit; the failure then
+/// names them instead of the overloaded contact.
 void Simulation::Implementation::advance(double end) {
   const Stopwatch watch(counters.all_seconds);
   try {
@@ -164,8 +163,8 @@ void Simulation::Implementation::advance(double end) {
 }
 
 double Simulation::next_frame() const {
-  // The times of frames are multiples of `every`, to rounding: 11 * 0.03 is less than 0.33, but no frame before the
-  // end.
+  // Times of frames are multiples of `every` up to rounding. For example, 11 * 0.03 rounds below 0.33 and is not
+  // a frame before an end at 0.33.
   constexpr double rounding = 1e-9;
   const double every = implementation_->scene.output.every, stop = end_time();
   const double next = every * (std::floor(time() / every + rounding) + 1);
@@ -212,7 +211,7 @@ ConductorFrame Simulation::Implementation::now() {
 
 namespace {
 
-/// [N * 3]; of bodies in the plane the third is 0.
+/// Returns periodic images by body, [N * 3]; in the plane the third number is 0.
 std::vector<std::int32_t> turns_around(const std::vector<int>& image, int dimension) {
   std::vector<std::int32_t> turns;
   for (std::size_t i = 0; i < image.size(); i += dimension)
@@ -222,7 +221,7 @@ std::vector<std::int32_t> turns_around(const std::vector<int>& image, int dimens
 
 }  // namespace
 
-/// What a neutral scene shows.
+/// Returns the frame of a neutral scene.
 Frame Simulation::Implementation::motion() const {
   const Bodies& bodies = model.bodies;
   std::vector<double> velocity;
@@ -334,7 +333,7 @@ std::map<std::string, double> Simulation::seconds() const {
   std::map<std::string, double> all{{"field", self.counters.field_seconds},
                                     {"mechanics", self.counters.mechanics_seconds},
                                     {"contacts", self.counters.contact_seconds}};
-  // Charges, error control, what is made up for: the rest, so that nothing goes unseen.
+  // The rest is charges, error control and corrections, so that all parts add up to the whole.
   if (self.electrics) {
     double rest = self.counters.all_seconds;
     for (const auto& [part, seconds] : all) rest -= seconds;

@@ -12,49 +12,49 @@
 
 namespace lichtenberg {
 
-/// A scene in time: from its first instant forward, with the integrator and the coupling that its [mechanics] asks for.
+/// Motion of a scene of conductors from its first instant, with the integrator and the coupling of its [mechanics].
 class Simulation : public Motion {
  public:
   explicit Simulation(const Scene& scene);
-  /// With a field solver of one's own.
+  /// Uses this field solver instead of the scene's.
   Simulation(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);
   ~Simulation() override;
 
   double time() const override;
-  /// A multiple of output.every, or stop.time.
+  /// Returns a multiple of output.every, or stop.time (s).
   double next_frame() const override;
   double end_time() const override;
-  /// Throws Paused where it is told to pause, InputError if the first instant cannot be solved (a short circuit, say),
-  /// Failure if a solver gives up or conductors short-circuit two electrodes.
+  /// Throws Paused if `pause` returns true, InputError if the first instant cannot be solved (by a short circuit, for
+  /// example), Failure if a solver fails or conductors short-circuit two electrodes.
   void advance_to(double time, const std::function<bool()>& pause = {}) override;
-  /// stop.time is reached, or the scene is to stop when stationary and is.
+  /// Returns true at stop.time, or if the scene stops when it is stationary and it is.
   bool finished() override;
 
-  /// What there is to see now. Solves the field of the first instant if nothing has yet.
+  /// Returns the present state. Solves the field of the first instant if that is not done yet.
   ConductorFrame now();
-  /// What there is to see now as columns, in two dimensions and in three, with the network of the contacts and what the
-  /// effects show.
+  /// Returns the present state as columns, in two or three dimensions, with the network of contacts and the columns of
+  /// effects.
   Frame frame() override;
   std::optional<laplace::Field> field() override;
   std::string progress() override;
-  /// Every conductor is connected to an electrode, and forces and speeds are at most stop.force times the largest of
-  /// the run (D 7.1). Never true in a neutral scene.
+  /// Returns true if every conductor is connected with an electrode, and forces and speeds are at most stop.force times
+  /// the largest of the run (D 7.1). Never true in a neutral scene.
   bool stationary();
 
-  /// Makes this very simulation forget what a new one could not know: the field solver's first guesses.
+  /// Also resets this simulation to what a restored one has: the initial guesses of the field solver are dropped.
   Checkpoint checkpoint() override;
-  /// One restored from it goes on as this one does, but for the field solver's tolerance.
+  /// A simulation restored from it continues as this one, except for errors within the field solver's tolerance.
   std::optional<Checkpoint> snapshot() override;
   void restore(const Checkpoint& checkpoint) override;
 
-  /// The field's error, chosen for the start, may have grown as conductors moved.
+  /// Warns if the field's error, chosen for the start, has grown as conductors moved.
   std::vector<std::string> warnings() override;
   Summary summary() override;
   std::map<std::string, double> seconds() const override;
 
   const Counters& counters() const;
   const Model& model() const;
-  /// The electrical contacts that are made, in ascending order.
+  /// Returns the present electrical contacts, in ascending order.
   std::vector<effects::Contact> contacts() const;
 
  private:

@@ -13,16 +13,16 @@ namespace lichtenberg::mechanics {
 
 namespace {
 
-/// In tolerances, what predictions may be wrong by before that is made up for. They go on for as long as half of it is
-/// expected, since more is thrown away with them than a step.
+/// Error of predictions, in tolerances, that is corrected; larger errors are rejected. The length of predictions aims
+/// at half of it, because a rejection discards more than one step.
 constexpr double allowed_correction = 2;
 double next_prediction(double dt, double error) { return next_step(dt, 2 / allowed_correction * error, 2); }
 
 /// Power of the length of a step with which the error of an extrapolated force grows.
 int order(const effects::HeldField& held) { return held.rates_known ? 3 : 2; }
 
-/// How far each body can move within `dt` from `time` on (m): it cannot become faster than it is now or than the
-/// largest force in between can drive it, against inertia in that time or against drag.
+/// Finds an upper bound of the distance (m) that each body can move within `dt` (s) from `time` on. Its speed is at
+/// most the present one plus that which the largest force of the interval can add, against inertia or against drag.
 void find_longest_travel(const Model& model, std::span<const double> drag, const effects::HeldField& held, double time,
                          double dt, std::vector<double>& travel) {
   travel.resize(model.bodies.size());
@@ -84,12 +84,11 @@ void Split::go_back(const Start& start) {
   at_.counters.regroupings = start.counters.regroupings;
 }
 
-/// Steps with the predictor's field: to `target`, or until there have been as many as may be taken back at once and the
-/// last one's field is known. Returns the time reached.
+/// Takes steps with the predictor's field to `target`, or until the limit of steps is reached and the field of the last
+/// one is known. Returns the time reached.
 double Split::predict(double since, double target) {
-  // A field solve costs some 15 predictions, 4 on a device: to check as many costs a quarter of them at most, or a
-  // sixteenth. Without a limit nearly half of those that 20000 conductors took at first were thrown away, in windows of
-  // more than a hundred (validation/benchmarks/README.md).
+  // A field solve costs about 15 predictions, 4 on a device. A check after 64 predictions thus adds a quarter of their
+  // cost, or a sixteenth. Longer intervals are rejected too often (validation/benchmarks/README.md).
   constexpr int most = 64;
   double time = since;
   for (int done = 0; time < target; ++done) {
@@ -100,8 +99,8 @@ double Split::predict(double since, double target) {
   return time;
 }
 
-/// Moves on by as many predicted steps as are likely to be right, then solves the field. Returns the time reached:
-/// `time` itself if they were not, and everything is as it was but for how long mergers may wait.
+/// Takes as many predicted steps as are likely to be accurate enough, then solves the field. Returns the time reached.
+/// If the steps are rejected, it is `time`, and the state is restored except for the wait of mergers.
 double Split::try_prediction(double time, double end) {
   if (prediction_ == 0) prediction_ = std::min(4 * step_, largest_step_);
   const double step = step_;
@@ -119,21 +118,21 @@ double Split::try_prediction(double time, double end) {
     return time;
   }
   ++at_.counters.corrections;
-  const bool cut_short = target == allowed && target - time < prediction_;  // by the end
+  const bool cut_short = target == allowed && target - time < prediction_;  // by the end of the interval
   prediction_ = std::clamp(cut_short ? std::max(prediction_, proposed) : proposed, shortest_step_, largest_step_);
   at_.electrics->accept(std::move(trial));
   at_.electrics->field().correct(at_.electrics->now().field);
   at_.electrics->hold(target, Rates::kept);
   if (wrong_by > allowed_correction) return target;
-  // Bodies that can touch by it are left where they are.
+  // Bodies that may touch by the correction keep their positions.
   const double most = allowed_correction * at_.scene.mechanics.position_tolerance;
   correction_.apply(target - time, predicted, held().force,
                     flight_.pushed(std::vector<double>(predicted.size(), most)));
   return target;
 }
 
-/// End (s) of a step that may last for `step`. A rest shorter than two steps is halved: a sliver at the end would
-/// cost as much as a whole step. The rounding of times must not make one, either.
+/// Returns the end (s) of a step of at most `step`. A rest shorter than two steps is halved, because a very short last
+/// step costs as much as a full one. A rest that exceeds `step` by rounding is one step.
 double Split::step_end(double time, double step, double end) const {
   const double room = end - time, allowed = std::max(step, shortest_step_);
   return allowed > 0.999 * room ? end : time + std::min(allowed, 0.5 * room);
@@ -147,12 +146,12 @@ double Split::step_within_gaps(double time, double step) const {
   return std::min(step, at_.electrics->resistors().longest_step(force));
 }
 
-/// Moves on by a step from the last solve, or to the first event. Returns the time reached: `time` itself if the step
-/// was rejected.
+/// Takes a step from the last solve, or to the first event. Returns the time reached: `time` itself if the step was
+/// rejected.
 double Split::try_step(double time, double end, FieldGrid grid) {
   const double target = step_end(time, step_within_gaps(time, std::min(held().time + step_, end) - time), end);
-  // What a rejected step has changed: where the bodies are and, in a scene with a circuit, what drag took. The rest of
-  // what is electric waits for the trial, or for an event, which stands.
+  // A rejected step has changed the bodies and, in a scene with a circuit, the heat of drag. The other electrical state
+  // changes only if the trial is accepted, or at an event, which is not taken back.
   before_.position = at_.model.bodies.position;
   before_.momentum = at_.model.bodies.momentum;
   const std::optional<EnergyBook> energy = at_.electrics->now().energy;
@@ -173,7 +172,7 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   accept(std::move(trial), wrong_by);
   if (wrong_by <= 1 && moved.pushed && since > shortest_step_)
     correction_.apply(since, assumed_, held().force, *moved.pushed);
-  // What is wrong even after the shortest step has not moved there but jumped.
+  // An error after the shortest step indicates a jump of the force.
   if (wrong_by > 1) step_ = 0;
   const Regrouping regrouping = at_.electrics->reconnect(reached, moved.due_since, grid);
   if (!regrouping.merged && wrong_by <= 1) return reached;
@@ -183,15 +182,15 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   return reached;
 }
 
-/// Mergers at the end of a move have changed the force from old_force_ to what is held.
+/// Corrects positions for mergers at the end of a move, which have changed the force from old_force_ to the held one.
 void Split::make_up_merger(const Moved& moved, std::span<const Merger> mergers) {
   const Jump jump{old_force_, held().force};
   mergers_.learn(jump);
   if (moved.pushed) mergers_.make_up(moved.reached, mergers, jump, *moved.pushed);
 }
 
-/// Moves the bodies under the extrapolated force to `target` or to the first contact made or lost on the way; or, if it
-/// is made, as long beyond as it may wait for others.
+/// Moves the bodies under the extrapolated force to `target` or to the first contact that is made or lost. If it is
+/// made, the move goes on for as long as the merger may wait for others.
 Split::Moved Split::move(double time, double target) {
   const ContactEvents& contacts = at_.electrics->contact_events();
   Moved moved;
@@ -203,8 +202,8 @@ Split::Moved Split::move(double time, double target) {
     moved.pushed = moved_by_cvode(travel_, reach_);
     const Lookahead ahead = contacts.look_ahead(at_.electrics->now(), reach_, moved.pushed);
     ContactEvents::Due due = contacts.due(ahead);
-    // What has been made up for may have carried a contact across its threshold, which is no event any more. Without
-    // that it would have been found within a step.
+    // A correction may have moved a contact across its threshold, which triggers no event. The contact was then due
+    // within the last step.
     const bool crossed = due.made || due.lost;
     moved.due_since = crossed ? time - std::min(mergers_.patience(), step_) : time;
     if (!crossed) {
@@ -213,16 +212,17 @@ Split::Moved Split::move(double time, double target) {
     }
     moved.reached = due.made && !due.lost ? wait(time, target, ahead, moved) : time;
     if (due.lost || due.made) return moved;
-    // Otherwise a collision has thrown a body farther than was looked for: look again.
+    // Otherwise a collision has moved a body beyond its reach: predict contacts again.
   }
   moved.reached = moved.due_since = time;
   return moved;
 }
 
-/// A merger that is due at `time` waits for others that come soon, to share its solve with them: until what it changes
-/// would have moved something by half a tolerance, and not into the second half of a step, where it would need one more
-/// solve. A parting that is a tolerance late ends the wait: members would part with other charges, and nothing would
-/// make up for that. In a scene with a circuit energy is booked event by event, and nothing waits.
+/// Lets a merger that is due at `time` wait for others, so that they share a field solve. The wait ends when the jump
+/// of the force would have displaced a body by half a tolerance, and before the second half of the step, where it would
+/// need another solve. It also ends when a lost contact is a tolerance beyond its threshold: its members would keep
+/// wrong charges, which no correction repairs. In a scene with a circuit energy is recorded event by event, and mergers
+/// do not wait.
 double Split::wait(double time, double target, const Lookahead& ahead, const Moved& moved) {
   if (at_.electrics->resistors().any() || at_.electrics->energy()) return time;
   const double half = held().time + 0.499 * step_;
@@ -230,11 +230,11 @@ double Split::wait(double time, double target, const Lookahead& ahead, const Mov
   return limit > time ? advance(time, limit, at_.electrics->contact_events().events(ahead, true), moved.pushed) : time;
 }
 
-/// Only bodies that may touch something need CVODE; in a scene with a circuit, whose drag it books, all do, and with
-/// nonlinear drag, for which free flight has no closed form. Those that
-/// a collision throws farther than foreseen end the integration where ContactEvents::events says: as far as that all
-/// count that they might meet. Without contact_discharge there are no events, and all count. No value: all; none in it:
-/// nobody.
+/// Returns the bodies that CVODE must move, which are those that may touch another body or a wall. No value: all
+/// bodies; an empty list: none. CVODE moves all bodies in a scene with a circuit, where it sums the heat of drag, and
+/// with nonlinear drag, which has no closed form of free flight. A body that a collision moves beyond its reach ends
+/// the integration by the last of ContactEvents::events; the list covers contacts up to that reach. Without
+/// contact_discharge there are no such events, and CVODE moves all bodies.
 std::optional<std::vector<int>> Split::moved_by_cvode(std::span<const double> travel,
                                                       std::span<const double> reach) const {
   const Stopwatch watch(at_.counters.mechanics_seconds);
@@ -252,11 +252,12 @@ double Split::advance(double time, double target, const Events& events, const st
   return flight_.advance(time, target, held(), events, *pushed, cvode_);
 }
 
-/// Contacts made or lost before the step's end. A merger needs a solve with the new groups. Groups that part need none,
-/// because they part with the charges and potentials that they have, which leaves the field as it is. But what led to
-/// the event, and the charges there, must be known. Half a step has an eighth of a step's error, a quarter while the
-/// force's rate is unknown: so far the extrapolation will do, but not for what resistors carry: their conductance
-/// magnifies its error. Returns false if the old groups' field is needed, to judge the step by it.
+/// Handles contacts that are made or lost before the end of a step. A merger needs a solve with the new groups. A split
+/// needs none, because the groups keep their charges and potentials, and the field does not change. The motion up to
+/// the event and the charges there rely on the extrapolation: in the first half of a step its error is at most an
+/// eighth of that of the step, a quarter while the force's rate is unknown. Later, and with resistors, whose
+/// conductance magnifies the error, the function returns false: the field of the old groups is needed to check the
+/// step.
 bool Split::pass_event(const Moved& moved, FieldGrid grid) {
   const double time = moved.reached;
   if (at_.electrics->resistors().any() || time - held().time >= 0.5 * step_) return false;
@@ -281,8 +282,8 @@ void Split::find_held_forces(double time, std::vector<Vec3>& force) const {
   });
 }
 
-/// The worst body's displacement, in tolerances, if the force assumed at the end was off by what is known now, and
-/// that grew from nothing at the start. Of bodies alike in a row it is that of the largest defect.
+/// Returns the largest displacement of a body, in tolerances, by the defect of the force at the end of the step, which
+/// grows linearly from 0 at its start. In a run of identical bodies only that with the largest defect counts.
 double Split::error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const {
   const std::vector<double>& mass = at_.model.bodies.mass;
   const Drag& drag = at_.model.drag;
@@ -308,42 +309,43 @@ double Split::error(double since, const Trial& trial, const std::vector<Vec3>& a
          at_.scene.mechanics.position_tolerance;
 }
 
-/// The trial's field becomes the base of the extrapolation.
+/// Accepts a trial. Its field becomes the base of the extrapolation.
 void Split::accept(Trial trial, double error) {
   ++at_.counters.steps;
   const effects::HeldField& before = held();
   const double time = trial.time, dt = time - before.time, proposed = next_step(dt, error, order(before));
-  const bool cut_short = dt < step_;  // by an event or the end: no reason to make the next one shorter
+  const bool cut_short = dt < step_;  // by an event or the end, which does not limit the next step
   step_ = std::clamp(cut_short ? std::max(step_, proposed) : proposed, shortest_step_, largest_step_);
   at_.electrics->accept(std::move(trial));
   at_.electrics->hold(time, dt > shortest_step_ ? Rates::since_then : Rates::kept);
 }
 
-/// The bodies are back at `time`; the step that failed went on to `reached`.
+/// Shortens the next step after a rejected one from `time` to `reached`; the bodies are at `time` again.
 void Split::reject(double time, double reached, double error, FieldGrid grid) {
   ++at_.counters.rejected_steps;
   const double dt = reached - held().time;
   step_ = std::max(std::min(next_step(dt, error, order(held())), 0.5 * dt), shortest_step_);
   if (held().time == time) return;
-  // Groups have parted since the last solve, and there is no way back behind that.
+  // Groups have split since the last solve, and a split is not taken back.
   find_held_forces(time, old_force_);
   at_.electrics->accept(at_.electrics->solve(time, grid));
   restart(time, old_force_);
 }
 
-/// Groups have merged, and forces have jumped: what is known of their rates no longer holds. A body that a force jump
-/// drives at jump/drag through a field that varies over a certain length sees its force change at the rate below. That
-/// length is a radius, or the contact gap if that is less: conductors at different potentials are never closer.
+/// Estimates the next step after a jump of the forces, as by a merger, which makes their rates invalid. A body that the
+/// jump drives at the speed jump/drag through a field that varies over a length sees its force change at the rate of
+/// step_after(). The length is a radius, or the contact gap if that is less, because conductors at different potentials
+/// are never closer.
 void Split::restart(double time, const std::vector<Vec3>& force_before) {
   const double step = least_of_ranges(*at_.model.team, at_.model.bodies.size(), largest_step_,
                                       [&](int first, int end) { return step_after(force_before, first, end); });
-  constexpr double growth = 1.1;  // or it would stay what the hardest jump has left, while all steps end in events
+  constexpr double growth = 1.1;  // lets the step recover from the largest jump if all steps end in events
   step_ = std::max(step_ == 0 ? step : std::min(step, growth * step_), shortest_step_);
   if (EnergyBook* energy = at_.electrics->energy()) energy->forget_rates();
   at_.electrics->hold(time, Rates::forgotten);
 }
 
-/// The step (s) that the bodies from `first` on up to before `end` allow after their forces have jumped.
+/// Returns the longest step (s) that bodies `first` to `end` (excluded) allow after a jump of their forces.
 double Split::step_after(const std::vector<Vec3>& force_before, int first, int end) const {
   const std::vector<Vec3>& force = at_.electrics->now().field.force;
   const Bodies& bodies = at_.model.bodies;
@@ -355,7 +357,7 @@ double Split::step_after(const std::vector<Vec3>& force_before, int first, int e
     const Vec3 jumped = force[i] - force_before[i], velocity = velocity_in_space(bodies, i);
     const bool alike = bodies.mass[i] == bodies.mass[fastest] && drag_[i] == drag_[fastest];
     if (alike && drag_[i] > 0) {
-      // (a + b)^2 <= 2 (a^2 + b^2) tells without a root of most that they are not the fastest.
+      // (a + b)^2 <= 2 (a^2 + b^2) rules out most bodies without a square root.
       const double speed2 = std::max(norm2(velocity), norm2(force[i]) / (drag_[i] * drag_[i]));
       const double rate2 = norm2(held().force_rate[i]) + norm2(jumped) * speed2 / (length * length);
       if (2.1 * rate2 < fastest_rate * fastest_rate) continue;
@@ -363,7 +365,7 @@ double Split::step_after(const std::vector<Vec3>& force_before, int first, int e
     const double jump = norm(jumped);
     const double speed = std::max(norm(velocity), drag_[i] > 0 ? norm(force[i]) / drag_[i] : 0);
     const double rate = norm(held().force_rate[i]) + jump * speed / length;
-    // Of bodies alike the one whose force changes fastest is the first to be displaced.
+    // Among identical bodies that with the largest rate of the force is displaced first.
     if (!alike || rate > (1 - 1e-9) * fastest_rate) {
       step = std::min(step, time_to_displace(tolerance, rate, bodies.mass[i], drag_[i]));
       fastest = i, fastest_rate = rate;
@@ -397,7 +399,7 @@ void Split::restore(const Checkpoint& checkpoint) {
   at_.electrics->hold(std::move(restored));
 }
 
-/// Without a field there is nothing to split off.
+/// Returns the monolithic integrator for a scene without a field.
 std::unique_ptr<Stepper> make_split(const Workplace& workplace) {
   if (!workplace.electrics) return make_monolithic(workplace);
   return std::make_unique<Split>(workplace);

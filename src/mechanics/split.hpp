@@ -12,11 +12,11 @@
 
 namespace lichtenberg::mechanics {
 
-/// Mechanics and field apart, the field once a coupling step (see README.md). Between solves the electric force is
-/// extrapolated linearly in time from the last two; at a step's end the field is solved, and the force's defect, turned
-/// into a displacement, decides whether the step stands and how long the next one is. Contacts are located as events:
-/// mergers of groups end a step, partings need no solve. With a predictor these solves are on its coarser grid, and a
-/// field solve now and then checks and corrects them.
+/// Integrator that splits mechanics and field, with one field solve for each coupling step (README.md). Between solves
+/// the electric force is extrapolated linearly in time from the last two solves. The solve at the end of a step gives
+/// the force's defect; the displacement that it causes decides whether the step is accepted and how long the next one
+/// is. Contacts are located as events: a merger of groups ends a step, a split needs no solve. With a predictor these
+/// solves use its coarser grid, and field solves at intervals check and correct them.
 class Split : public Stepper {
  public:
   explicit Split(Workplace workplace);
@@ -26,7 +26,7 @@ class Split : public Stepper {
   void restore(const Checkpoint& checkpoint) override;
 
  private:
-  /// All that predicted steps change: a way back.
+  /// State saved for the rollback of predicted steps.
   struct Start {
     Bodies bodies;
     Charging charging;
@@ -39,10 +39,10 @@ class Split : public Stepper {
   double try_step(double time, double end, FieldGrid grid);
   double step_within_gaps(double time, double step) const;
   double step_end(double time, double step, double end) const;
-  /// A move of the bodies from solve to solve, or to an event.
+  /// Result of a move of the bodies to the next solve, or to an event.
   struct Moved {
-    double reached = 0, due_since = 0;       ///< s; the second: since when contacts may have been due at its end
-    std::optional<std::vector<int>> pushed;  ///< that CVODE moved; empty: all
+    double reached = 0, due_since = 0;       ///< s; the second: earliest time at which contacts may have been due
+    std::optional<std::vector<int>> pushed;  ///< bodies that CVODE moved; no value: all
   };
   Moved move(double time, double target);
   double wait(double time, double target, const Lookahead& ahead, const Moved& moved);
@@ -67,15 +67,15 @@ class Split : public Stepper {
   FreeFlight flight_;
   DefectCorrection correction_;
   MergerScheduler mergers_;
-  std::span<const double> drag_;  ///< kg/s, linear part: a lower bound
+  std::span<const double> drag_;  ///< kg/s, linear part, a lower bound of the drag
   double largest_step_, shortest_step_;
-  double shortest_gap_;    ///< m
-  double step_ = 0;        ///< s, allowed by the error control, from solve to solve; 0: to be estimated
-  double prediction_ = 0;  ///< s, how long predictions are good for; 0: to be estimated
-  // Kept for their memory alone:
-  Places before_;                       ///< the step that is tried
+  double shortest_gap_;    ///< m, contact gap
+  double step_ = 0;        ///< s, between solves, set by the error control; 0: not yet estimated
+  double prediction_ = 0;  ///< s, interval of predicted steps; 0: not yet estimated
+  // Scratch memory:
+  Places before_;                       ///< at the start of the present step
   std::vector<double> travel_, reach_;  ///< m
-  std::vector<Vec3> assumed_;           ///< N, at a step's end
+  std::vector<Vec3> assumed_;           ///< N, extrapolated to the end of a step
   std::vector<Vec3> old_force_;         ///< N, before a jump
 };
 

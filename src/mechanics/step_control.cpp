@@ -6,7 +6,7 @@
 namespace lichtenberg::mechanics {
 namespace {
 
-/// psi(z) / z; below 0.01 its series, since the closed form loses two digits to cancellation for each of z's.
+/// Returns psi(z) / z. Below 0.01 it is the series, because the closed form loses two digits for each decade of z.
 double psi_over_z(double z) {
   if (z < 0.01) return 1.0 / 6 - z / 24 + z * z / 120;
   return (0.5 - 1 / z - std::expm1(-z) / (z * z)) / z;

@@ -13,26 +13,26 @@
 
 namespace lichtenberg::mechanics {
 
-/// The scene, model and books that a stepper works on. All of it outlives the stepper.
+/// Scene, model and state that a stepper works on. All of them outlive the stepper.
 struct Workplace {
   const Scene& scene;
   Model& model;
   Electrics* electrics;  ///< null in a neutral scene
   Counters& counters;
-  std::function<void()> between_steps;  ///< called between two steps of any integrator; ends the run by an exception
+  std::function<void()> between_steps;  ///< called between steps of any integrator; its exception ends the run
 };
 
-/// A way to carry a scene forward in time: mechanics, field and contacts together.
+/// Integrator of a scene of conductors: mechanics, field and contacts together.
 class Stepper {
  public:
   virtual ~Stepper() = default;
-  /// Called once the field of `time` is solved and settled, at the start and after every checkpoint.
+  /// Called when the field at `time` (s) is accepted, at the start and after each checkpoint.
   virtual void begin(double time) = 0;
-  /// Carries the scene from `time` to `end` (s). Contacts are up to date and the field is solved at both ends, but for
-  /// what bodies are moved by afterwards, to make up for what forces were wrong by: two position tolerances at most, or
-  /// what a jump much larger than those before has moved a body that can touch nothing.
+  /// Advances the scene from `time` to `end` (s). At both ends contacts are up to date and the field is solved.
+  /// Positions may differ from those of the solve by a correction of force errors: at most two position tolerances, or
+  /// more for a body without neighbours after a jump much larger than those before.
   virtual void advance(double time, double end) = 0;
-  /// State beyond that of the bodies and the electrics.
+  /// Saves state that bodies and electrics do not have, and restores it.
   virtual void save(Checkpoint&) const {}
   virtual void restore(const Checkpoint&) {}
 };
@@ -41,21 +41,21 @@ std::unique_ptr<Stepper> make_split(const Workplace&);
 std::unique_ptr<Stepper> make_monolithic(const Workplace&);
 std::unique_ptr<Stepper> make_euler(const Workplace&);
 
-/// Adds an integrator of conductors, which must outlive all scenes, before any scene is read. Throws InputError if its
-/// name is taken or it does not say that it moves conductors.
+/// Adds an integrator of conductors before any scene is read; `kind` must outlive all scenes. Throws InputError if its
+/// name is taken, or if it lacks moves_conductors.
 void add_integrator(const IntegratorKind& kind, std::unique_ptr<Stepper> (*make)(const Workplace&));
 
-/// The one that the scene's [mechanics] asks for. Throws InputError for one that does not move conductors.
+/// Makes the integrator of a scene. Throws InputError for one that does not move conductors.
 std::unique_ptr<Stepper> make_stepper(const Workplace& workplace);
 
-/// CVODE at the accuracy that the scene asks for: positions to relative_tolerance of the smallest radius; momenta to
-/// the same fraction of themselves, but no finer than what carries a body that far before drag stops it (without drag:
-/// in one largest step).
+/// Makes CVODE with the accuracy of the scene: positions to relative_tolerance of the smallest radius; momenta to the
+/// same fraction of themselves, or to the momentum that carries a body that far before drag stops it (without drag: in
+/// one largest step) if that is more.
 Cvode make_cvode(const Scene& scene, Model& model);
 
-/// Adds the heat of drag to the energy balance after each step of CVODE, if the scene has a circuit: the integral of
-/// force times speed by Simpson's rule, with the velocity in the middle that the positions and velocities at the ends
-/// give.
+/// Adds the heat of drag to the energy balance after each step of CVODE, if the scene has a circuit. The heat is the
+/// integral of force times speed by Simpson's rule; the velocity in the middle follows from the positions and
+/// velocities at the ends.
 void book_drag(const Workplace& at, Cvode& cvode);
 
 }  // namespace lichtenberg::mechanics

@@ -18,14 +18,14 @@ namespace {
 
 using Lines = std::vector<Summary::Line>;
 
-constexpr double most_overlap = 0.1;  ///< of a diameter, before a result is marked
+constexpr double most_overlap = 0.1;  ///< in diameters; larger overlaps give a warning
 
 double connected_fraction(const Outcome& outcome) {
   const double n = static_cast<double>(outcome.frame.position.size());
   return n > 0 ? outcome.network->degrees.connected / n : 0;
 }
 
-/// The charge imbalance as a fraction of the largest charge in that balance; NaN if there is no charge at all.
+/// Returns the charge imbalance relative to the largest charge of the balance; NaN without charges.
 double relative_charge_imbalance(const Outcome& outcome) {
   const ConductorFrame& frame = outcome.frame;
   double largest = 0;
@@ -35,40 +35,39 @@ double relative_charge_imbalance(const Outcome& outcome) {
   return charge_imbalance(outcome) / largest;
 }
 
-/// J: what was supplied, or the heat if that is more.
+/// Returns the larger of supplied energy and heat (J).
 double turned_over(const Outcome& outcome) {
   const EnergyFlows& flows = outcome.frame.energy_balance->flows;
   return std::max(std::abs(flows.by_supplies) + std::abs(flows.by_source), flows.dissipated());
 }
 
-/// J: by what the stored energy and the charges of supplies differ from one solve to the next though nothing moves.
+/// Returns the difference (J) in stored and supplied energy between two solves of the same state.
 double noise_of_solves(const Scene& scene, const Outcome& outcome) {
   const double stored = std::max(std::abs(outcome.frame.energy), std::abs(outcome.initial_energy));
   return scene.field().method->energy_noise * scene.field().moving_tolerance * stored;
 }
 
-/// J: what was turned over or, if nothing was, what is stored.
+/// Returns the turnover (J) or, if that is 0, the stored energy.
 double energy_scale(const Outcome& outcome) {
   const double all = turned_over(outcome);
   return all > 0 ? all : std::max(std::abs(outcome.frame.energy), std::abs(outcome.initial_energy));
 }
 
-/// The energy imbalance as a fraction of that scale; NaN if there is no energy at all.
+/// Returns the energy imbalance relative to energy_scale(); NaN without energy.
 double relative_energy_imbalance(const Outcome& outcome) { return energy_imbalance(outcome) / energy_scale(outcome); }
 
-/// Error that steps and grid, or the noise of solves, account for, as a fraction of the same scale.
+/// Returns the error that steps and grid, or the noise of solves, explain, relative to energy_scale().
 double allowed_energy_imbalance(const Scene& scene, const Outcome& outcome) {
   const double scale = energy_scale(outcome), noise = noise_of_solves(scene, outcome);
   return std::max(analysis::allowed_energy_imbalance(scene), scale > 0 ? noise / scale : 0);
 }
 
-/// A fraction in brackets, or that there is nothing to compare with.
+/// Returns a fraction in brackets, or a note that there is no reference value.
 std::string in_brackets(double fraction) {
   return std::isnan(fraction) ? "(nothing to compare with)" : fmt::format("(relative {:.1e})", fraction);
 }
 
-/// The energy imbalance as a fraction, unless that says nothing: hardly any energy was turned over, and field solves
-/// alone make the stored energy differ by more.
+/// Returns the relative energy imbalance, or a note that it is within the noise of field solves.
 std::string imbalance_in_words(const Scene& scene, const Outcome& outcome) {
   const double noise = noise_of_solves(scene, outcome);
   const bool is_off = std::abs(relative_energy_imbalance(outcome)) > analysis::allowed_energy_imbalance(scene);
@@ -98,7 +97,7 @@ std::string charges(const Outcome& outcome) {
          fmt::format(" = {:.1e} C {}", charge_imbalance(outcome), in_brackets(relative_charge_imbalance(outcome)));
 }
 
-/// What passed through each terminal, if there is a potential difference to drive it.
+/// Adds the charge through each terminal, if there is a potential difference.
 void add_terminals(const ConductorFrame& frame, Lines& lines) {
   const auto differs = [&](const TerminalReading& t) { return t.potential != frame.terminals.front().potential; };
   if (std::ranges::none_of(frame.terminals, differs)) return;
@@ -123,7 +122,7 @@ std::string heat(const EnergyFlows& flows) {
   return text;
 }
 
-/// Where a circuit's energy went.
+/// Adds the energy balance of a circuit.
 void add_circuit(const Scene& scene, const Outcome& outcome, Lines& lines) {
   const ConductorFrame& frame = outcome.frame;
   const EnergyFlows& flows = frame.energy_balance->flows;
@@ -136,7 +135,7 @@ void add_circuit(const Scene& scene, const Outcome& outcome, Lines& lines) {
   if (!frame.rates) return;
   lines.push_back({"power", fmt::format("{:.4g} W into heat, {:.4g} W/K of entropy (means since the frame before)",
                                         frame.rates->dissipated_power, frame.rates->entropy_production)});
-  // Without two potentials there is none; charges that relax can drive a current against the potential.
+  // It needs two potentials, and relaxing charges can drive a current against the potential.
   if (std::isfinite(frame.rates->structure_resistance) && frame.rates->structure_resistance > 0)
     lines.push_back(
         {"resistance", fmt::format("{:.4g} ohm between highest and lowest terminal (since the frame before)",
@@ -185,7 +184,7 @@ std::vector<Quantity> quantities(const Scene& scene, const Outcome& outcome) {
   return result;
 }
 
-/// Names the keys to change if the energy balance is off: first the steps, which cost less than the grid.
+/// Names the keys to change if the energy balance has a large error: first steps, which cost less than the grid.
 std::string energy_advice(const Scene& scene) {
   for (const Effects::Entry& effect : scene.effects)
     if (!effect.kind->energy_advice.empty()) return effect.kind->energy_advice;

@@ -9,6 +9,7 @@
 #include <array>
 #include <csignal>
 #include <cstring>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <new>
@@ -25,6 +26,7 @@
 #include "src/commands/streams.hpp"
 #include "src/commands/theory_kind.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/record/hdf5.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/scene.hpp"
 #include "src/version.hpp"
@@ -280,12 +282,25 @@ void ensure_open_files() {
                               limit.rlim_cur, least));
 }
 
-/// The exit status that `work` or its error gives.
-int status_of(const std::function<int()>& work) {
+/// Reports a failed HDF5 call that the command itself did not catch. The first file among the words (the file after `=`
+/// of an option) is the one that the command reads.
+int report_hdf5(const hdf5::Error& error, const std::vector<std::string>& words) {
+  for (const std::string& word : words) {
+    const std::string path = word.starts_with('-') ? word.substr(word.find('=') + 1) : word;
+    if (std::error_code none; std::filesystem::is_regular_file(path, none))
+      return report(InputError(fmt::format("{} is damaged or incomplete ({})", path, error.what())), 2);
+  }
+  return report(Failure(fmt::format("an HDF5 file could not be used ({})", error.what())), 1);
+}
+
+/// Returns the exit status that `work`, or its error, gives to a command line of these words.
+int status_of(const std::function<int()>& work, const std::vector<std::string>& words) {
   try {
     return work();
   } catch (const InputError& error) {
     return report(error, 2);
+  } catch (const hdf5::Error& error) {
+    return report_hdf5(error, words);
   } catch (const std::bad_alloc&) {
     return report(
         Failure("this machine has too little memory for that; `lichtenberg explain SCENE` says how much a scene "
@@ -306,20 +321,23 @@ std::vector<Command> all_commands() {
 }
 
 int run_command_line(std::vector<std::string> arguments, const std::vector<Command>& commands) {
+  const std::vector<std::string> words = arguments;
   prepare_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no larger is an error of writing, with a sentence
-  const int status = status_of([&] {
-    ensure_open_files();
-    parallel::set_petsc_options(take_petsc_options(arguments));
-    laplace::SolverShares shares;
-    const bool first = parallel::join_processes([&](parallel::Message& message) { shares(message); });
-    if (!first) return 0;  // one of mpirun's that only helped the first
-    const bool explains = !arguments.empty() && arguments.front() == "explain";  // options are for the run
-    dispatch(std::move(arguments), commands);
-    if (!explains) warn_of_unused_options();
-    finish_output();
-    return 0;
-  });
+  const int status = status_of(
+      [&] {
+        ensure_open_files();
+        parallel::set_petsc_options(take_petsc_options(arguments));
+        laplace::SolverShares shares;
+        const bool first = parallel::join_processes([&](parallel::Message& message) { shares(message); });
+        if (!first) return 0;  // one of mpirun's that only helped the first
+        const bool explains = !arguments.empty() && arguments.front() == "explain";  // options are for the run
+        dispatch(std::move(arguments), commands);
+        if (!explains) warn_of_unused_options();
+        finish_output();
+        return 0;
+      },
+      words);
   parallel::dismiss_processes(status != 0);
   if (closed_pipe_ends_program()) end_by_closed_pipe();
   return status;

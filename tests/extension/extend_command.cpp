@@ -6,6 +6,9 @@
 #include "solvers/error.hpp"
 #include "src/commands/command_line.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/record/atomic_file.hpp"
+#include "src/record/hdf5.hpp"
+#include "tests/folder.hpp"
 #include "tests/scene_texts.hpp"
 #include "tests/source_folder.hpp"
 
@@ -43,4 +46,16 @@ TEST_CASE("a command from outside is read, run and explained by the command line
   CHECK(run_command_line({"count"}, commands) == 2);
   CHECK(run_command_line({"help", "count"}, commands) == 0);
   CHECK(run_command_line({"explain", scene}, commands) == 0);  // the others are still there
+}
+
+TEST_CASE("command from outside: an error of its HDF5 calls is refused input") {
+  const Folder folder;
+  folder.write("no.h5", "nothing");
+  std::string file;
+  const Command command{
+      "rows", "Counts the radii of a result", {{"FILE", &file, "result file of a run (.h5)", {.required = true}}}, [&] {
+        const auto opened = hdf5::open(std::make_shared<const OpenFile>(file));
+        hdf5::get<double>(opened, "particles/conductors/radius");
+      }};
+  CHECK(run_command_line({"rows", (folder / "no.h5").string()}, {command}) == 2);
 }

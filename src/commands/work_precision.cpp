@@ -107,6 +107,18 @@ Json measured(const Candidate& candidate) {
   }
 }
 
+/// Returns the errors of a joined method's answer, or why that answer cannot be compared.
+Json errors_of(const Diagram& diagram, const Json& answer) {
+  try {
+    return {{"errors", diagram.errors(answer)}};
+  } catch (const InputError& error) {
+    return {{"failed", error.what()}};
+  } catch (const std::exception& error) {  // of json for another type, at() for too few values
+    return {{"failed",
+             fmt::format("its answer is not of the shape that methods/__init__.py describes ({})", error.what())}};
+  }
+}
+
 /// Tells when the reference is begun, what is compared, with which methods, then measures what is asked for.
 void serve(Arguments arguments) {
   const Scene scene = read_scene(arguments.scene, settings_of(arguments.settings));
@@ -122,7 +134,7 @@ void serve(Arguments arguments) {
     for (const Method& method : methods) json["methods"].push_back(to_json(method));
     tell(json);
     answer_questions([&](const Json& question) -> Json {
-      if (question.contains("errors")) return {{"errors", diagram.errors(question["errors"])}};
+      if (question.contains("errors")) return errors_of(diagram, question["errors"]);
       return measured(methods.at(question.at("method")).candidates.at(question.at("candidate")));
     });
   };

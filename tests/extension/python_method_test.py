@@ -48,11 +48,27 @@ class Solve(Method):
         return run
 
 
+class Wrong(Method):
+    name, description, kind = "wrong", "answers that are none", "field"
+
+    def candidates(self, sweep):
+        return [({"number": number}, 1) for number in range(5)]
+
+    def prepare(self, sweep, settings):
+        empty = {"potential": [], "charge": [], "force": []}
+        answers = [empty, {"potential": [float("nan")] * 2}, {"potential": {1, 2}}, 3]
+
+        def run():
+            return answers[int(settings["number"])], 1.0
+
+        return run
+
+
 HELP, ARGUMENTS = work_precision.HELP, work_precision.ARGUMENTS
 
 
 def act(request):
-    work_precision.act(request, [Solve()])
+    work_precision.act(request, [Wrong(), Solve()])
 '''
 
 
@@ -63,18 +79,24 @@ class MethodFromOutside(unittest.TestCase):
         (folder / "compare.py").write_text(MODULE)
         (runs.FOLDER / "disks.toml").write_text(SCENE)
         with mock.patch.dict(os.environ, LICHTENBERG_COMMANDS=str(folder)):
-            words = ["disks.toml", "--methods", "cut-cell,solve", "--sizes", "32,64,128", "--json"]
+            words = ["disks.toml", "--methods", "wrong,cut-cell,solve", "--sizes", "32,64,128", "--json"]
             status, output, complaint = runs.program("compare", *words)
             refused = runs.program("compare", "disks.toml", "--methods", "sovle", "--out", "other.png")
         self.assertEqual(status, 0, complaint)
+        reasons = [entry["reason"] for entry in json.loads(output)["left_out"] if entry["method"] == "wrong"]
+        expected = ("shape", "unstable", "shape", "shape", "IndexError in the method")
+        for reason, words in zip(reasons, expected, strict=True):
+            self.assertIn(words, reason)
         errors = {"cut-cell": {}, "solve": {}}
         for point in json.loads(output)["points"]:
-            if point["settings"].get("tolerance", 0) <= 1e-7:
+            if point["settings"].get("tolerance", 1e-8) == 1e-8:
                 errors[point["method"]][point["settings"]["S"]] = point["errors"]
         self.assertEqual(list(errors["solve"]), [32, 64, 128])
-        for cells, own in errors["solve"].items():  # the same grid, to a tolerance of 1e-7 or 1e-8
-            for quantity in ("potentials", "forces"):
-                self.assertAlmostEqual(own[quantity], errors["cut-cell"][cells][quantity], delta=1e-5 + 0.01 * own[quantity])
+        # Same grid, tolerance and arithmetic; `solve` multiplies by the depth, the comparison divides: two roundings.
+        rounding = 2 * sys.float_info.epsilon
+        for cells, own in errors["solve"].items():
+            for quantity in ("potentials", "charges", "forces"):
+                self.assertAlmostEqual(own[quantity], errors["cut-cell"][cells][quantity], delta=rounding)
         self.assertEqual(refused[0], 2)
         self.assertIn("did you mean solve?", refused[2])
 

@@ -28,7 +28,7 @@ ARGUMENTS = [
     ),
     argument("--methods", "only these, as in cut-cell,multipole (default: all)", "texts", comma_separated=True),
     argument("--sizes", "cells along the longer side (default: 128,256,512,1024,2048)", "ints", comma_separated=True),
-    argument("--seconds", "leave out what is expected to take longer", "float", default=10),
+    argument("--seconds", "leave out what is expected to take longer", "float", positive=True, default=10),
     argument(
         "--json",
         "print JSON in place of the table, or write it to a FILE beside the table: all figures",
@@ -77,16 +77,27 @@ class Sweep:
         return answer
 
     def measure_joined(self, method, settings):
-        """The time is the median of up to five runs after a first one that does not count; of fewer if they take long."""
-        run = method.prepare(self, settings)
-        answer, first = timed(run)
-        count = max(1, min(MOST_RUNS, int(ENOUGH / max(first, 1e-6))))
-        runs = [first] if first >= ENOUGH else [timed(run)[1] for _ in range(count)]
+        """Returns a point whose time is the median of up to five runs after a first one that does not count, or of fewer
+        long ones. Throws InputError, and Failure also for an error in the method's code or a wrong answer of it."""
+        try:
+            run = method.prepare(self, settings)
+            answer, first = timed(run)
+            count = max(1, min(MOST_RUNS, int(ENOUGH / max(first, 1e-6))))
+            runs = [first] if first >= ENOUGH else [timed(run)[1] for _ in range(count)]
+        except (InputError, Failure):
+            raise
+        except Exception as error:  # which must not end the sweep of the other methods
+            raise Failure(f"{type(error).__name__} in the method ({error})") from None
         try:
             json.dumps(answer, allow_nan=False)
         except ValueError:
             raise Failure("unstable") from None
-        return {**self.program.ask(errors=answer), "seconds": statistics.median(runs), "cores": 1.0, "work": 0}
+        except TypeError as error:
+            raise Failure(f"its answer is not of the shape that methods/__init__.py describes ({error})") from None
+        answer = self.program.ask(errors=answer)
+        if "failed" in answer:
+            raise Failure(answer["failed"])
+        return {**answer, "seconds": statistics.median(runs), "cores": 1.0, "work": 0}
 
 
 def timed(run):
@@ -141,8 +152,6 @@ def measure_all(sweep, seconds, progress=show_progress):
 def check(request):
     if request.time and request.sizes:
         raise InputError("--sizes goes with the field, not with --time: there the scene's field.cells holds")
-    if not request.seconds > 0:
-        raise InputError("--seconds must be positive")
     if not request.out.endswith((".png", ".pdf", ".svg")):
         raise InputError(f"--out {request.out}: the picture's name must end in .png, .pdf or .svg")
     written = {"--out": request.out}
@@ -161,10 +170,7 @@ def draw(data, picture):
     """Throws Failure."""
     from ..pictures import drawing, work_precision
 
-    try:
-        drawing.save(work_precision.draw(data), picture)
-    except InputError as error:
-        raise Failure(str(error)) from None
+    drawing.save(work_precision.draw(data), picture)
 
 
 def act(request, more=()):

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iostream>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <memory>
@@ -104,9 +106,11 @@ bool has_field(const Result& result) {
 
 struct FieldsRequest {
   std::string file;
-  std::vector<int> frames;
   bool quiet = false;
 };
+
+/// Returns the indices of frames on standard input, one a line.
+std::vector<int> chosen_frames() { return {std::istream_iterator<int>(std::cin), std::istream_iterator<int>()}; }
 
 void write_fields(const FieldsRequest& request) {
   const Result result(request.file);
@@ -120,12 +124,13 @@ void write_fields(const FieldsRequest& request) {
   write_all(std::as_bytes(std::span(shape)));
   laplace::CutCellSolver solver({.cells = cells, .tolerance = picture_tolerance});
   Bodies bodies = make_bodies(scene);
-  const int count = static_cast<int>(request.frames.size());
+  const std::vector<int> frames = chosen_frames();
+  const int count = static_cast<int>(frames.size());
   Progress progress(0, count, request.quiet);
   for (int k = 0; k < count; ++k) {
-    const laplace::LaplaceProblem problem = problem_of(scene, bodies, result.conductor_frame(request.frames[k]));
+    const laplace::LaplaceProblem problem = problem_of(scene, bodies, result.conductor_frame(frames[k]));
     const std::vector<float> values =
-        values_of(solver, problem, request.frames[k], static_cast<std::size_t>(shape[0]) * shape[1]);
+        values_of(solver, problem, frames[k], static_cast<std::size_t>(shape[0]) * shape[1]);
     write_all(std::as_bytes(std::span(values)));
     if (progress.due()) progress.show(fmt::format("field of frame {} of {} solved", k + 1, count), k + 1);
   }
@@ -136,9 +141,9 @@ void write_fields(const FieldsRequest& request) {
 Command frame_fields_command() {
   auto request = std::make_shared<FieldsRequest>();
   return {"frame-fields",
-          "Writes the potential in frames to standard output, solved again, as pictures show it (pictures/fields.py)",
+          "Solves the potential again in the frames that standard input lists, and writes it to standard output "
+          "(pictures/fields.py)",
           {{"FILE", &request->file, "result file of a run (.h5)", {.required = true}},
-           {"--frames", &request->frames, "indices", {.required = true, .comma_separated = true}},
            {"--quiet", &request->quiet, "show no progress"}},
           [request] { write_fields(*request); }};
 }

@@ -1,6 +1,7 @@
 """The potential around the conductors in frames of a result, solved again from what the frames say."""
 import os
 import subprocess
+import tempfile
 
 import numpy as np
 
@@ -9,13 +10,16 @@ from ..installation import find_program
 
 
 class Fields:
-    """The program solves them (frame_fields.cpp) while this process goes on. `frames`: indices."""
+    """The program solves them (frame_fields.cpp) while this process goes on. `frames`: indices, which it
+    reads from its standard input."""
 
     def __init__(self, path, frames, quiet=True):
         self.memory = os.memfd_create("fields")
-        chosen = "--frames=" + ",".join(map(str, frames))
-        words = [find_program(), "frame-fields", chosen, *["--quiet"] * quiet, "--", path]
-        self.process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=self.memory)
+        words = [find_program(), "frame-fields", *["--quiet"] * quiet, "--", path]
+        with tempfile.TemporaryFile("w+", encoding="ascii") as indices:  # an argument has a limited length
+            indices.write("\n".join(map(str, frames)))
+            indices.seek(0)
+            self.process = subprocess.Popen(words, stdin=indices, stdout=self.memory)
 
     def values(self):
         """[frames, ny, nx] V, NaN in a frame that cannot be solved; None of a run that has no field. Throws Failure."""

@@ -157,9 +157,12 @@ def plot_frames(request):
     names = picture_names(request, runs, frames, colour)
     for name in names:
         drawing.check_picture(name, request.overwrite)
-    fields = [Fields(run.path, own) for run, own in zip(runs, zip(*frames))] if colour == "potential" else []
-    pictures = Pictures(runs, scale, colour)
-    fields = [solved.values() for solved in fields]
+    first = Fields(runs[0].path, [of[0] for of in frames]) if colour == "potential" else None
+    pictures = Pictures(runs, scale, colour)  # while the program solves the fields of the first run
+    fields = []
+    if first:
+        fields = [first.values()]
+        fields += [Fields(run.path, own).values() for run, own in list(zip(runs, zip(*frames)))[1:]]
     if any(field is None for field in fields):
         fields = []
     for k, (shown, name) in enumerate(zip(frames, names)):

@@ -449,6 +449,7 @@ TEST_CASE("bash completes commands, options and files; man has a page") {
   CHECK(completed("lichtenberg run compl") == "completion.sh\n");
   CHECK(completed("lichtenberg plot --col") == "--colour --color\n");
   CHECK(completed("lichtenberg run --device \"\"") == "cpu cuda\n");
+  CHECK(completed("lichtenberg plot --colour pot") == "potential\n");
   CHECK(completed("lichtenberg theory haf") == "haff\n");
   CHECK(completed("lichtenberg help sc") == "scene\n");
   CHECK(completed("lichtenberg hel") == "help\n");

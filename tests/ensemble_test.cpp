@@ -150,6 +150,7 @@ TEST_CASE("ensemble --json=FILE: only the sweep that wrote it writes it again") 
   const Ended refused = ensemble(folder, arguments);
   CHECK(refused.status == 2);
   CHECK(contains(refused.err, "table.json exists"));
+  CHECK_FALSE(contains(refused.err, "--overwrite"));  // which ensemble does not have
 }
 
 TEST_CASE("what is half done is resumed") {
@@ -317,6 +318,15 @@ TEST_CASE("a command that cannot be used is one sentence and status 2, before an
   check_refused("neutral.toml --seeds 1000000000", "--seeds 1000000000 is not allowed: it must be at most 100000");
   check_refused("neutral.toml --seeds 60000 --conductors 1,2", "the ensemble has 120000 members: at most 100000");
   check_refused("neutral.toml --out neutral.toml", "neutral.toml");
+  check_refused("neutral.toml --petsc -ksp_view", "ensemble passes no options to PETSc");
+}
+
+TEST_CASE("ensemble: names of scene and folder may begin with a dash") {
+  const ScenesFolder folder;
+  fs::copy_file(folder / "neutral.toml", folder / "-neutral.toml");
+  const Ended result = ensemble(folder, "--out=-out -- -neutral.toml");
+  CHECK_MESSAGE(result.status == 0, result.err);
+  CHECK(states(summary(folder, "-out")) == std::vector<std::string>{"finished"});
 }
 
 TEST_CASE("a folder has one ensemble at a time") {
@@ -392,6 +402,7 @@ TEST_CASE("an interruption stops all at their checkpoints, and the same command 
   waitpid(process, &status, 0);
   CHECK(WIFSIGNALED(status));
   CHECK(WTERMSIG(status) == SIGINT);
+  CHECK(contains(text_of(folder / "err"), "stopping: the members end after the steps that they are in"));
   CHECK(contains(text_of(folder / "err"), "the same command goes on"));
   CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>(4, "stopped"));
   const std::vector<fs::path> interrupted = started();

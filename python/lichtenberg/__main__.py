@@ -16,6 +16,7 @@ if not __package__:  # called by its path: no other folder's modules come before
 
 import importlib
 import json
+import traceback
 import warnings
 
 from lichtenberg import commands, messages
@@ -29,7 +30,7 @@ def work_of(name, words):
     if name == "--draw":
         module, function = words[0].split(".")
         return lambda: getattr(importlib.import_module(f"lichtenberg.pictures.{module}"), function)(*words[1:]), words[1]
-    module, request = commands.module_of(name), commands.parser_of(name).parse_args(words)
+    module, request = commands.module_of(name), commands.parse(name, words)
     read = [getattr(request, each["name"].lower()) for each in module.ARGUMENTS if "result" in each]
     return lambda: module.act(request), read[0] if read else None
 
@@ -38,6 +39,24 @@ def show(words, kind, *_, **__):
     """A warning of load() as a sentence, and none of Python's own. The program has said it before."""
     if kind is UserWarning and __package__:
         messages.tell(f"lichtenberg: {messages.printable(str(words))}")
+
+
+def is_of_a_file(error):
+    """Whether an exception may come from the contents of a file: not if the code itself or its packages are at fault."""
+    if isinstance(error, AttributeError):
+        return type(error.obj).__module__.split(".")[0] in ("h5py", "numpy")
+    return not isinstance(error, (ImportError, NameError, MemoryError, SyntaxError, RecursionError, NotImplementedError))
+
+
+def defect(error):
+    """One sentence about an exception that no file explains. A module that cannot be imported has no line of its own."""
+    at = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{error.filename}, line {error.lineno}" if isinstance(error, SyntaxError) else f"{at.filename}, line {at.lineno}"
+    if isinstance(error, MemoryError):
+        return "this machine has too little memory for that"
+    if isinstance(error, ModuleNotFoundError):
+        return f"there is no Python package {error.name}, which {where} imports: install it"
+    return f"{type(error).__name__} in {where} ({error}): this is an error of the program or of a module added to it"
 
 
 def main(name="", *words):
@@ -50,12 +69,13 @@ def main(name="", *words):
         return 0
     except (InputError, Failure) as error:
         sentence, status = str(error), 2 if isinstance(error, InputError) else 1
-    except Exception as error:  # whatever a damaged file leads to
-        if read is None:
-            raise
-        from lichtenberg.result import damage
+    except Exception as error:
+        if read is None or not is_of_a_file(error):
+            sentence, status = defect(error), 1
+        else:
+            from lichtenberg.result import damage
 
-        sentence, status = f"{read if isinstance(read, str) else read[0]} is damaged or incomplete ({damage(error)})", 2
+            sentence, status = f"{read if isinstance(read, str) else read[0]} is damaged or incomplete ({damage(error)})", 2
     messages.tell(f"lichtenberg: {messages.printable(sentence)}")
     return status
 

@@ -130,7 +130,7 @@ def export_ensemble(source, to, out, frames, overwrite):
 
 def write_ensemble(tables, folder):
     for path in tables:
-        ensemble = json.loads(path.read_text())
+        ensemble = json.loads(path.read_text(encoding="utf-8"))
         for rows in ("members", "points"):
             write_records(folder / f"{rows}{path.stem.removeprefix('ensemble')}.csv", [flat(entry) for entry in ensemble[rows]])
 

@@ -9,9 +9,10 @@ def default_output(path, suffix):
     return str(Path(path).with_suffix("")) + suffix
 
 
-def check_output(path, overwrite, folder=False, otherwise="give --out another name"):
+def check_output(path, overwrite, folder=False, otherwise="give --out another name", option="--overwrite"):
     """Before the work: throws InputError if the file (or folder) is there and is not to be replaced, or never may be, or if
-    the folder that it is in is not there or cannot be written."""
+    the folder that it is in is not there or cannot be written. `option`: of the command that allows to replace a file; empty
+    without one."""
     parent = os.path.dirname(os.path.abspath(path))
     if not os.path.isdir(parent):
         raise InputError(f"{path} cannot be written: there is no folder {parent}")
@@ -27,7 +28,7 @@ def check_output(path, overwrite, folder=False, otherwise="give --out another na
     if not folder and holds_hdf5(path):
         raise InputError(f"{path} is a result, and is left as it is: {otherwise}")
     if not overwrite:
-        raise InputError(f"{path} exists: {otherwise}, or allow --overwrite")
+        raise InputError(f"{path} exists: {otherwise}" + (f", or allow {option}" if option else ""))
 
 
 def holds_hdf5(path):

@@ -42,12 +42,8 @@ class Interruption:
                 signal.signal(number, self.note)
 
     def note(self, number, _):
-        from lichtenberg import messages
-
         self.signal = number
         signal.signal(number, signal.SIG_DFL)
-        when = "at the next checkpoint" if number == signal.SIGINT else "after this step"
-        messages.tell(f"\nstopping {when}; the same once more stops at once")
 
     def obey(self):
         """Ends by the signal that was noted, so that whoever started this process sees that."""

@@ -79,7 +79,7 @@ class SceneFile:
             return str(self.scene)
         self.folder = tempfile.TemporaryDirectory(prefix="lichtenberg-")
         path = Path(self.folder.name) / "scene.toml"
-        path.write_text("".join(f"{key} = {toml(value)}\n" for key, value in self.scene.items()))
+        path.write_text("".join(f"{key} = {toml(value)}\n" for key, value in self.scene.items()), encoding="utf-8")
         return str(path)
 
     def __exit__(self, *_):

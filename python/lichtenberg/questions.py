@@ -1,7 +1,9 @@
 """A process of the program that answers questions, in lines of JSON."""
 import json
+import signal
 import subprocess
 
+from .errors import Failure
 from .installation import find_program
 
 
@@ -14,11 +16,15 @@ class Program:
         self.process = subprocess.Popen([find_program(), *words], start_new_session=apart, **pipes)
 
     def read(self):
-        """Ends as the program does if it has no more to say: its sentence is on standard error."""
+        """Returns the next answer. If the program has ended with a status, it has printed why: this process ends with the same
+        status. Throws Failure if a signal has ended it."""
         line = self.process.stdout.readline()
         if not line:
             status = self.process.wait()
-            raise SystemExit(status if status > 0 else 1)
+            if status > 0:
+                raise SystemExit(status)
+            ended = f"the signal {signal.strsignal(-status)} has ended it" if status else "it has ended"
+            raise Failure(f"the process of the program that answers questions is gone: {ended}")
         return json.loads(line)
 
     def ask(self, **question):

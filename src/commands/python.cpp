@@ -14,6 +14,7 @@
 #include <deque>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -130,7 +131,8 @@ Value value_of(const json& described) {
 std::vector<std::string> words_of(const PythonArgument& argument) {
   const auto word = [&](const auto& value) {
     if (argument.name.starts_with('-')) return fmt::format("{}={}", argument.name, value);  // it may begin with a dash
-    return as_word(fmt::format("{}", value));
+    if constexpr (requires { value.empty(); }) return as_word(value);
+    return fmt::format("{}", value);
   };
   return std::visit(
       [&]<class V>(const V& value) -> std::vector<std::string> {
@@ -161,12 +163,16 @@ void check_results(const std::deque<PythonArgument>& arguments) {
 }
 
 void become_command(const std::string& name, const std::deque<PythonArgument>& arguments) {
+  if (!parallel::unused_petsc_options().empty())
+    throw InputError(fmt::format("{} passes no options to PETSc: leave out --petsc and all that follows it", name));
   if (parallel::process_count() > 1)
     throw InputError(fmt::format("{} starts processes of its own: leave mpirun out", name));
   check_results(arguments);
   std::vector<std::string> words{name};
+  std::vector<std::string> positional{"--"};  // after it Python takes no negative number for an option
   for (const PythonArgument& argument : arguments)
-    for (std::string& word : words_of(argument)) words.push_back(std::move(word));
+    std::ranges::move(words_of(argument), std::back_inserter(argument.name.starts_with('-') ? words : positional));
+  std::ranges::move(positional, std::back_inserter(words));
   become_package(std::move(words));
 }
 
@@ -228,7 +234,13 @@ std::optional<Command> added_python_command(const std::string& name) {
   if (output < 0 || !run_package({"--describe", name}, output))
     throw Failure(fmt::format("{} is no command in Python (Python says above why)", module));
   std::ifstream text(fmt::format("/proc/self/fd/{}", output));
-  return command_of(json::parse(json::parse(text).get<std::string>()).at(0));
+  try {
+    return command_of(json::parse(json::parse(text).get<std::string>()).at(0));
+  } catch (const json::exception& error) {
+    throw Failure(
+        fmt::format("{} is no command in Python: its ARGUMENTS must come from lichtenberg.commands.argument ({})",
+                    module, error.what()));
+  }
 }
 
 void draw(const std::string& function, std::vector<std::string> words) {

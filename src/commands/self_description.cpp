@@ -44,10 +44,10 @@ std::string words_of(const Command& command) {
 std::string cases_of_values(const Command& command) {
   std::string cases;
   for (const Argument& argument : command.arguments)
-    if (is_option(argument) && !argument.rule.allowed.empty())
+    if (is_option(argument) && !values_of(argument).empty())
       for (const std::string& name : names_of(argument, command))
         cases += fmt::format("    \"{} {}\") words=\"{}\" ;;\n", command.name, name,
-                             fmt::join(argument.rule.allowed, " "));
+                             fmt::join(values_of(argument), " "));
   return cases;
 }
 

@@ -1,13 +1,18 @@
 """How `work-precision` measures what it is given, and what it says of it."""
 import math
+import os
 import time
 import unittest
 from types import SimpleNamespace
+from unittest import mock
 
 import runs  # which knows where the package is
 from lichtenberg import Failure, InputError
 from lichtenberg.commands.work_precision import Sweep, measure_all
 from lichtenberg.methods import Method, freefem
+from lichtenberg.pictures import drawing, film
+from lichtenberg.pictures.fields import Fields
+from lichtenberg.questions import Program
 from lichtenberg.work_precision_report import price_list, printed, to_json
 
 
@@ -86,6 +91,27 @@ class Measuring(unittest.TestCase):
         self.assertRegex(text, r"only +1\.0e-03 +250 +1\.00 +1")
         self.assertIn("other                     no disks", text)
         self.assertIn("1e-4    none is that good", text)
+
+
+class Processes(unittest.TestCase):
+    def test_the_death_of_the_program_that_answers_is_a_failure_with_a_sentence(self):
+        for end, sentence in (("kill -KILL $$", "the signal Killed has ended it"), ("exit 0", "it has ended")):
+            path = runs.FOLDER / "dying"
+            path.write_text(f"#!/bin/sh\n{end}\n")
+            path.chmod(0o755)
+            with mock.patch.dict(os.environ, LICHTENBERG=str(path)), self.assertRaisesRegex(Failure, sentence):
+                Program("any").read()
+
+    def test_fields_of_more_frames_than_an_argument_can_hold_are_asked_for(self):
+        frames = range(100_000)  # Linux: 128 KiB an argument; this result has no field, so nothing is solved
+        with mock.patch.dict(os.environ, LICHTENBERG=runs.PROGRAM):
+            self.assertIsNone(Fields(runs.gas(), frames).values())
+
+    def test_a_picture_that_cannot_be_written_is_a_failure(self):
+        with self.assertRaisesRegex(Failure, "cannot be written"):
+            drawing.save(None, str(runs.FOLDER / "nowhere/picture.png"))
+        with self.assertRaisesRegex(Failure, "cannot be written"):
+            film.Ffmpeg(str(runs.FOLDER / "nowhere/film.mp4"), (2, 2), 15)
 
 
 class FreeFem(unittest.TestCase):

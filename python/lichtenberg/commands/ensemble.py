@@ -165,9 +165,8 @@ class Process:
     def __init__(self, folder, member, device):
         self.member, self.messages = member, os.memfd_create("messages")
         result = folder.file(member, ".h5")
-        words = ["lichtenberg", "run", folder.file(member, ".toml"), "--out", result, "--quiet"]
-        words += ["--device", device] if device else []
-        words += ["--resume"] if os.path.exists(result) else []
+        words = ["lichtenberg", "run", f"--out={result}", "--quiet", *[f"--device={device}"] * bool(device)]
+        words += ["--resume"] * os.path.exists(result) + ["--", folder.file(member, ".toml")]
         streams = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": self.messages}
         start = partial(apart, os.getpid())
         try:
@@ -254,10 +253,13 @@ def run_members(program, folder, members, request, interruption):
     running, told, progress = [], False, Progress(members, request.quiet)
     jobs = request.jobs or os.cpu_count() or 1
     while waiting or running:
-        if interruption.signal:
-            for process in [] if told else running:
-                process.interrupt()
+        if interruption.signal and not told:
             told = True
+            progress.end_line()
+            messages.tell("stopping: the members end after the steps that they are in; the same signal once more stops at once")
+            for process in running:
+                process.interrupt()
+        if interruption.signal:
             while waiting:
                 waiting.popleft().state = "stopped"
         while waiting and len(running) < jobs:
@@ -300,7 +302,7 @@ def holds_others(table, members):
     try:
         if not stat.S_ISREG(os.stat(table).st_mode):
             return True
-        listed = [member["name"] for member in json.loads(Path(table).read_text())["members"]]
+        listed = [member["name"] for member in json.loads(Path(table).read_text(encoding="utf-8"))["members"]]
         return not set(listed) <= {member.name for member in members}
     except (OSError, ValueError, KeyError, TypeError):
         return True
@@ -347,7 +349,7 @@ def act(request):
     if request.json not in (None, "true"):  # of this sweep, the same command may write it again
         if os.path.realpath(request.json) == os.path.realpath(request.scene):
             raise InputError(f"{request.json} is what is read, and is left as it is: name another file to write")
-        check_output(request.json, not holds_others(request.json, members), otherwise="name another file")
+        check_output(request.json, not holds_others(request.json, members), otherwise="name another file", option="")
     share = share_of(request.share)
     if share:
         members = members[share[0] - 1 :: share[1]]

@@ -46,13 +46,13 @@ class Freefem(Method):
         check(sweep.subject)
         folder = tempfile.TemporaryDirectory(prefix="lichtenberg-")
         path = Path(folder.name)
-        (path / "box.geo").write_text(geometry(sweep.subject, settings["edge / R"]))
-        (path / "field.edp").write_text(program(sweep.subject))
+        (path / "box.geo").write_text(geometry(sweep.subject, settings["edge / R"]), encoding="utf-8")
+        (path / "field.edp").write_text(program(sweep.subject), encoding="utf-8")
         call(folder, ["gmsh", "-3", "-format", "mesh", "-o", "box.mesh", "box.geo"], "Gmsh made no mesh of the spheres")
 
         def run():
             call(folder, ["FreeFem++", "-nw", "-v", "0", "field.edp"], "FreeFEM did not get through it")
-            return answer_of(sweep.subject, (path / "integrals").read_text().split())
+            return answer_of(sweep.subject, (path / "integrals").read_text(encoding="utf-8").split())
 
         return run
 
@@ -72,7 +72,7 @@ def check(subject):
 
 
 def call(folder, words, sentence):
-    with open(Path(folder.name) / "out", "w") as out:
+    with open(Path(folder.name) / "out", "w", encoding="utf-8") as out:
         streams = {"stdin": subprocess.DEVNULL, "stdout": out, "stderr": out}
         environment = {**os.environ, "OMP_NUM_THREADS": "1"}
         if subprocess.run(words, cwd=folder.name, env=environment, check=False, **streams).returncode != 0:

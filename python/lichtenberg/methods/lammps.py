@@ -45,15 +45,15 @@ class Lammps(Method):
         steps = max(LEAST_STEPS, WORK // count)
         folder = tempfile.TemporaryDirectory(prefix="lichtenberg-")
         path = Path(folder.name)
-        (path / "data").write_text(data_of(sweep.subject))
-        (path / "in").write_text(COMMANDS.format(steps=steps, **settings))
+        (path / "data").write_text(data_of(sweep.subject), encoding="utf-8")
+        (path / "in").write_text(COMMANDS.format(steps=steps, **settings), encoding="utf-8")
 
         def run():
             words, environment = ["lmp", "-in", "in", "-log", "none"], {**os.environ, "OMP_NUM_THREADS": "1"}
             streams = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
             ended = subprocess.run(words, cwd=folder.name, env=environment, check=False, **streams)
             found = re.search(r"Loop time of (\S+) on[\s\S]*?([0-9.]+)% CPU use", ended.stdout)
-            rows = [line.split()[1:] for line in (path / "forces").read_text().splitlines()[HEAD:]] if found else []
+            rows = [line.split()[1:] for line in (path / "forces").read_text(encoding="utf-8").splitlines()[HEAD:]] if found else []
             if ended.returncode != 0 or len(rows) != count:
                 raise Failure("LAMMPS did not get through it")
             seconds = float(found[1]) * float(found[2]) / 100 / steps

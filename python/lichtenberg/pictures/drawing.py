@@ -16,9 +16,9 @@ from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D, offset_copy
 
 from .. import ground, messages
-from ..errors import InputError
+from ..errors import Failure, InputError
 from ..files import check_output, created
-from ..result import TO_GROUND, UNCONNECTED, check_result, identity
+from ..result import TO_GROUND, UNCONNECTED, check_result, identity, opened
 
 STEEL, INK, ISOLATED, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
 WARNING = "#b00020"
@@ -82,7 +82,7 @@ def read_file(path, reading):
     for _ in range(20):
         before = identity(path)
         try:
-            with h5py.File(path, locking=False) as file:
+            with opened(path) as file:
                 result = reading(file)
         except OSError as error:
             raise InputError(f"{path} cannot be read as an HDF5 file ({error})") from None
@@ -96,7 +96,7 @@ def read_json(path):
     if not Path(path).is_file():
         raise InputError(f"{path} is no file")
     try:
-        return json.loads(Path(path).read_text())
+        return json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise InputError(f"{path} cannot be read as JSON ({error})") from None
 
@@ -288,13 +288,13 @@ def check_picture(path, overwrite):
 
 
 def save(figure, path):
-    """Whole or not at all. Throws InputError."""
+    """Writes a picture whole or not at all. Throws Failure."""
     partial = f"{path}.partial-{os.getpid()}"
     try:
         with open(created(partial), "wb") as file:
             figure.savefig(file, format=Path(path).suffix[1:] or "png")
         os.replace(partial, path)
     except (OSError, ValueError) as error:
-        raise InputError(f"{path} cannot be written ({error})") from None
+        raise Failure(f"{path} cannot be written ({error})") from None
     finally:
         Path(partial).unlink(missing_ok=True)

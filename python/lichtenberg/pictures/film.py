@@ -5,6 +5,7 @@ import signal
 import subprocess
 import time
 
+from ..errors import Failure
 from ..result import listed_frames
 from . import drawing, frames
 from .drawing import InputError, messages
@@ -62,11 +63,11 @@ class Ffmpeg:
         try:
             os.close(drawing.created(self.partial))
         except OSError as error:
-            raise InputError(f"{path} cannot be written ({error.strerror})") from None
+            raise Failure(f"{path} cannot be written ({error.strerror})") from None
         try:
             self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
         except FileNotFoundError:
-            raise InputError("there is no ffmpeg, which makes films of pictures: install Debian's package ffmpeg") from None
+            raise Failure("there is no ffmpeg, which makes films of pictures: install Debian's package ffmpeg") from None
 
     def add(self, picture):
         try:
@@ -78,7 +79,7 @@ class Ffmpeg:
         _, words = self.process.communicate()
         if self.process.returncode != 0:
             self.drop()
-            raise InputError(f"{self.path} cannot be made: ffmpeg says {words.decode(errors='replace').strip()[-300:]}")
+            raise Failure(f"{self.path} cannot be made: ffmpeg says {words.decode(errors='replace').strip()[-300:]}")
         os.replace(self.partial, self.path)
 
     def drop(self):

@@ -122,6 +122,7 @@ class CommandFromOutside(unittest.TestCase):
             self.check_refused("no.h5", command, "no.h5")
         for command in ("count", "film", "view", "analyse"):
             self.check_refused(". is ", command, ".")
+        self.check_refused("name a result file or the folder of an ensemble", "plot", ".")
 
     def test_positional_numbers_may_be_negative(self):
         table = "ARGUMENTS = [argument(*each) for each in (('A', '', 'int'), ('B', '', 'float'), ('--c', '', 'int'))]\n"

@@ -1,7 +1,7 @@
-"""Draws what results record over time, or the table of an ensemble.
+"""Draws observables of results over time, or the table of an ensemble.
 
-Curves of several runs are in the same axes, a colour a run; those of an ensemble's members have a colour a variant, and the
-mean over its seeds is thick.
+Curves of several runs share axes; each run has a colour. Members of an ensemble have a colour for each variant, and the mean
+over its seeds is a thick line.
 """
 import re
 import tomllib
@@ -33,7 +33,7 @@ class Panel:
 
 @dataclass
 class Recorded:
-    """What a run has recorded over its time."""
+    """Observables of a run over time."""
 
     name: str
     title: str
@@ -192,7 +192,7 @@ def new_sheet(count, title):
 
 
 def panels_of(runs, names):
-    """Those that are asked for, or those that the first run suggests and all have."""
+    """Returns the panels of these names, or those that the first run suggests and all runs have."""
     if names:
         for run in runs:
             for name in names:
@@ -206,7 +206,7 @@ def panels_of(runs, names):
 
 
 def draw_panel(axes, panel, runs, groups):
-    """`groups`: for each run which colour it has, and whether its curve stands for others."""
+    """Draws curves. `groups`: for each run its colour, and whether its curve represents others."""
     several = len(set(groups)) > 1 or len(runs) > 1
     for k, (name, label) in enumerate(panel.columns):
         for run, group in zip(runs, groups):
@@ -246,13 +246,13 @@ def draw_runs(runs, names):
 
 
 def with_warnings(title, runs):
-    """The title, and below it what is wrong with the results, by name where there are several."""
+    """Returns the title and the results' warnings below it, with their names if there are several."""
     lines = [f"{run.name}: {run.warning}" if len(runs) > 1 else run.warning for run in runs if run.warning]
     return "\n".join([title, *lines])
 
 
 def draw_names(figure, names, more=""):
-    """Which colour is whose, below all."""
+    """Draws the legend of colours and names below the panels."""
     lines = [plt.Line2D([], [], color=COLOURS[k % len(COLOURS)], linewidth=2, label=name.replace("$", r"\$")) for k, name in enumerate(names)]
     if more:
         lines.append(plt.Line2D([], [], color="#505050", linewidth=2.4, label=more))
@@ -263,10 +263,10 @@ def draw_names(figure, names, more=""):
 
 
 def read_table(path):
-    """That of a folder, or the file itself. Throws InputError."""
+    """Returns the table of an ensemble from its folder, or from the file itself. Throws InputError."""
     path = Path(path) / "ensemble.json" if Path(path).is_dir() else Path(path)
     if not path.exists():
-        raise InputError(f"there is no {path}, the table of an ensemble")
+        raise InputError(f"there is no {path}, the table of an ensemble: name a result file or the folder of an ensemble")
     table = drawing.read_json(path)
     if not isinstance(table, dict) or "members" not in table or "points" not in table:
         raise InputError(f"{path} is no table of an ensemble")
@@ -320,7 +320,7 @@ TABLE += ["mean_aggregate", "largest_cluster", "time"]
 
 
 def draw_table(folder, names):
-    """Means with their confidence intervals over what was varied; one key along the axis, others by colour."""
+    """Draws means with confidence intervals over the varied keys; one key along the axis, others by colour."""
     points = read_table(folder)["points"]
     keys = [key for key in (points[0]["settings"] if points else {})]
     if not keys:
@@ -385,7 +385,8 @@ def picture_name(request):
 
 
 def draw(request, of_ensemble):
-    """What `lichtenberg plot` asks for, of files over time or, without `series`, of an ensemble its means. Throws InputError."""
+    """Draws curves of a request of `lichtenberg plot`: files over time, or without `series` an ensemble's means. Throws
+    InputError and Failure."""
     names = request.observables.split(",") if request.observables else None
     drawing.check_picture(picture_name(request), request.overwrite)
     if of_ensemble:

@@ -1,4 +1,4 @@
-"""Results of lichtenberg as numpy arrays, and its field solver with numpy in and out. README.md beside has examples."""
+"""Results of lichtenberg as numpy arrays, and its field solver with numpy arrays. The package's README.md has examples."""
 import importlib
 
 _homes = {
@@ -10,7 +10,7 @@ __all__ = sorted(name for names in _homes.values() for name in names)
 
 
 def __getattr__(name):
-    """Only what is used is imported: numpy and HDF5 take a quarter of a second, which not every command needs."""
+    """Imports a module at its first use: numpy and HDF5 take a quarter of a second, which not every command needs."""
     for home, names in _homes.items():
         if name in names or name == home:
             module = importlib.import_module(f".{home}", __name__)

@@ -1,5 +1,5 @@
-"""Commands of the program in Python: python3 -m lichtenberg view RESULT [--out PAGE] and so on (commands/). The program calls
-this file by its path, and further with
+"""Runs a command of commands/, as in python3 -m lichtenberg view RESULT [--out PAGE]. The program calls this file by its path.
+Two options are for the program alone:
 
     --describe [NAME ...]           prints the table of commands: JSON in quotes, as C++ and JSON have a text
     --draw MODULE.FUNCTION WORD ... calls a function of pictures/ with these words
@@ -24,7 +24,7 @@ from lichtenberg.errors import Failure, InputError
 
 
 def work_of(name, words):
-    """What is to be done, and the file that it reads, if any."""
+    """Returns a function that does the work, and the result file or files that it reads; None without one."""
     if name == "--describe":
         return lambda: print(json.dumps(json.dumps(commands.describe(words)))), None
     if name == "--draw":
@@ -36,7 +36,7 @@ def work_of(name, words):
 
 
 def show(words, kind, *_, **__):
-    """A warning of load() as a sentence, and none of Python's own. The program has said it before."""
+    """Prints a warning of load() in one line, unless the program has printed it before. Python's own warnings are not shown."""
     if kind is UserWarning and __package__:
         messages.tell(f"lichtenberg: {messages.printable(str(words))}")
 
@@ -49,7 +49,7 @@ def is_of_a_file(error):
 
 
 def defect(error):
-    """One sentence about an exception that no file explains. A module that cannot be imported has no line of its own."""
+    """Returns the error message for an exception that no input file causes, with the line of the code."""
     at = traceback.extract_tb(error.__traceback__)[-1]
     where = f"{error.filename}, line {error.lineno}" if isinstance(error, SyntaxError) else f"{at.filename}, line {at.lineno}"
     if isinstance(error, MemoryError):

@@ -61,7 +61,7 @@ def groups_apart_from(keys, members):
 
 
 def values_of(members, quantity):
-    """Of all members; None if one has none."""
+    """Returns a quantity of all members; None if one of them lacks it."""
     values = [member.quantities.get(quantity) for member in members]
     return None if None in values else values
 

@@ -2,8 +2,8 @@
 
 
 class InputError(Exception):
-    """Input that cannot be used, as one sentence."""
+    """Input that cannot be used; its text is one sentence."""
 
 
 class Failure(Exception):
-    """Work that could not be done, as one sentence."""
+    """Work that could not be done; its text is one sentence."""

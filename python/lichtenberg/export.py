@@ -14,8 +14,8 @@ from .result import chosen_frames, load
 
 
 def export(source, to, out=None, frames=None, overwrite=False):
-    """Writes a Result, or the result file or folder of an ensemble of that path, in the format `to` (formats/) and returns the
-    path of the file or folder that was written. Throws InputError and Failure."""
+    """Writes a Result in the format `to` (formats/). `source` may also be the path of a result file or of an ensemble's folder.
+    Returns the path of the file or folder that was written. Throws InputError and Failure."""
     if to not in formats:
         raise InputError(f"there is no format {to}: it is one of {', '.join(formats)}")
     if isinstance(source, (str, os.PathLike)):
@@ -35,7 +35,7 @@ def export(source, to, out=None, frames=None, overwrite=False):
 
 
 def write_folder(out, to, write):
-    """Whole or not at all. Of a folder that is there it replaces the files that it writes and those that an earlier export
+    """Writes a folder whole or not at all. In an existing folder it replaces the files that it writes and those that an earlier export
     listed. Throws InputError for a folder that holds anything else."""
     out = Path(out)  # which has no slash at its end
     check_plain(out)
@@ -52,7 +52,7 @@ def write_folder(out, to, write):
 
 
 def check_plain(folder):
-    """Throws InputError unless all that it holds are plain files."""
+    """Throws InputError unless the folder holds plain files only."""
     try:
         entries = list(os.scandir(folder))
     except FileNotFoundError:
@@ -72,8 +72,8 @@ def check_replaced(folder, to, written):
 
 
 def replace_folder(out, partial, before):
-    """Puts `partial` in the place of `out`, whose files go. What came there in the meantime stays in `before`. Throws Failure
-    if another export puts its folder there first, which stays."""
+    """Replaces the folder `out` by `partial` and removes the old files. Files that others added in the meantime stay in
+    `before`. Throws Failure if another export puts its folder there first; that folder stays."""
     try:
         names = os.listdir(out)
         os.rename(out, before)
@@ -102,7 +102,7 @@ def remove_files(folder, names):
 
 
 def make_folder(path):
-    """Throws Failure, also where it is there."""
+    """Makes a folder. Throws Failure, also if it exists."""
     try:
         if os.path.islink(path):  # files would go to where it leads
             os.unlink(path)
@@ -136,7 +136,7 @@ def write_ensemble(tables, folder):
 
 
 def flat(entry, before=""):
-    """Nested tables as one, the names of their keys joined by points."""
+    """Returns nested tables as one; the names of their keys are joined by points."""
     record = {}
     for key, value in entry.items():
         record.update(flat(value, f"{before}{key}.") if isinstance(value, dict) else {before + key: value})

@@ -1,4 +1,4 @@
-"""Files that are written: before the work, whether they may be, and then whole or not at all."""
+"""Output files: checks before the work, and writing that leaves a whole file or none."""
 import os
 from pathlib import Path
 
@@ -10,9 +10,8 @@ def default_output(path, suffix):
 
 
 def check_output(path, overwrite, folder=False, otherwise="give --out another name", option="--overwrite"):
-    """Before the work: throws InputError if the file (or folder) is there and is not to be replaced, or never may be, or if
-    the folder that it is in is not there or cannot be written. `option`: of the command that allows to replace a file; empty
-    without one."""
+    """Throws InputError if the file (or folder) exists and is not to be replaced or never may be. Throws it also if its parent
+    folder is missing or cannot be written. `option`: the command's option that allows to replace a file; empty without one."""
     parent = os.path.dirname(os.path.abspath(path))
     if not os.path.isdir(parent):
         raise InputError(f"{path} cannot be written: there is no folder {parent}")
@@ -38,14 +37,14 @@ def holds_hdf5(path):
 
 
 def created(path):
-    """A descriptor of a new, empty file. What has the name is left of a process of the same number, or somebody put a link
-    there: it goes, and what it may lead to stays. Throws OSError."""
+    """Returns a descriptor of a new, empty file. A file or link of this name is removed: an earlier process of the same number
+    left it. The target of a link stays. Throws OSError."""
     Path(path).unlink(missing_ok=True)
     return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
 
 
 def write_whole(path, parts):
-    """The file is there whole or not at all. Text, or texts one after the other. Throws Failure."""
+    """Writes a file whole or not at all. `parts`: a text, or several that are written in sequence. Throws Failure."""
     partial = f"{path}.partial-{os.getpid()}"
     try:
         with open(created(partial), "w", encoding="utf-8", newline="") as file:

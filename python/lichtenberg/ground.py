@@ -1,5 +1,5 @@
-"""What holds a potential in a scene of conductors - sides, disks, bars, rings, in space faces and spheres - and where the
-way to it ends."""
+"""Electrodes in a scene of conductors (sides, disks, bars, rings; in space faces and spheres), and the nearest points on
+them."""
 import numpy as np
 
 from .result import text_of
@@ -12,7 +12,7 @@ def electrodes_of(result):
 
 
 def electrodes_in(scene):
-    """The same of a result's group /scene."""
+    """Returns the electrodes of a result's group /scene."""
     shapes = []
     domain = scene["domain"]
     for k in np.flatnonzero(domain["side_is_electrode"]):

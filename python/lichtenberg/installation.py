@@ -1,4 +1,4 @@
-"""Where the program is."""
+"""Path of the program."""
 import os
 import shutil
 from pathlib import Path

@@ -1,5 +1,5 @@
-"""Imported before all else by each script, since what follows takes a second to import: an interruption ends a script by
-its signal, as it ends the program, and without Python's list of calls; and one that a program waits for ends with it."""
+"""Handling of signals. Scripts import this module first, because the other imports take a second. An interruption ends a
+script by its signal and without a traceback. A script that the program waits for ends with the program."""
 import os
 import signal
 import sys
@@ -12,11 +12,11 @@ def hook(kind, error, trace):
 
 sys.excepthook = hook
 
-os.environ.pop("MPLBACKEND", None)  # pictures are drawn into files, and a name that matplotlib does not know ends its import
+os.environ.pop("MPLBACKEND", None)  # pictures are files, and an unknown name would end the import of matplotlib
 
 
 def end_with(parent):
-    """However that process ends, this one does. Elsewhere than on Linux it draws on."""
+    """Ends this process when the parent process ends. Has no effect except on Linux."""
     import ctypes
     try:
         prctl = ctypes.CDLL(None).prctl
@@ -32,8 +32,8 @@ if os.environ.get("LICHTENBERG_WAITS"):  # src/commands/python.cpp
 
 
 class Interruption:
-    """From now on SIGINT, SIGTERM and SIGHUP are noted as `signal`; the same once more ends the process. A SIGHUP that whoever
-    started it (nohup) has it ignore stays ignored."""
+    """Stores the number of a SIGINT, SIGTERM or SIGHUP as `signal`; the same signal once more ends the process. SIGHUP stays
+    ignored if it is ignored at the start (nohup)."""
 
     def __init__(self):
         self.signal = None
@@ -46,6 +46,6 @@ class Interruption:
         signal.signal(number, signal.SIG_DFL)
 
     def obey(self):
-        """Ends by the signal that was noted, so that whoever started this process sees that."""
+        """Ends this process by the stored signal, which its parent then sees."""
         signal.signal(self.signal, signal.SIG_DFL)
         os.kill(os.getpid(), self.signal)

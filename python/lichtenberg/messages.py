@@ -1,4 +1,4 @@
-"""What is printed: a stream that takes nothing (a full disk, a closed pipe, a closed descriptor) is no reason to end."""
+"""Printed messages. A stream that cannot be written (full disk, closed pipe or descriptor) does not end the process."""
 import os
 import signal
 import sys
@@ -7,7 +7,7 @@ from .errors import Failure
 
 
 def open_closed_descriptors():
-    """Before any file is opened, so that none gets the descriptor of a standard stream and with it what is printed."""
+    """Opens closed standard streams on /dev/null. Otherwise a file could get such a descriptor, and with it printed text."""
     for descriptor in range(3):
         try:
             os.fstat(descriptor)
@@ -24,8 +24,8 @@ def say(words, end="\n"):
 
 
 def put(words):
-    """Prints on standard output what was asked for in place of anything else. Throws Failure if that cannot be; a pipe that its
-    reader has closed ends this process as it does others."""
+    """Prints the command's main output on standard output. Throws Failure if it cannot be written. A pipe that its reader has
+    closed ends this process by SIGPIPE."""
     error = written(sys.stdout, words, "")
     if isinstance(error, BrokenPipeError):
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
@@ -35,23 +35,23 @@ def put(words):
 
 
 def escaped(words):
-    """Control characters but line ends as \\x1b: they would do something to a terminal."""
+    """Returns the text with control characters except line ends escaped as \\x1b, because they would act on a terminal."""
     return "".join(c if c.isprintable() or c == "\n" else f"\\x{ord(c):02x}" for c in str(words))
 
 
 def printable(sentence):
-    """In one line, without characters that do something to a terminal: files of strangers have names of their own."""
+    """Returns the text in one line and with control characters escaped: names of files may contain any."""
     return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in " ".join(sentence.split()))
 
 
 def tell(words, end="\n"):
-    """Prints on standard error, if that can be."""
+    """Prints on standard error; an error of writing is ignored."""
     written(sys.stderr, words, end)
 
 
 def written(stream, words, end):
-    """Returns the OSError that kept the words from being written, or None. After one the stream leads to /dev/null: what it
-    holds back would be written again, and fail again, when Python ends."""
+    """Writes the words. Returns the OSError of a failure, else None. After a failure the stream leads to /dev/null; otherwise
+    Python would write its buffer again, and fail again, at its end."""
     if stream is None:
         return None
     try:
@@ -65,7 +65,7 @@ def written(stream, words, end):
 
 
 def duration(seconds):
-    """How long something takes, for people: "4.2 s", "3 min 20 s", "2 h 5 min"."""
+    """Returns a duration in words: "4.2 s", "3 min 20 s", "2 h 5 min"."""
     if seconds < 60:
         return f"{seconds:.2g} s"
     whole = round(seconds)

@@ -1,4 +1,4 @@
-"""The program from Python: what it computes comes back as numpy arrays. It is run as a process of its own, with --json."""
+"""Calls of the program from Python, which return numpy arrays. The program is a process of its own, with --json."""
 import json
 import subprocess
 import tempfile
@@ -13,7 +13,7 @@ from .result import load
 
 
 def call(*arguments):
-    """What the program prints. Throws InputError and Failure with its own sentence."""
+    """Returns the output of the program. Throws InputError and Failure with the program's error message."""
     ended = subprocess.run([find_program(), *arguments], capture_output=True, text=True, check=False)
     if ended.returncode == 0:
         return ended.stdout
@@ -68,8 +68,8 @@ def conductors(position, **columns):
 
 
 class SceneFile:
-    """The path of a scene that is given as a path, or as a dictionary with the keys of a scene file, which stands in a file
-    for as long as the `with` lasts."""
+    """Path of a scene, for use with `with`. The scene is a path, or a dictionary with the keys of a scene file. A dictionary is
+    written to a temporary file."""
 
     def __init__(self, scene):
         self.scene, self.folder = scene, None
@@ -91,9 +91,9 @@ def solve(scene, **options):
     """Solves the field of a scene once, as `lichtenberg solve` does, whose options these are (capacitance=True and so
     on). The scene is a path, or a dictionary with the keys of a scene file, arrays allowed.
 
-    Returns an object with the arrays potential, charge, radius, group [N], force, position [N, 2] or [N, 3], in SI, and all
-    else that `solve --json` prints by its names there; with capacitance=True, capacitance.matrix, whose rows group counts,
-    and capacitance.groups, their names. Charged grains have no group, and dipole [N, 3] if they are polarized; their units
+    Returns an object with the arrays potential, charge, radius, group [N], force, position [N, 2] or [N, 3], in SI units. It
+    has all other entries of `solve --json` by their names there. With capacitance=True it has capacitance.matrix, whose rows
+    `group` counts, and capacitance.groups, their names. Charged grains have no group, and dipole [N, 3] if they are polarized; their units
     are the scene's reduced ones, by name in units.
     Throws InputError and Failure."""
     with SceneFile(scene) as path:

@@ -1,8 +1,8 @@
-"""What colours span, for pictures, pages and other programs' files alike: one rule.
+"""Ranges of colours: one rule for pictures, pages and files of other programs.
 
-A range is that of the whole run, whichever frames are shown, so that a colour means the same in all. It reaches to the largest
-value there is, unless a few stand far out: then to what all but one in two hundred stay below, and what lies beyond has the
-colour of the end. Where values have a sign, white is 0 and both signs are equally strong.
+A range is that of the whole run, whichever frames are shown, so a colour means the same in all. It ends at the largest value.
+If a few values are outliers, it ends at the 99.5 % quantile, and larger values have the colour of the end. Where values have a
+sign, white is 0 and both signs have equal weight.
 """
 import colorsys
 
@@ -19,7 +19,7 @@ def reach(magnitudes):
 
 
 def reaches(values):
-    """How far values go below 0, and how far above: two numbers of 0 and more."""
+    """Returns how far values are below 0 and above 0: two numbers >= 0."""
     values = values[np.isfinite(values)]
     return reach(-values[values < 0]), reach(values[values > 0])
 

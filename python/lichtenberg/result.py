@@ -1,4 +1,4 @@
-"""What a result file holds, as numpy arrays that know their units (src/record/README.md describes the file)."""
+"""Contents of a result file as numpy arrays with units (src/record/README.md describes the file)."""
 import os
 import re
 import warnings
@@ -53,8 +53,8 @@ def value_of(element):
 
 
 def warnings_of(file):
-    """What makes the result in an open file unsafe to use, as its run said at its end: a list of sentences. Up to the
-    first ": " each says what is wrong, and after that the limit and the remedy."""
+    """Returns the warnings of the run in an open file: a list of sentences. Each states the problem up to the first ": ", then
+    the limit and the remedy."""
     return [text_of(words) for words in file["summary"].attrs.get("warnings", [])] if "summary" in file else []
 
 
@@ -67,7 +67,7 @@ def field_of(file):
     return None if field is None else Array(field[0], unit_of(field))
 
 
-# What reading a damaged file can lead to, of h5py, numpy and Python
+# Exceptions of h5py, numpy and Python that a damaged file can cause
 DAMAGE = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError)
 
 
@@ -88,8 +88,8 @@ WRITERS = ("close", "plot", "view", "export", "_repr_png_", "__enter__", "__exit
 
 
 def all_name_damage(kind):
-    """A class whose methods and properties throw InputError where the file is damaged, but for WRITERS, which read nothing
-    themselves."""
+    """Makes methods and properties of a class throw InputError where the file is damaged. WRITERS are left out: they read
+    nothing themselves."""
     for name, member in vars(kind).copy().items():
         if isinstance(member, property):
             setattr(kind, name, property(names_damage(member.fget)))
@@ -167,7 +167,7 @@ class Result:
         self.close()
 
     def __len__(self):
-        """How many frames there are."""
+        """Returns the number of frames."""
         return len(self.file["particles/conductors/position/time"])
 
     def __iter__(self):
@@ -181,11 +181,11 @@ class Result:
         """The frame of that index, negative from the end. Throws InputError if it is not there."""
         return Frame(self, checked_index(index, len(self), self.path))
 
-    # What the particles are and do
+    # Particles
 
     @property
     def columns(self):
-        """Names of what there is of each particle, those that change with time and those that do not."""
+        """Names of the columns of particles, with and without a dependence on time."""
         return [name for name in self.file["particles/conductors"] if name != "box"]
 
     def colour_range(self, name):
@@ -215,7 +215,7 @@ class Result:
 
     def _read(self, dataset, selection=()):
         stored = dataset.id.get_storage_size()
-        # Deflate shortens by a factor of 1032 at most; what a file claims beyond that would fill the memory.
+        # Deflate shortens by a factor of 1032 at most; a larger size in a damaged file would fill the memory.
         if selection == () and not dataset.is_virtual and dataset.nbytes > 1032 * stored + 2**20:
             raise InputError(f"{self.path} is damaged ({dataset.name} claims {dataset.nbytes} bytes, and {stored} are stored)")
         values = Array(dataset[selection], unit_of(dataset))
@@ -232,7 +232,7 @@ class Result:
 
     @cached_property
     def count(self):
-        """How many particles there are."""
+        """Number of particles."""
         return len(self.file["particles/conductors/radius"])
 
     @property
@@ -277,7 +277,7 @@ class Result:
         has_last = "network/contacts" in self.file or "packing/contacts" in self.file
         return range(len(self) - 1, len(self)) if has_last else range(0)
 
-    # What stands beside them
+    # Other contents
 
     @cached_property
     def observables(self):
@@ -286,13 +286,13 @@ class Result:
 
     @cached_property
     def terminals(self):
-        """By observable, the names of what its K numbers a frame belong to."""
+        """For each observable, the names of its K numbers in a frame."""
         named = self.file.get("observables", {}).items()
         return {name: [text_of(word) for word in data.attrs["terminals"]] for name, data in named if "terminals" in data.attrs}
 
     @cached_property
     def tables(self):
-        """By name, the columns by name of what has rows of its own: gas, relaxation, packing, analysis, summary, networks."""
+        """Tables by name, each with its columns by name: gas, relaxation, packing, analysis, summary, networks."""
         return {name: self._table(self.file[name]) for name in GROUPS if name in self.file}
 
     def _table(self, group):
@@ -305,7 +305,7 @@ class Result:
 
     @property
     def warnings(self):
-        """What makes the result unsafe to use, as its run said at its end: a list of sentences."""
+        """Warnings of the run against use of the result: a list of sentences."""
         return warnings_of(self.file)
 
     @property
@@ -341,7 +341,7 @@ class Result:
         ordered = sorted(sessions, key=lambda name: int(name.split("-")[1]))
         return [{key: plain(value) for key, value in sessions[name].attrs.items()} for name in ordered]
 
-    # What can be made of it
+    # Pictures, pages and exports
 
     def plot(self, frame=None, **options):
         """The picture that `lichtenberg plot` draws, which Jupyter shows; options are its own, as colour="charge"."""
@@ -389,7 +389,8 @@ def identity(path):
 
 
 def opened(path):
-    """Without a lock, unless this process has the file open with one already, which HDF5 asks to be the same."""
+    """Opens a result file without a lock. If this process has it open with a lock, HDF5 requires a lock again. Throws
+    InputError."""
     if os.path.exists(path) and not os.path.isfile(path):
         raise InputError(f"{path} is no file: name a result file")
     for options in ({"locking": False}, {}):
@@ -403,7 +404,7 @@ def opened(path):
 
 
 def check_result(file, path):
-    """Throws InputError unless it has what all results have."""
+    """Throws InputError if a file lacks an entry that all results have."""
     if "lichtenberg_result" not in file.attrs:
         raise InputError(f"{path} was not written by `lichtenberg run`")
     times = "particles/conductors/position/time"
@@ -421,7 +422,7 @@ def check_result(file, path):
 
 
 def damage(error):
-    """What of a file led to an exception, in words."""
+    """Returns the cause of an exception in words."""
     missing = re.search(r"object '([^']*)' doesn't exist|component not found", str(error))
     return f"{missing[1] or 'a part of it'} is missing" if missing else f"{type(error).__name__}: {error}"
 

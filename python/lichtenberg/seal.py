@@ -1,4 +1,4 @@
-"""The checksum at the end of a result file, and what is checked before HDF5 opens it (src/record/seal.hpp)."""
+"""The checksum at the end of a result file, and checks before HDF5 opens the file (src/record/seal.hpp)."""
 import mmap
 import os
 import struct
@@ -35,7 +35,7 @@ def check_seal(path):
 
 
 def crc_of(file, count):
-    """Of the first bytes of a file."""
+    """Returns the checksum of the first `count` bytes of a file."""
     crc, block = 0, 1 << 20
     file.seek(0)
     for begin in range(0, count, block):
@@ -44,7 +44,7 @@ def crc_of(file, count):
 
 
 def has_endless_heap(path):
-    """Whether HDF5 1.10 would walk a collection of its global heap without end (src/record/global_heap.hpp)."""
+    """Returns true if HDF5 1.10 would traverse its global heap without end (src/record/global_heap.hpp)."""
     with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         begin = data.find(HEAP)
         while begin >= 0:
@@ -63,7 +63,7 @@ def has_endless_heap(path):
 
 
 def beyond_end(file):
-    """What is wrong with the length of a file without our mark, or None: HDF5's superblock says where it ends."""
+    """Returns the error in the length of a file without a seal, or None. HDF5's superblock has the end."""
     file.seek(0)
     head = file.read(52).ljust(52, b"\0")
     version = head[8]

@@ -1,7 +1,7 @@
-"""One HTML page to look at a run: view.html and view.js with the run's arrays in them, so that it needs no network.
+"""One HTML page that shows a run: view.html and view.js with the run's arrays in them, so that it needs no network.
 
-Places are stored in 65535 steps an axis, other numbers with 13 binary digits; then each frame as what differs from the
-one before, byte by byte, deflated, in base64. view.js undoes that.
+Positions are stored in 65535 steps for each axis, other numbers with 13 binary digits. A frame is stored as the bytewise
+difference from the frame before, deflated, in base64. view.js decodes it.
 """
 import base64
 import html
@@ -45,7 +45,7 @@ def places(positions, low, high):
 
 
 class Page:
-    """Collects what the page holds: numbers as they are in `about`, arrays packed in `arrays`."""
+    """Collects the data of the page: numbers as they are in `about`, arrays packed in `arrays`."""
 
     def __init__(self, result, frames):
         self.result, self.frames = result, list(frames)
@@ -86,7 +86,7 @@ class Page:
         self.arrays["radius"] = packed(rounded(self.result["radius"])[None])
 
     def columns(self):
-        """What particles can be coloured by: each its name, unit, whether it names sets, and whether it changes."""
+        """Yields the quantities that colour particles: name, unit, whether it names sets, and whether it changes."""
         for name in self.result.columns:
             if name in ("position", "image", "successor", "species"):
                 continue
@@ -111,7 +111,7 @@ class Page:
         yield self.column("first joined the tree at", self.about["timeUnit"], joined[None])
 
     def column(self, name, unit, values, sets=None):
-        """Of all frames, or of none if it does not change."""
+        """Adds the values of all frames, or one row if they do not change. Returns the description of the column."""
         sets = name in INTEGERS if sets is None else sets
         low, high = (0, 0) if sets else colour_range(name, values)
         changes = len(values) == len(self.result)
@@ -120,7 +120,7 @@ class Page:
         return {"name": name, "unit": unit, "sets": sets, "changes": changes, "low": float(low), "high": float(high)}
 
     def add_edges(self):
-        """Contacts, and the tree's edges: pairs of particles, of the latter also places on the ground."""
+        """Adds contacts and the tree's edges: pairs of particles, and for the edges also points on the ground."""
         known = self.result.frames_with_contacts
         if known:
             none = np.empty((0, 2), np.int32)
@@ -134,7 +134,7 @@ class Page:
         self.arrays[name] = packed(np.concatenate(lists).astype(np.int32).T)
 
     def add_ground_points(self):
-        """Where the edges of the tree end that end at the ground, in the order of edges, one frame after the other."""
+        """Adds the ground points of the tree's edges, in the order of edges, frame by frame."""
         electrodes = electrodes_of(self.result)
         points = []
         for index in self.frames:
@@ -159,7 +159,7 @@ class Page:
 
 
 def numbers(values):
-    """A list for JSON, with six digits, and null for what is no number."""
+    """Returns a list for JSON with six digits, and null for values that are not finite."""
     if np.ndim(values) > 1:
         return [numbers(row) for row in values]
     return [float(f"{value:.6g}") if np.isfinite(value) else None for value in np.asarray(values, float)]

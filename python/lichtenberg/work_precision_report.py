@@ -1,4 +1,4 @@
-"""What `lichtenberg work-precision` has measured, as a table and as JSON."""
+"""Measurements of `lichtenberg work-precision` as a table and as JSON."""
 import math
 from itertools import groupby
 
@@ -49,7 +49,7 @@ def heading(sweep):
 
 
 def order(before, point):
-    """Of the error in the first quantity, by work: error ~ work^-order, from one point of a method to its next."""
+    """Returns the order of the first quantity's error (error ~ work^-order) between two successive points of a method."""
     if before is None or before["method"] != point["method"] or before["work"] == point["work"]:
         return ""
     old, new = before["errors"][0], point["errors"][0]

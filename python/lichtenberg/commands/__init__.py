@@ -1,9 +1,9 @@
-"""Commands that only drive and draw: one module each, named like its command with _ for -. A module has
+"""Commands in Python that start programs or draw. Each is a module named like its command, with _ for -. A module has
 
     HELP        what the command does, in one line
     ARGUMENTS   a list of argument(...)
     act(request)
-                does it, with the arguments' values as attributes; may raise InputError and Failure
+                does it, with the arguments' values as attributes; it may raise InputError and Failure
 
 The program reads the words from this table (src/commands/python.cpp), as it does for commands of its own, prints their help,
 and passes them on. A command from outside is such a module in a folder that LICHTENBERG_COMMANDS names.
@@ -44,7 +44,7 @@ def frames_argument(otherwise):
 
 
 def names():
-    """Of all commands, without those that only a folder outside has."""
+    """Returns the names of the package's commands. Modules in folders of LICHTENBERG_COMMANDS are left out."""
     found = {module.name.replace("_", "-") for module in pkgutil.iter_modules(__path__[:1])}
     return sorted(found, key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
 
@@ -62,7 +62,7 @@ def module_of(name):
 
 
 def describe(chosen):
-    """The table that the program reads, of these names or of all."""
+    """Returns the table that the program reads: descriptions of the commands of these names, or of all."""
     return [description_of(name) for name in chosen or names()]
 
 

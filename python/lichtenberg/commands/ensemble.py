@@ -1,6 +1,6 @@
-"""`lichtenberg ensemble`: runs a scene in many variants, each in a process of its own, and takes means of what they found.
+"""`lichtenberg ensemble`: runs a scene in many variants, each in a process of its own, and averages their results.
 
-The program makes the members' scenes, says what their result files hold, and estimates means (src/commands/ensemble.hpp).
+The program makes the members' scenes, inspects their result files and estimates means (src/commands/ensemble.hpp).
 """
 import fcntl
 import json
@@ -132,7 +132,8 @@ class Folder:
         return os.path.join(self.path, member.name + suffix)
 
     def write_scene(self, member, mark):
-        """For whoever wants to look at it or run it alone. A file that no ensemble wrote stays: then the member has failed."""
+        """Writes the member's scene for reading it or running it alone. If the file exists and no ensemble wrote it, it stays and
+        the member fails."""
         path = self.file(member, ".toml")
         if os.path.exists(path) and not first_line(path).endswith(mark):
             member.state, member.sentence = "failed", f"{path} stands in the way: it is no scene of an ensemble"
@@ -141,7 +142,7 @@ class Folder:
 
 
 def first_line(path):
-    """That is not empty."""
+    """Returns the first line that is not empty."""
     try:
         with open(path, encoding="utf-8", errors="replace") as file:
             return next((line.strip() for line in file if line.strip()), "")
@@ -150,7 +151,7 @@ def first_line(path):
 
 
 def inspect(program, folder, member):
-    """Looks at what the member's result file holds: finished, to be run or resumed, or failed because it is of another scene
+    """Sets the member's state from its result file: finished, to be run or resumed, or failed because it is of another scene
     or damaged. A finished one gets its quantities."""
     if os.path.exists(folder.file(member, ".h5")):
         answer = program.ask(inspect=member.number, just_ended=member.state == "finished")
@@ -193,7 +194,7 @@ class Process:
         return True
 
     def last_sentence(self):
-        """What the program said last."""
+        """Returns the last error message of the program."""
         text = os.pread(self.messages, os.fstat(self.messages).st_size, 0).decode(errors="replace")
         return text.rpartition("lichtenberg: ")[2].split("\n")[0] if "lichtenberg: " in text else ""
 
@@ -309,7 +310,7 @@ def holds_others(table, members):
 
 
 def table_of(folder, members):
-    """ensemble.json, or ensemble-2.json and so on beside the tables of other sweeps."""
+    """Returns the path ensemble.json, or ensemble-2.json and so on if the folder has tables of other sweeps."""
     number, table = 1, os.path.join(folder, "ensemble.json")
     while os.path.exists(table) and holds_others(table, members):
         number += 1
@@ -356,7 +357,7 @@ def act(request):
     folder = Folder(request.out, share)
     for member in members:
         if member.state == "failed":
-            folder.write_scene(member, program.mark)  # its sentence names a line of it
+            folder.write_scene(member, program.mark)  # the error message names a line of it
             report_failure(member)
         else:
             inspect(program, folder, member)

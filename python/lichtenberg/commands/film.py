@@ -15,7 +15,7 @@ ARGUMENTS = [
     argument("--quiet", "show no progress", "flag"),
     *OF_FRAMES,
 ]
-LEAST, MOST = 0.1, 1000  # frames a second that players know
+LEAST, MOST = 0.1, 1000  # frames per second that players support
 
 
 def act(request):

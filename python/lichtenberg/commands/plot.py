@@ -4,7 +4,7 @@ import os
 from ..errors import InputError
 from . import argument, frames_argument
 
-# Of pictures of frames, one by one or as a film.
+# Arguments of plot and film for pictures of frames.
 OF_FRAMES = [
     argument(
         "--colour",

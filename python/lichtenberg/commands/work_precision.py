@@ -46,7 +46,7 @@ MOST_RUNS, ENOUGH = 5, 2.0  # of a candidate, and s for all of them
 
 
 class Sweep:
-    """What is swept, and what the program has measured of it."""
+    """Methods with their candidates, and the points that were measured."""
 
     def __init__(self, request, joined):
         words = [f"--others={method.kind}/{method.name}" for method in joined]
@@ -107,8 +107,8 @@ def timed(run):
 
 
 def show_progress(place, count, method, settings):
-    """Which candidate is being measured, on standard error: one line rewritten in place on a terminal, elsewhere a line a
-    method."""
+    """Prints the candidate that is measured next on standard error: a terminal has one line that is rewritten, a file one line
+    for each method."""
     where = f"{place} of {count}: " if place else ""
     if os.isatty(2):
         line = f"{where}{method}{', ' if settings else ''}{in_words(settings)}"
@@ -122,8 +122,8 @@ show_progress.last = None
 
 
 def measure_all(sweep, seconds, progress=show_progress):
-    """Into sweep.points and sweep.left_out. What a candidate will take is expected from the last one of its method and the ratio
-    of their costs; those that are expected to take longer than `seconds` are left out."""
+    """Measures all candidates into sweep.points and sweep.left_out. The expected time of a candidate is that of the last one of
+    its method, times the ratio of their costs. Candidates that are expected to take longer than `seconds` are left out."""
     count, done = sum(len(candidates) for _, _, candidates, _ in sweep.methods), 0
     for number, (name, _, candidates, method) in enumerate(sweep.methods):
         pace = 0.0  # s for a cost of 1

@@ -1,8 +1,8 @@
-"""Formats of other programs that results are exported to: one module a format, named like it.
+"""Formats of other programs for exported results: one module for each, named like the format.
 
 A module of a format has
 
-    ENDING          what the default name of the output adds to that of the result: ".xyz", or "-vtk" for a folder
+    ENDING          end of the default output's name, after that of the result: ".xyz", or "-vtk" for a folder
     IS_FOLDER       whether the output is a folder
     write(result, frames, out)
                     writes the frames (ascending indices) of a Result to the file or the empty folder `out`

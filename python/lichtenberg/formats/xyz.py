@@ -5,7 +5,7 @@ from ..files import write_whole
 from . import columns_of
 
 ENDING, IS_FOLDER = ".xyz", False
-# The names of OVITO's manual (XYZ file reader) where it has others; what it does not know keeps its own
+# Names of OVITO's manual (XYZ file reader) where they differ; other columns keep their own names
 OVITO = {"position": "pos", "velocity": "velo", "image": "map_shift", "dipole": "dipoles"}
 
 

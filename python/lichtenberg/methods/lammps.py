@@ -10,7 +10,7 @@ from pathlib import Path
 from ..errors import Failure, InputError
 from . import Method
 
-# Nothing moves, so that each step is an evaluation and no list is made anew.
+# Particles are at rest, so each step is an evaluation and no neighbour list is rebuilt.
 COMMANDS = """units lj
 atom_style charge
 read_data data
@@ -22,8 +22,8 @@ dump forces all custom 1000000 forces id fx fy fz
 dump_modify forces sort id format float %.17g
 run {steps}
 """
-LEAST_STEPS, WORK = 3, 50000  # steps of one grain, enough for its timer, which knows milliseconds
-HEAD = 9  # lines of the forces' file that say what follows
+LEAST_STEPS, WORK = 3, 50000  # steps of one grain, enough for its timer, which resolves milliseconds
+HEAD = 9  # header lines of the file of forces
 
 
 class Lammps(Method):

@@ -1,4 +1,4 @@
-"""What a colour stands for: a quantity, its range in a whole run, and the bar that says so."""
+"""Colours of pictures: quantities, their ranges in a whole run, and colour bars."""
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,19 +11,19 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from ..ranges import reaches, set_colours
 from .drawing import INK, InputError, prefixed
 
-PALE = "#ededed"  # what has no value: conductors that nothing connects, lone grains
+PALE = "#ededed"  # particles without a value: unconnected conductors, isolated grains
 
 
 @dataclass
 class Quantity:
-    """What particles can be coloured by. Kinds: signed (white is 0), amount, decades (logarithmic), order (integers from
+    """A quantity that colours particles. Kinds: signed (white is 0), amount, decades (logarithmic), order (integers from
     1), category (names without an order)."""
 
     name: str
     label: str  # with "{}" where the unit's prefix goes, if it is of SI
     kind: str
     column: str  # of the result file
-    pale: str = ""  # what particles without a value are
+    pale: str = ""  # name of particles without a value
 
 
 NOT_DRAWN = {"position", "image", "successor", "species", "box"}  # columns of particles that are no quantity
@@ -78,7 +78,7 @@ class Scale:
         return faces
 
     def legend(self, values):
-        """What pale particles are, if there are any: marks for a legend."""
+        """Returns the legend's marks of particles without a value, if there are any."""
         if self.has_colour(values).all() or not self.quantity.pale:
             return []
         return [disk_mark(PALE, self.quantity.pale)]
@@ -106,12 +106,12 @@ def category_colours(numbers):
 
 @dataclass
 class Range:
-    """What a quantity reaches in a run."""
+    """Range of a quantity in a run."""
 
     low: float
     high: float
     typical: float = 0.0  # median magnitude of a signed quantity where it is not 0
-    least: float = np.inf  # with the few values that stand far out
+    least: float = np.inf  # outliers included
     largest: float = -np.inf
 
     def joined(self, other):
@@ -121,7 +121,7 @@ class Range:
 
 
 def run_range(quantity, values, always=()):
-    """That of all values of a run, by the rule of lichtenberg/ranges.py; `always` are within it."""
+    """Returns the range of all values of a run by the rule of lichtenberg/ranges.py; it includes `always`."""
     values = np.asarray(values[np.isfinite(values)], float)
     always = np.asarray(always, float)
     if quantity.kind == "order":
@@ -142,7 +142,7 @@ def run_range(quantity, values, always=()):
 
 
 def scale_of(quantity, own_range, found, cmap=None):
-    """`own_range`: [low, high] as asked for, or None for that which was found in the run."""
+    """Returns the colour scale of a quantity. `own_range`: [low, high] of the user, or None for `found`, the run's range."""
     if quantity.kind == "category":
         if own_range or cmap:
             raise InputError(f"--range and --cmap say nothing of the colour {quantity.name}, which has no order")

@@ -1,4 +1,4 @@
-"""Pictures of conductors: what they are coloured by, in a plane the field between them, electrodes, the tree."""
+"""Pictures of conductors: colours, electrodes, the tree, and in a plane the field."""
 import tomllib
 
 import numpy as np
@@ -22,7 +22,7 @@ QUANTITIES = [
     Quantity("joined", "in the tree since ({}s)", "amount", "successor", "not connected"),
     Quantity("speed", "speed ({}m/s)", "decades", "velocity", "at rest"),
 ]
-ALL_ZERO = 1e-3  # of the run's largest potential: colours that cannot be told from white
+ALL_ZERO = 1e-3  # of the run's largest potential: colours look white below it
 
 
 class Conductors:
@@ -48,7 +48,7 @@ class Conductors:
 
     @property
     def all_supplies(self):
-        """What the electrodes have in common, in a word or two."""
+        """Returns the name of any electrode: the ground if all are at 0 V."""
         return "the ground" if not np.any(self.terminals) else "an electrode"
 
     def column(self, file, name, index=slice(None)):
@@ -76,7 +76,7 @@ class Conductors:
         return np.where(connected[index], self.times[first], np.nan)
 
     def range(self, file, name):
-        """Of the whole run."""
+        """Returns the range of a quantity in the whole run."""
         quantity = self.quantities[name]
         if name == "potential":
             return run_range(quantity, self.column(file, name).ravel(), self.terminals)
@@ -88,7 +88,7 @@ class Conductors:
         return run_range(quantity, self.column(file, name).ravel())
 
     def default_colour(self, file, index):
-        """The potential, if there is one to be seen; else what the tree carries."""
+        """Returns potential if it differs from 0 visibly; else a quantity of the tree."""
         if "potential" not in self.quantities:
             return next(iter(self.quantities), None)
         instead = [name for name in ("current", "order") if name in self.quantities]
@@ -96,7 +96,7 @@ class Conductors:
         return instead[0] if grown and self.is_dark(self.column(file, "potential", index)) else "potential"
 
     def read(self, file, index, name, field=None):
-        """What a picture of that frame shows; `field` is [ny, nx] V, if it has been solved."""
+        """Returns the data of a frame that a picture shows. `field`: [ny, nx] V, if it has been solved."""
         snapshot = drawing.read_snapshot(file, index)
         values = self.values(file, name, index) if name else None
         if name == "potential" and field is None and index == len(self.times) - 1:
@@ -113,7 +113,7 @@ class Conductors:
         return words
 
     def is_dark(self, potential):
-        """Whether all is so near to 0 V that colours of potentials could not be told from white."""
+        """Returns true if all potentials are so near to 0 V that their colours look white."""
         return potential is not None and max(np.abs(potential).max(initial=0), self.highest_supply) <= ALL_ZERO * self.reach
 
     def draw(self, axes, shown, scale):
@@ -137,7 +137,7 @@ class Conductors:
 
 
 class ConductorsInSpace(Conductors):
-    """The same of spheres, in metres and in perspective: no field between them, spheres and sides that are electrodes dark."""
+    """Pictures of spheres in perspective, in metres: without the field; electrodes are dark."""
 
     unit = "m"
     ELECTRODE = (0.3, 0.3, 0.3, 1)
@@ -179,7 +179,7 @@ class ConductorsInSpace(Conductors):
         draw_legend(axes, marks)
 
     def draw_ways(self, axes, position, successor):
-        """From centre to centre; the last of a way to the nearest electrode."""
+        """Draws the tree's edges from centre to centre, and its last edges to the nearest electrode."""
         start = np.flatnonzero(successor != UNCONNECTED)
         end = position[np.maximum(successor[start], 0)]
         last = successor[start] < 0
@@ -194,7 +194,7 @@ def name_and_potential(electrode):
 
 
 def terminal_potentials(file):
-    """Of the supplies of electrodes and sides, V."""
+    """Returns the potentials (V) of the sources of electrodes and sides."""
     domain = file["scene/domain"]
     sides = zip(domain["side_is_electrode"], domain["side_potential"]) if "side_potential" in domain else []
     known = [potential for electrode, potential in sides if electrode]

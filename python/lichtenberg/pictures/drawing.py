@@ -1,4 +1,4 @@
-"""What all pictures share: reading a result, disks and lines, electrodes, a scale bar, saving."""
+"""Functions for all pictures: reading a result, disks and lines, electrodes, a scale bar, saving."""
 import json
 import os
 from dataclasses import dataclass
@@ -136,7 +136,7 @@ def read_snapshot(file, index):
 
 
 def nearest_ground(point, snapshot):
-    """The place on a side or an electrode, mm, where a conductor's way to the ground ends."""
+    """Returns the nearest point (mm) on a side or an electrode, where a conductor's path to the ground ends."""
     return nearest_grounds(np.asarray(point)[None], snapshot)[0]
 
 
@@ -155,14 +155,14 @@ def tree_edges(snapshot):
 
 
 def line_width(axes, snapshot, radii, points):
-    """A width of so many radii, but at most so many points."""
+    """Returns a line width (points) of `radii` radii, at most `points`."""
     if len(snapshot.radius) == 0:
         return points
     return min(radii * np.median(snapshot.radius) * points_a_unit(axes), points)
 
 
 def points_a_unit(axes):
-    """How large a unit of length is drawn."""
+    """Returns the drawn size (points) of a unit of length."""
     if axes.figure.get_layout_engine() is None:
         axes.apply_aspect()
     else:
@@ -198,7 +198,7 @@ def bar_patch(axes, geometry, **style):
 
 
 def ring_patch(geometry, size, **style):
-    """All of the domain outside of the circle, which runs clockwise to be a hole."""
+    """Returns the domain outside of the circle as a patch. The circle runs clockwise to be a hole."""
     box = Outline([(0, 0), (size[0], 0), size, (0, size[1]), (0, 0)], closed=True)
     angle = np.linspace(0, -2 * np.pi, 361)
     circle = geometry["centre"] + geometry["radius"] * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -267,7 +267,7 @@ def caption(snapshot):
 
 
 def warning_line(warnings):
-    """What is wrong with a result, in one line; empty for one without warnings."""
+    """Returns the warnings of a result in one line; empty without warnings."""
     return "WARNING: " + "; ".join(words.split(": ")[0] for words in warnings) if warnings else ""
 
 

@@ -1,4 +1,4 @@
-"""The potential around the conductors in frames of a result, solved again from what the frames say."""
+"""The potential around the conductors in frames of a result, solved again from the data in the frames."""
 import os
 import subprocess
 import tempfile

@@ -12,11 +12,11 @@ from .drawing import InputError, messages
 from .fields import Fields
 
 DPI = 170
-CRF = "20"  # ffmpeg's x264: hardly to be told from the frames
+CRF = "20"  # ffmpeg's x264: loss that is hardly visible
 
 
 class Studio:
-    """What each process draws with."""
+    """Data with which each process draws."""
 
     def __init__(self, run, colour, scale):
         self.pictures = frames.Pictures([run], scale, colour)
@@ -44,7 +44,7 @@ studio = None  # of this process
 
 
 def draw(task):
-    """The frame, or a sentence why there is none: exceptions of other processes lose theirs."""
+    """Returns the frame, or an error message: exceptions of other processes lose their text."""
     try:
         return studio.draw(*task)
     except InputError as error:
@@ -103,7 +103,7 @@ class Progress:
             return
         self.shown = now
         line = f"frame {done} of {self.count} drawn"
-        if 10 * done >= self.count:  # before that nobody knows
+        if 10 * done >= self.count:  # earlier estimates are too rough
             line += f", about {(now - self.began) * (self.count - done) / done:.0f} s left"
         messages.tell(f"\r{line}\033[K" if self.terminal else f"{line}\n", end="")
 
@@ -122,7 +122,7 @@ def undisturbed_pool(jobs):
 
 
 def make(request):
-    """What `lichtenberg film` asks for. Throws InputError."""
+    """Makes the film of a request of `lichtenberg film`. Throws InputError and Failure."""
     global studio
     run = frames.read_run(request.file)
     chosen = listed_frames(request.frames or ":", run.path, len(run.times))

@@ -1,7 +1,7 @@
 """Draws frames of result files: of conductors, of a packing or of a gas of grains.
 
-Colours, their range and the layout are the same for all frames of a run. Several files are drawn beside each other, in
-the same colours.
+Colours, their range and the layout are the same for all frames of a run. Several files are drawn side by side, in the
+same colours.
 """
 import functools
 from pathlib import Path
@@ -14,7 +14,7 @@ from .fields import Fields
 
 
 def open_run(file, path):
-    """What there is to draw, by kind. Imports of other kinds cost time."""
+    """Returns the run as an object of its kind. Imports of the other kinds would cost time."""
     drawing.frame_index(file, path, None)
     if "walls" in file["scene"]:
         from .packing import Packing as Kind
@@ -71,14 +71,14 @@ def common_scale(runs, colour, own_range=None, cmap=None):
 
 
 def default_colour(runs, frames):
-    """That which the first run suggests, if all have it."""
+    """Returns the quantity that the first run suggests, if all runs have it."""
     run = runs[0]
     colour = drawing.read_file(run.path, lambda file: run.default_colour(file, frames[0]))
     return colour if all(colour in other.quantities for other in runs) else None
 
 
 def picture_name(request, runs, frame, colour):
-    """Says what it shows."""
+    """Returns the name of a picture, which states its contents."""
     stem = Path(runs[0].path).with_suffix("")
     beside = "".join(f"-beside-{Path(run.path).stem}" for run in runs[1:])
     cut = f"-cut-{request.cut.replace('=', '-')}" if request.cut else ""
@@ -100,7 +100,7 @@ def words(frames):
 
 
 class Pictures:
-    """Draws frame after frame on one sheet: what all have in common stays."""
+    """Draws frames one by one on one sheet; their common parts are drawn once."""
 
     def __init__(self, runs, scale, colour):
         from .sheet import Sheet
@@ -148,7 +148,7 @@ def frames_of(request, runs):
 
 
 def plot_frames(request):
-    """What `lichtenberg plot` asks for. Throws InputError."""
+    """Draws the frames of a request of `lichtenberg plot`. Throws InputError and Failure."""
     runs = [read_run(path) for path in request.file]
     frames = frames_of(request, runs)
     set_cut(runs, request.cut)
@@ -185,6 +185,6 @@ def draw_run(path):
 
 
 def draw_solution(path, out):
-    """What `lichtenberg solve` has solved."""
+    """Draws the solution of `lichtenberg solve`."""
     drawing.check_picture(out, overwrite=True)
     draw_last(read_run(path), "potential", out)

@@ -27,12 +27,12 @@ class Grains:
         self.quantities = quantities_in(particles, self.all_quantities())
         self.cut = None
         self.down = space.down_of(file)
-        self.window = np.zeros(len(self.box)), self.box  # lower corner and size of what is shown
+        self.window = np.zeros(len(self.box)), self.box  # lower corner and size of the shown part
         if self.spatial and len(self.radius) <= FEW:
             self.window = self.window_of_few(particles["position/value"][()])
 
     def window_of_few(self, position):
-        """A cube around all places of the run if it is small in the box, else the box."""
+        """Returns a cube around all positions of the run if it is small compared with the box, else the box."""
         low, high = position.min(axis=(0, 1)) - self.radius.max(), position.max(axis=(0, 1)) + self.radius.max()
         edge = 1.2 * (high - low).max()
         if 2 * edge > self.box.min():
@@ -50,7 +50,7 @@ class Grains:
 
     @property
     def size(self):
-        """Of the panel, in any unit."""
+        """Returns the size of the panel in any unit."""
         return space.Eye(self.window[1], self.down).size if self.spatial else self.box
 
     def column(self, file, name, index):
@@ -123,7 +123,7 @@ class Grains:
         drawing.draw_length(axes, self.box[0], lambda length: f"{length:g} ${self.unit[0]}_0$")
 
     def with_images(self, place):
-        """Indices and places of grains, with those again that a periodic side cuts."""
+        """Returns indices and positions of grains. Grains that a periodic side cuts appear again as images."""
         grain = np.arange(len(self.radius))
         for axis in np.flatnonzero(self.periodic):
             length = self.box[axis]

@@ -56,7 +56,7 @@ def walls(file):
 
 
 def wall_line(point, normal, size):
-    """Where a wall crosses the picture: a line along it through the point, as long as the domain is wide and high."""
+    """Returns the line of a wall in the picture: through the point, as long as the domain is wide and high."""
     along = np.array([-normal[1], normal[0]])
     if np.hypot(*along) < 1e-12:
         return None
@@ -195,7 +195,7 @@ def panel_in_space(axes, network, colours):
 
 
 def panel(axes, network, window=None):
-    """`window`: what is shown, [[left, right], [bottom, top]]; by default the domain."""
+    """Draws a network. `window`: the shown part, [[left, right], [bottom, top]]; by default the domain."""
     colours = {"cmap": COLOURS, "norm": Normalize(0, network.highest)}
     resistance = f"R = {network.resistance:.6g} Ω" if np.isfinite(network.resistance) else "no path"
     axes.set_title(f"{network.model}-centred, {network.resistor}: {resistance}")

@@ -54,7 +54,7 @@ class DrawnPacking:
 
 
 class Packing:
-    """A packing on its way to rest; contacts and forces are known of its end."""
+    """A packing during its relaxation; contacts and forces exist for the last frame."""
 
     def __init__(self, file, path):
         particles, domain = file["particles/conductors"], file["scene/domain"]
@@ -122,12 +122,12 @@ def draw_particles(axes, packing, faces, alpha):
 
 
 def mean_width(axes, packing):
-    """Of the line of a mean force."""
+    """Returns the width of the line of a mean force."""
     return drawing.line_width(axes, packing, 0.15, 2)
 
 
 def force_mark(axes, packing):
-    """A line with the force that it stands for."""
+    """Returns the line of the legend for a mean force."""
     factor, prefix = drawing.prefixed(packing.force.mean())
     label = f"force, this wide: {factor * packing.force.mean():.2g} {prefix}N"
     return Line2D([], [], color=FORCE, linewidth=mean_width(axes, packing), label=label)
@@ -148,7 +148,7 @@ def draw_walls(axes, packing):
 
 
 def draw_panel(axes, packing, faces=None, lines=True):
-    """Of disks."""
+    """Draws a packing of disks."""
     if faces is None:
         faces = np.array([to_rgba(RATTLER if rattler else drawing.STEEL) for rattler in packing.rattler])
     drawing.set_frame(axes, packing)

@@ -1,6 +1,7 @@
-"""Spheres in a box seen in perspective: painted from far to near into an image, shaded by a light, darker in hollows and
-paler far away. x points to the right, y up as in plane pictures, z towards the eye, which stands a little to the right and
-above. Of a scene with gravity the axis along which bodies fall points down. All with numpy: a hundred thousand spheres are a matter of two or three seconds, and no display is needed."""
+"""Spheres in a box seen in perspective. They are painted from far to near into an image, shaded by a light, darker in
+hollows and paler far away. x points to the right, y up as in plane pictures, z towards the eye. The eye is a little to the
+right and above. In a scene with gravity the axis along which bodies fall points down. The code needs numpy only and no
+display."""
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 
@@ -49,14 +50,14 @@ class Eye:
 
     @property
     def size(self):
-        """Of the window that shows all of the box."""
+        """Returns the size of the window that shows the whole box."""
         return self.high - self.low
 
     def depth(self, points):
         return self.distance + (points - self.middle) @ self.axes[2]
 
     def scale(self, points):
-        """By what lengths there are shown larger than in the middle."""
+        """Returns the factors by which lengths at these points appear larger than in the middle."""
         return self.distance / self.depth(points)
 
     def project(self, points):
@@ -79,11 +80,11 @@ def box_edges(box):
 
 
 def kept(position, cut, eye=None):
-    """[N] what a cut leaves: everything behind it, seen from the eye. `cut`: (axis, place), or None for all."""
+    """Returns [N] whether a point is behind the cut, seen from the eye. `cut`: (axis, position), or None for all."""
     if cut is None:
         return np.ones(len(position), bool)
     axis, place = cut
-    away = eye is None or eye.frame[:, axis].sum() > 0  # the eye stands on the far side of all three axes of its frame
+    away = eye is None or eye.frame[:, axis].sum() > 0  # the eye is on the far side of all three axes of its frame
     return position[:, axis] <= place if away else position[:, axis] >= place
 
 
@@ -161,7 +162,7 @@ def shaded(image, centre, radius, depth, length, faces, haze):
     surface = depth[sphere] - length[sphere] * towards
     depths = np.full(image.shape, surface.max())
     depths[y, x] = surface
-    # A place is dark if what surrounds it is nearer (Luft, Colditz & Deussen 2006): hollows and whatever is behind. Every
+    # A pixel is dark if its surroundings are nearer (Luft, Colditz & Deussen 2006): hollows and whatever is behind. Every
     # other pixel is enough for that.
     around = blurred(depths[::2, ::2], max(int(0.6 * np.median(radius)), 1)).astype(np.float32)
     hollow = np.clip((surface - around[y // 2, x // 2]) / (4 * np.median(length)), 0, 1)
@@ -238,8 +239,8 @@ def set_window(axes, eye):
 
 
 def draw(axes, position, radius, faces, window, unit, cut=None, sides=(), down=None):
-    """Spheres, [N, 3] and [N] in a unit of length, with colours [N, 4]; `window`: lower corner and size of what is shown;
-    `sides`: those of the box that are electrodes, by their corners [2, 3]; `down`: as in frame_of."""
+    """Draws spheres, [N, 3] and [N] in a unit of length, with colours [N, 4]. `window`: lower corner and size of the shown
+    part; `sides`: those of the box that are electrodes, by their corners [2, 3]; `down`: as in frame_of."""
     corner, size = window
     eye = Eye(size, down)
     set_window(axes, eye)

@@ -1,4 +1,4 @@
-"""Draws what `lichtenberg theory` wrote as JSON: a panel a quantity, lines for theory and points for a run, and fields."""
+"""Draws the JSON of `lichtenberg theory`: a panel for each quantity, lines for theory and points for a run, and fields."""
 import re
 
 import numpy as np
@@ -66,7 +66,7 @@ def set_scales(axes, table, panel):
 
 
 def map_colours(field, values):
-    """Of a field that has a sign white is 0; of a density or temperature equal factors are equal steps."""
+    """Returns colours of a field: white is 0 if it has a sign; a density or temperature has a logarithmic scale."""
     if field["logarithmic"] and values.min() > 0 and values.max() > 1.2 * values.min():
         return {"cmap": "viridis", "norm": LogNorm(max(values.min(), 1e-6 * values.max()), values.max())}
     if values.min() < 0:

@@ -1,4 +1,4 @@
-"""Draws what `lichtenberg work-precision` measured: error against time, a line a method.
+"""Draws the measurements of `lichtenberg work-precision`: error against time, a line for each method.
 
 A line joins the points of a method that are cheaper than all its more accurate ones; the others are faint.
 """
@@ -53,7 +53,7 @@ STYLES = {
 }
 OTHER = ("#f0e442", "v-")
 
-# What is no error of a quantity, but a quantity's error of some kind.
+# Axis labels of quantities that are statistics of errors.
 ERRORS = {"rms force": "rms error of forces", "largest force": "largest error of a force"}
 
 
@@ -95,7 +95,7 @@ def draw_panel(axes, sweep, quantity, cost):
 
 
 def panels(sweep):
-    """What is drawn against what: a panel a quantity, or one quantity against both costs."""
+    """Returns the axes of the panels: one for each quantity, or one quantity against both costs."""
     quantities = list(sweep["reference_errors"])
     if len(quantities) > 1:
         return [(quantity, "seconds") for quantity in quantities]

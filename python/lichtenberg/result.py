@@ -424,7 +424,7 @@ def check_result(file, path):
 def damage(error):
     """Returns the cause of an exception in words."""
     missing = re.search(r"object '([^']*)' doesn't exist|component not found", str(error))
-    return f"{missing[1] or 'a part of it'} is missing" if missing else f"{type(error).__name__}: {error}"
+    return f"{missing[1] or 'a part of it'} is missing" if missing else str(error) or type(error).__name__
 
 
 def checked_index(index, count, path):

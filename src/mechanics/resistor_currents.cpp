@@ -114,6 +114,8 @@ std::string ResistorCurrents::sentence_about(const effects::Resistor& resistor, 
   const std::string remedy =
       is_held_at_both_ends(resistor)
           ? "both are held at their potentials, so that no contact makes them one: keep them apart"
+      : now_.carried.last_step == 0 && now_.time == 0
+          ? "they touch at the start: begin with a gap between them, or let their contact be ideal"
           : fmt::format(
                 "lower the resistance in [effects.{}] or widen effects.contact_discharge.gap, so that they "
                 "share their charge before they touch",

@@ -69,8 +69,7 @@ const EffectKind& ChargeExchangeOptions::kind() {
                 .help =
                     "impact: once a collision, Q (energy of the impact)^eta with random factors; random-walk: white "
                     "noise while in contact; contact-area: that times the area of the contact; none: charges stay "
-                    "where they "
-                    "are"},
+                    "where they are"},
                {.name = "strength",
                 .place = place<&ChargeExchangeOptions::strength>,
                 .unit = "q0",

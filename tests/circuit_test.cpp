@@ -317,6 +317,14 @@ TEST_CASE("a contact of no resistance is the limit of one of little: potentials,
   }
 }
 
+TEST_CASE("circuit: conductors that touch at the start need a gap") {
+  Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius, 0.05}});
+  scene.conductors[0].charge = 1e-12;
+  scene.effects.add(effects::ContactResistanceOptions{.resistance = 1e14});
+  CHECK_THROWS_WITH_AS(Simulation(scene, std::make_unique<LineCharges>()).now(),
+                       doctest::Contains("they touch at the start: begin with a gap between them"), Failure);
+}
+
 /// Two balls behind resistors in an insulated box, a chain of three spheres from one to the other.
 Scene series_circuit() {
   Scene scene = conductor_scene({{0.0175, 0.0195}, {0.0195, 0.0195}, {0.0215, 0.0195}});

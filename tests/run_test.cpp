@@ -371,40 +371,6 @@ TEST_CASE("the energy of a circuit balances; contacts slower than the way across
            std::string::npos);
 }
 
-TEST_CASE("run: a conductor that touches an electrode at the start needs a gap") {
-  const SceneFolder folder;
-  folder.write("six.toml", R"(
-[domain]
-size = [0.02, 0.02]
-bottom = { potential = 0.0 }
-[medium]
-permittivity = 4e-11
-viscosity = 0.7
-[[electrode]]
-name = "top"
-shape = "disk"
-centre = [0.01, 0.01]
-radius = 1e-3
-potential = 1000.0
-[[conductor]]
-position = [0.01, 8e-3]
-radius = 1e-3
-[effects.floating_conductors]
-[effects.contact_discharge]
-gap = 1e-4
-[effects.contact_resistance]
-resistance = 1e14
-[effects.stokes_drag]
-[field]
-cells = 64
-[stop]
-time = 0.01
-)");
-  Child touching(folder, "touching.h5", {"--quiet"});
-  CHECK_EQ(touching.wait(), 1);
-  CHECK_NE(touching.messages().find("they touch at the start: begin with a gap between them"), std::string::npos);
-}
-
 TEST_CASE("a resumed run holds its energy against that of the first frame") {
   const SceneFolder folder;
   folder.write("six.toml", shuttle_text("1e8"));

@@ -282,15 +282,18 @@ void ensure_open_files() {
                               limit.rlim_cur, least));
 }
 
-/// Reports a failed HDF5 call that the command itself did not catch. The first file among the words (the file after `=`
-/// of an option) is the one that the command reads.
+/// Reports a failed HDF5 call that the command itself did not catch. If the words name a single result file (.h5) that
+/// exists, that file is at fault.
 int report_hdf5(const hdf5::Error& error, const std::vector<std::string>& words) {
+  std::vector<std::string> results;
   for (const std::string& word : words) {
     const std::string path = word.starts_with('-') ? word.substr(word.find('=') + 1) : word;
-    if (std::error_code none; std::filesystem::is_regular_file(path, none))
-      return report(InputError(fmt::format("{} is damaged or incomplete ({})", path, error.what())), 2);
+    if (std::error_code none; path.ends_with(".h5") && std::filesystem::is_regular_file(path, none))
+      results.push_back(path);
   }
-  return report(Failure(fmt::format("an HDF5 file could not be used ({})", error.what())), 1);
+  if (results.size() == 1)
+    return report(InputError(fmt::format("{} is damaged or incomplete ({})", results.front(), error.what())), 2);
+  return report(Failure(fmt::format("an HDF5 file could not be read or written ({})", error.what())), 1);
 }
 
 /// Returns the exit status that `work`, or its error, gives to a command line of these words.

@@ -29,8 +29,8 @@ struct Bounds {
   double approach(double t) const { return std::min(2 * speed() * t, 2 * fastest * t + contact_deviation(t)) + excess; }
 };
 
-inline constexpr double rounding =
-    1e-9;  ///< relative, of lengths: above the rounding of positions, below relevant gaps
+/// Relative margin of lengths: above the rounding of positions, below relevant gaps.
+inline constexpr double rounding = 1e-9;
 
 /// Returns a lower bound on the time for which pairs stay apart. In straight flight the distance is a convex function
 /// of time: the approach speed is largest at first, c, and for c < 0 the pair recedes at least as fast from then on.

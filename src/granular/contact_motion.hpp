@@ -25,8 +25,8 @@ struct ContactSteps {
   double begin = 0, time = 0;  ///< t0, start and total duration
   int steps = 1;
   double fastest = 0;  ///< v0, largest speed at the start
-  double kicked =
-      INFINITY;      ///< v0, bound on velocity changes since the last call; infinite: positions may have changed
+  /// v0, bound on velocity changes since the last call; infinite: positions may have changed
+  double kicked = INFINITY;
   double gain = 0;   ///< v0, bound on the velocity change by slow forces
   double way = 0.3;  ///< d0, path of the fastest grain between two searches
 };

@@ -50,8 +50,8 @@ std::unique_ptr<GasIntegrator> make_integrator(Integrator which) {
 
 double step_that_resolves_contacts(const Gas& gas, const Instant& now, double steps_a_contact) {
   const MechanicsOptions& mechanics = gas.scene().mechanics;
-  constexpr double fewer =
-      1.5;  // substeps for the dashpot than in multirate: restitutions tolerate larger errors than the energy budget
+  // Ratio to the substeps of multirate: restitutions tolerate larger errors than the energy budget.
+  constexpr double fewer = 1.5;
   const double impact = gas.fastest_impact(now), damping = fewer * gas.time_to_resolve(impact);
   const double contact = granular::time_to_resolve(elastic(gas.law(), 1), impact, gas.grains_seen());
   const double resolved = std::min(contact, damping);

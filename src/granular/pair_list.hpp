@@ -24,8 +24,8 @@ class PairList {
   void search(const Bodies& bodies, double travel, parallel::Team& team);
 
   double range_, move_;
-  std::vector<double> searched_at_,
-      reach_;  ///< d0; positions at the last search, [N * d], and allowed displacements, [N]
+  /// d0; positions at the last search, [N * d], and allowed displacements, [N]
+  std::vector<double> searched_at_, reach_;
   std::vector<Pair> pairs_;
   std::int64_t searches_ = 0;
 };

@@ -13,8 +13,8 @@ struct Counters {
   std::int64_t predictions = 0;     ///< solves on the predictor's grid
   std::int64_t steps = 0;           ///< coupling steps accepted
   std::int64_t rejected_steps = 0;  ///< coupling steps repeated because of their error
-  std::int64_t corrections = 0, rejected_corrections =
-                                    0;  ///< predicted intervals between two field solves that were accepted or repeated
+  /// Predicted intervals between two field solves that were accepted, and that were repeated.
+  std::int64_t corrections = 0, rejected_corrections = 0;
   std::int64_t contacts_made = 0, contacts_lost = 0;
   std::int64_t regroupings = 0;  ///< changes of the equipotential groups by contacts
   // Wall time (s) since the program started. The last is the time of all steps and includes the others.

@@ -97,8 +97,8 @@ struct SphereOptions {
   /// force; 1e-12 to 0.1. Errors exceed it several times if forces nearly cancel; solve_to_accuracy (accuracy.hpp)
   /// measures and bounds the error.
   double accuracy = 1e-3;
-  int degree =
-      0;  ///< Degree of the harmonics on all spheres, up to 200, without close-pair corrections; 0: from the accuracy
+  /// Degree of the harmonics on all spheres, up to 200, without close-pair corrections; 0: from the accuracy
+  int degree = 0;
 };
 
 /// Solver for conducting and dielectric spheres by real solid harmonics on each (README.md). Degrees follow from the

@@ -101,8 +101,8 @@ struct ContactsView {
   ActivePair* active = nullptr;
   PairState<3>* seen = nullptr;  ///< state of an active pair at the start of a substep
   double* scale = nullptr;       ///< factor of the law
-  Vec3 *force = nullptr, *halfway = nullptr,
-       *first = nullptr;  ///< on the higher grain; first: relative acceleration by all others
+  /// Forces on the higher grain; first: relative acceleration by all other contacts.
+  Vec3 *force = nullptr, *halfway = nullptr, *first = nullptr;
   int* next = nullptr;    ///< [ends], next in the linked list of its grain
 };
 

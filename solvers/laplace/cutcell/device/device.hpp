@@ -11,8 +11,8 @@ namespace lichtenberg::laplace::device {
 struct Profile {
   struct Part {
     double seconds = 0;
-    double bytes =
-        0;  ///< that it must move: each array's entries once where they are read, once where they are written
+    /// Bytes that it must move: each array's entries once where they are read and once where they are written.
+    double bytes = 0;
   };
   Part apply_operator, cycle, copy;  ///< copy: device to device
   int levels = 0;

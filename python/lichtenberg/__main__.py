@@ -18,6 +18,7 @@ import importlib
 import json
 import traceback
 import warnings
+from pathlib import Path
 
 from lichtenberg import commands, messages
 from lichtenberg.errors import Failure, InputError
@@ -25,6 +26,8 @@ from lichtenberg.errors import Failure, InputError
 
 def work_of(name, words):
     """Returns a function that does the work, and the result file or files that it reads; None without one."""
+    if name in ("", "-h", "--help"):
+        return lambda: messages.put(commands.listed()), None
     if name == "--describe":
         return lambda: print(json.dumps(json.dumps(commands.describe(words)))), None
     if name == "--draw":
@@ -41,20 +44,29 @@ def show(words, kind, *_, **__):
         messages.tell(f"lichtenberg: {messages.printable(str(words))}")
 
 
-def is_of_a_file(error):
-    """Whether an exception may come from the contents of a file: not if the code itself or its packages are at fault."""
+def may_be_damage(error):
+    """Whether a damaged file may have caused an exception: one of the kinds that this can be, raised where the package, h5py or
+    numpy work with its contents. A module from outside gets an InputError for damage (lichtenberg.load)."""
+    from lichtenberg.result import DAMAGE
+
+    at = Path(traceback.extract_tb(error.__traceback__)[-1].filename)
+    package = Path(__file__).resolve().parent
+    if at == package / "__main__.py" or not (package in at.parents or {"h5py", "numpy"} & set(at.parts)):
+        return False
     if isinstance(error, AttributeError):
         return type(error.obj).__module__.split(".")[0] in ("h5py", "numpy")
-    return not isinstance(error, (ImportError, NameError, MemoryError, SyntaxError, RecursionError, NotImplementedError))
+    return isinstance(error, DAMAGE) and not isinstance(error, (MemoryError, RecursionError, NotImplementedError))
 
 
 def defect(error):
     """Returns the error message for an exception that no input file causes, with the line of the code."""
-    at = traceback.extract_tb(error.__traceback__)[-1]
-    where = f"{error.filename}, line {error.lineno}" if isinstance(error, SyntaxError) else f"{at.filename}, line {at.lineno}"
+    frames = [each for each in traceback.extract_tb(error.__traceback__) if not each.filename.startswith("<")]
+    where = f"{frames[-1].filename}, line {frames[-1].lineno}"
+    if isinstance(error, SyntaxError):
+        where = f"{error.filename}, line {error.lineno}"
     if isinstance(error, MemoryError):
         return "this machine has too little memory for that"
-    if isinstance(error, ModuleNotFoundError):
+    if isinstance(error, ModuleNotFoundError) and not error.name.startswith("lichtenberg."):
         return f"there is no Python package {error.name}, which {where} imports: install it"
     return f"{type(error).__name__} in {where} ({error}): this is an error of the program or of a module added to it"
 
@@ -70,7 +82,7 @@ def main(name="", *words):
     except (InputError, Failure) as error:
         sentence, status = str(error), 2 if isinstance(error, InputError) else 1
     except Exception as error:
-        if read is None or not is_of_a_file(error):
+        if read is None or not may_be_damage(error):
             sentence, status = defect(error), 1
         else:
             from lichtenberg.result import damage

@@ -168,10 +168,10 @@ void become_command(const std::string& name, const std::deque<PythonArgument>& a
   if (parallel::process_count() > 1)
     throw InputError(fmt::format("{} starts processes of its own: leave mpirun out", name));
   check_results(arguments);
-  std::vector<std::string> words{name};
-  std::vector<std::string> positional{"--"};  // after it Python takes no negative number for an option
+  std::vector<std::string> words{name}, positional;
   for (const PythonArgument& argument : arguments)
     std::ranges::move(words_of(argument), std::back_inserter(argument.name.starts_with('-') ? words : positional));
+  if (!positional.empty()) words.push_back("--");  // after it Python takes no negative number for an option
   std::ranges::move(positional, std::back_inserter(words));
   become_package(std::move(words));
 }
@@ -228,7 +228,7 @@ std::optional<Command> added_python_command(const std::string& name) {
   const bool plain = std::ranges::all_of(name, [](char c) { return (c >= 'a' && c <= 'z') || c == '-'; });
   std::string module = name + ".py";
   std::ranges::replace(module, '-', '_');
-  const auto holds = [&](const fs::path& folder) { return fs::exists(folder / module); };
+  const auto holds = [&](const fs::path& folder) { return fs::is_regular_file(folder / module); };
   if (!plain || name.starts_with('-') || std::ranges::none_of(folders_of_commands(), holds)) return {};
   const int output = memfd_create("table", MFD_CLOEXEC);
   if (output < 0 || !run_package({"--describe", name}, output))
@@ -236,10 +236,9 @@ std::optional<Command> added_python_command(const std::string& name) {
   std::ifstream text(fmt::format("/proc/self/fd/{}", output));
   try {
     return command_of(json::parse(json::parse(text).get<std::string>()).at(0));
-  } catch (const json::exception& error) {
+  } catch (const json::exception&) {
     throw Failure(
-        fmt::format("{} is no command in Python: its ARGUMENTS must come from lichtenberg.commands.argument ({})",
-                    module, error.what()));
+        fmt::format("{} is no command in Python: its ARGUMENTS must come from lichtenberg.commands.argument", module));
   }
 }
 

@@ -9,18 +9,34 @@ The program reads the words from this table (src/commands/python.cpp), as it doe
 and passes them on. A command from outside is such a module in a folder that LICHTENBERG_COMMANDS names.
 """
 import argparse
+import contextlib
 import importlib
+import math
 import os
 import pkgutil
 import re
+import sys
 
-from ..errors import InputError
+from ..errors import Failure, InputError
 
 __path__ += [folder for folder in os.environ.get("LICHTENBERG_COMMANDS", "").split(":") if folder]
 FIRST = ["plot", "film", "view", "export"]  # as they are listed, before the others
 KINDS = {"flag": bool, "int": int, "ints": int, "float": float, "text": str, "texts": str}
-RULES = ["default", "required", "positive", "comma_separated", "repeated", "allowed", "offered", "excluded", "value_optional",
-         "value_follows", "result"]
+NUMBERS, LISTS = ["int", "ints", "float"], ["ints", "texts"]
+# Kinds of argument that each rule is for, and the type of its value
+RULES = {
+    "default": (["int", "float", "text"], (int, float, str)),
+    "required": ([kind for kind in KINDS if kind != "flag"], bool),
+    "positive": (NUMBERS, bool),
+    "comma_separated": (LISTS, bool),
+    "repeated": (LISTS, bool),
+    "allowed": (["text", "texts"], list),
+    "offered": (["text", "texts"], list),
+    "excluded": (list(KINDS), str),
+    "value_optional": (["text"], bool),
+    "value_follows": (["text"], bool),
+    "result": (["text", "texts"], str),
+}
 
 
 def argument(name, help, kind="text", **rules):
@@ -28,14 +44,29 @@ def argument(name, help, kind="text", **rules):
     default; required, positive, comma_separated, repeated, allowed, offered, excluded, value_optional, value_follows as in
     ArgumentRule of src/commands/commands.hpp; result of a positional argument that names result files: a verb for the
     message about a damaged one ("drawn"), which the program refuses. Throws InputError."""
-    unknown = [rule for rule in rules if rule not in RULES]
     if kind not in KINDS:
         raise InputError(f"argument {name}: there is no kind {kind}; it is one of {', '.join(KINDS)}")
-    if unknown:
-        raise InputError(f"argument {name}: there is no rule {unknown[0]}; the rules are {', '.join(RULES)}")
-    if "result" in rules and name.startswith("-"):
-        raise InputError(f"argument {name}: only a positional argument names the result file that a command reads")
+    if not isinstance(name, str) or not name.strip("-") or not isinstance(help, str):
+        raise InputError(f"argument {name}: its name and its help must be texts")
+    for rule, value in rules.items():
+        check_rule(name, kind, rule, value)
     return {"name": name, "help": help, "kind": kind, **rules}
+
+
+def check_rule(name, kind, rule, value):
+    """Throws InputError for a rule that does not exist, has another type or is not for this kind of argument."""
+    if rule not in RULES:
+        raise InputError(f"argument {name}: there is no rule {rule}; the rules are {', '.join(RULES)}")
+    kinds, types = RULES[rule]
+    if kind not in kinds:
+        raise InputError(f"argument {name}: the rule {rule} is not for the kind {kind}, but for {', '.join(kinds)}")
+    if not isinstance(value, types) or (types is list and not all(isinstance(each, str) for each in value)):
+        wanted = {bool: "true or false", list: "a list of texts", str: "a text"}.get(types, "a value of the argument's kind")
+        raise InputError(f"argument {name}: the rule {rule} must be {wanted}")
+    if rule == "result" and name.startswith("-"):
+        raise InputError(f"argument {name}: only a positional argument names the result file that a command reads")
+    if rule in ("comma_separated", "excluded") and not name.startswith("-"):
+        raise InputError(f"argument {name}: the rule {rule} is for options only")
 
 
 def frames_argument(otherwise):
@@ -62,8 +93,15 @@ def module_of(name):
 
 
 def describe(chosen):
-    """Returns the table that the program reads: descriptions of the commands of these names, or of all."""
-    return [description_of(name) for name in chosen or names()]
+    """Returns the table that the program reads: descriptions of the commands of these names, or of all. Words that modules print
+    go to standard error."""
+    with contextlib.redirect_stdout(sys.stderr):
+        return [description_of(name) for name in chosen or names()]
+
+
+def listed():
+    """Returns a line of help for each of the package's commands."""
+    return "".join(f"{name:<16}{module_of(name).HELP}\n" for name in names())
 
 
 def description_of(name):
@@ -72,17 +110,34 @@ def description_of(name):
         module = module_of(name)
     except InputError as error:
         raise InputError(f"{name.replace('-', '_')}.py: {error}") from None
+    except SystemExit:
+        raise Failure(f"{name.replace('-', '_')}.py is no command: it ends Python when it is imported") from None
     missing = [each for each in ("HELP", "ARGUMENTS", "act") if not hasattr(module, each)]
     if missing:
         raise InputError(f"{module.__file__} is no command: it has no {missing[0]} (it needs HELP, ARGUMENTS and act)")
     if not isinstance(module.HELP, str) or not all(isinstance(each, dict) and "kind" in each for each in module.ARGUMENTS):
         raise InputError(f"{module.__file__} is no command: HELP is a text and ARGUMENTS a list of argument(...)")
+    try:
+        parser_of(module)
+    except (argparse.ArgumentError, ValueError) as error:
+        raise InputError(f"{module.__file__} is no command: {error}") from None
     return {"name": name, "help": module.HELP, "arguments": module.ARGUMENTS}
 
 
 class Parser(argparse.ArgumentParser):
     def error(self, message):
         raise InputError(message)
+
+
+class Once(argparse.Action):
+    """Stores the value of an option that may be given once."""
+
+    def __call__(self, parser, request, value, option=None):
+        given = request.__dict__.setdefault("options_given", set())
+        if option in given:
+            parser.error(f"{option} is given twice, and once is allowed")
+        given.add(option)
+        setattr(request, self.dest, value)
 
 
 def value_reader(rules):
@@ -93,8 +148,8 @@ def value_reader(rules):
         if word == "":
             raise argparse.ArgumentTypeError("the value is empty")
         value = KINDS[rules["kind"]](word)
-        if rules.get("positive") and not value > 0:
-            raise argparse.ArgumentTypeError(f"{word} is not allowed: it must be a number above 0")
+        if rules.get("positive") and not 0 < value < math.inf:
+            raise argparse.ArgumentTypeError(f"{word} is not allowed: it must be a finite number above 0")
         if rules.get("allowed") and word not in rules["allowed"]:
             raise argparse.ArgumentTypeError(f"{word} is not allowed: it is one of {', '.join(rules['allowed'])}")
         return value
@@ -107,12 +162,13 @@ def value_reader(rules):
     return read
 
 
-def parser_of(name):
-    """Returns the argparse parser of a command, and its module."""
-    module = module_of(name)
-    parser = Parser(prog=f"lichtenberg {name}", description=module.HELP, allow_abbrev=False)
+def parser_of(module):
+    """Returns the argparse parser of a command's module. Throws ValueError for an argument that excludes one that is not before
+    it, and argparse.ArgumentError for a name that stands twice."""
+    parser = Parser(prog="lichtenberg", description=module.HELP, allow_abbrev=False)
+    groups = {}
     for each in module.ARGUMENTS:
-        several, place = each["kind"] in ("ints", "texts"), not each["name"].startswith("-")
+        several, place = each["kind"] in LISTS, not each["name"].startswith("-")
         options = {"help": each["help"].replace("%", "%%")}
         if each["kind"] == "flag":
             options["action"] = "store_true"
@@ -127,18 +183,19 @@ def parser_of(name):
                 options |= {"nargs": "?", "const": "true"}
             if not place:
                 options["required"] = each.get("required", False)
-        parser.add_argument(each["name"].lower() if place else each["name"], **options)
-    return parser, module
+                options.setdefault("action", Once)
+        excluded = each.get("excluded")
+        if excluded and excluded not in groups:
+            raise ValueError(f"argument {each['name']}: there is no option {excluded} before it that it could exclude")
+        group = groups[excluded] if excluded else parser
+        excluding = [other for other in module.ARGUMENTS if other.get("excluded") == each["name"]]
+        if excluding:
+            group = groups[each["name"]] = parser.add_mutually_exclusive_group()
+        group.add_argument(each["name"].lower() if place else each["name"], **options)
+    return parser
 
 
 def parse(name, words):
     """Returns the values of a command's arguments as attributes. `words` were read by the program, or come from a command line
     of Python's own. Throws InputError."""
-    parser, module = parser_of(name)
-    request = parser.parse_args(words)
-    for each in module.ARGUMENTS:
-        given = [option for option in (each["name"], each.get("excluded")) if option and any(
-            word == option or word.startswith(option + "=") for word in words)]
-        if len(given) == 2:
-            raise InputError(f"{given[0]} excludes {given[1]}")
-    return request
+    return parser_of(module_of(name)).parse_args(words)

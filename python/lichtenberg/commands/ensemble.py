@@ -65,6 +65,7 @@ ARGUMENTS = [
         "print JSON in place of the table, or write it to a FILE beside the table: what ensemble.json in the folder holds "
         "as well",
         value_optional=True,
+        value_follows=True,
     ),
     argument("--quiet", "show no progress", "flag"),
 ]
@@ -108,8 +109,9 @@ class Folder:
         try:
             os.makedirs(path, exist_ok=True)
         except OSError as error:
-            reason = "a file of this name exists" if isinstance(error, FileExistsError) else error.strerror
-            raise InputError(f"--out {path}: this folder cannot be made ({reason})") from None
+            if isinstance(error, FileExistsError):
+                raise InputError(f"--out {path}: a file of this name exists, name another folder") from None
+            raise Failure(f"the folder {path} cannot be made ({error.strerror})") from None
         self.path = path
         self.locks = [self.lock(".lock", fcntl.LOCK_SH if share else fcntl.LOCK_EX)]
         if share:

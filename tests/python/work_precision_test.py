@@ -136,5 +136,21 @@ class FreeFem(unittest.TestCase):
             freefem.answer_of({**self.SPHERE, "groups": [{}]}, ["1", "2"])
 
 
+class CandidatesOfJoinedMethods(unittest.TestCase):
+    def test_an_error_or_a_cost_of_0_leaves_the_method_out(self):
+        class Wrong(Method):
+            name = "wrong"
+
+        sweep = Sweep.__new__(Sweep)
+        sweep.left_out = []
+        self.assertEqual(sweep.candidates_of(Wrong()), [])  # it has no candidates()
+        Wrong.candidates = lambda self, sweep: [({"S": 32}, 0)]
+        self.assertEqual(sweep.candidates_of(Wrong()), [])
+        self.assertIn("NotImplementedError in the method", sweep.left_out[0]["reason"])
+        self.assertIn("a cost that is not above 0", sweep.left_out[1]["reason"])
+        Wrong.candidates = lambda self, sweep: [({"S": 32}, 1)]
+        self.assertEqual(sweep.candidates_of(Wrong()), [({"S": 32}, 1)])
+
+
 if __name__ == "__main__":
     unittest.main()

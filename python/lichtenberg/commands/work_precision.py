@@ -59,17 +59,34 @@ class Sweep:
         self.about = self.program.read()
         kind, self.subject = self.about.pop("kind"), self.about.pop("subject", None)
         self.joined = [m for m in joined if m.kind == kind and (not request.methods or m.name in request.methods)]
+        self.points, self.left_out = [], []
         self.methods = [
             (each["name"], each["description"], [(dict(settings), cost) for settings, cost in each["candidates"]], None)
             for each in self.about.pop("methods")
-        ] + [(method.name, method.description, method.candidates(self), method) for method in self.joined]
-        self.points, self.left_out = [], []
+        ] + [(method.name, method.description, self.candidates_of(method), method) for method in self.joined]
+
+    def candidates_of(self, method):
+        """Returns the candidates of a joined method: none, and a reason in left_out, for an error in its code or a cost that is not
+        above 0."""
+        try:
+            candidates = method.candidates(self)
+            if all(cost > 0 for _, cost in candidates):
+                return candidates
+            reason = "a candidate has a cost that is not above 0"
+        except Exception as error:  # which must not end the sweep of the other methods
+            reason = f"{type(error).__name__} in the method ({error})"
+        self.left_out.append({"method": method.name, "settings": {}, "reason": reason})
+        return []
 
     def measure(self, number, place, settings, method):
         """A point. Throws InputError and Failure."""
         if method:
             return self.measure_joined(method, settings)
-        answer = self.program.ask(method=number, candidate=place)
+        return self.asked(method=number, candidate=place)
+
+    def asked(self, **question):
+        """Returns the program's answer. Throws InputError and Failure with its sentence."""
+        answer = self.program.ask(**question)
         if "refused" in answer:
             raise InputError(answer["refused"])
         if "failed" in answer:
@@ -94,10 +111,7 @@ class Sweep:
             raise Failure("unstable") from None
         except TypeError as error:
             raise Failure(f"its answer is not of the shape that methods/__init__.py describes ({error})") from None
-        answer = self.program.ask(errors=answer)
-        if "failed" in answer:
-            raise Failure(answer["failed"])
-        return {**answer, "seconds": statistics.median(runs), "cores": 1.0, "work": 0}
+        return {**self.asked(errors=answer), "seconds": statistics.median(runs), "cores": 1.0, "work": 0}
 
 
 def timed(run):

@@ -109,8 +109,14 @@ struct FieldsRequest {
   bool quiet = false;
 };
 
-/// Returns the indices of frames on standard input, one a line.
-std::vector<int> chosen_frames() { return {std::istream_iterator<int>(std::cin), std::istream_iterator<int>()}; }
+/// Returns the indices of frames on standard input, one on a line. `count`: number of frames. Throws InputError.
+std::vector<int> chosen_frames(int count) {
+  std::vector<int> frames{std::istream_iterator<int>(std::cin), std::istream_iterator<int>()};
+  const auto is_there = [&](int frame) { return frame >= 0 && frame < count; };
+  if (!std::cin.eof() || !std::ranges::all_of(frames, is_there))
+    throw InputError(fmt::format("standard input must hold indices of frames, one on a line, from 0 to {}", count - 1));
+  return frames;
+}
 
 void write_fields(const FieldsRequest& request) {
   const Result result(request.file);
@@ -124,7 +130,7 @@ void write_fields(const FieldsRequest& request) {
   write_all(std::as_bytes(std::span(shape)));
   laplace::CutCellSolver solver({.cells = cells, .tolerance = picture_tolerance});
   Bodies bodies = make_bodies(scene);
-  const std::vector<int> frames = chosen_frames();
+  const std::vector<int> frames = chosen_frames(result.frames());
   const int count = static_cast<int>(frames.size());
   Progress progress(0, count, request.quiet);
   for (int k = 0; k < count; ++k) {

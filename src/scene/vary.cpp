@@ -112,7 +112,7 @@ std::optional<double> bare_number(const std::string& value) {
 std::vector<std::string> listed_values(const std::string& list) {
   const auto refuse_it = [&] {
     throw InputError(
-        fmt::format("{} is no list of values: they are written as in a scene file, with commas between "
+        fmt::format("`{}` is no list of values: they are written as in a scene file, with commas between "
                     "them and text in quotes, as in 0.4e-3,0.8e-3 or \"cvode\",\"euler\"",
                     list));
   };

@@ -295,6 +295,6 @@ def save(figure, path):
             figure.savefig(file, format=Path(path).suffix[1:] or "png")
         os.replace(partial, path)
     except (OSError, ValueError) as error:
-        raise Failure(f"{path} cannot be written ({error})") from None
+        raise Failure(f"{path} cannot be written ({getattr(error, 'strerror', None) or error})") from None
     finally:
         Path(partial).unlink(missing_ok=True)

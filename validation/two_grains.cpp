@@ -1,6 +1,6 @@
 // Two grains of opposite charge, head-on: captured after a loss, or not. Every integrator against CVODE in free space
-// (validation/theory/two_grains.hpp), to which scenes/two-grains.toml is equal as long as the grains are closer than half its
-// box: nearest images attract as charges in free space do.
+// (validation/theory/two_grains.hpp), to which scenes/two-grains.toml is equal as long as the grains are closer than
+// half its box: nearest images attract as charges in free space do.
 //
 // Bounds. cvode: 1e-13 of a step in places and momenta, thousands of steps, to a speed of order 1: 1e-9. Others: at
 // dt = .005 the restitution is off by at most .0011 to .0020 at v = 1 to 5 (verlet), .0011 to .0018 (gear), .0018 to

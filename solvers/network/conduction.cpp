@@ -142,8 +142,6 @@ std::vector<double> solve(const Network& network, const ConductionOptions& optio
 
 }  // namespace
 
-
-
 Conduction conduct(const Network& network, int low, int high, const ConductionOptions& options) {
   check(network);
   check_nodes(network, {low, high});

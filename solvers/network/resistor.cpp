@@ -108,8 +108,8 @@ Eigen::MatrixXd green_particle(const Particle& touched, double spot, double own,
   return checked_links(particle, spot, resistance);
 }
 
-/// For a disk of radius a the function is -(rho_s / pi) ln(d / a) between points of its rim. For a contact of half-angle
-/// eps at one potential, its mean over the contact itself is -(rho_s / pi) ln sin(eps / 2).
+/// For a disk of radius a the function is -(rho_s / pi) ln(d / a) between points of its rim. For a contact of
+/// half-angle eps at one potential, its mean over the contact itself is -(rho_s / pi) ln sin(eps / 2).
 Eigen::MatrixXd disk_particle(const Parameters& p, const Particle& particle) {
   const double scale = *p.sheet_resistance * particle.resistivity / pi;
   const double own = -scale * std::log(std::sin(0.5 * std::asin(*p.spot / particle.radius)));

@@ -7,7 +7,6 @@
 namespace lichtenberg::analysis {
 namespace {
 
-
 double mean(std::span<const double> values) {
   return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }

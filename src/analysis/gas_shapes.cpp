@@ -118,8 +118,7 @@ std::vector<double> mean_by_grains(std::span<const ClusterShape> shapes, double 
     if (sum.size() < size) sum.resize(size), number.resize(size);
     if (std::isfinite(shape.*quantity)) sum[shape.grains] += shape.*quantity, ++number[shape.grains];
   }
-  for (std::size_t n = 0; n < sum.size(); ++n)
-    sum[n] = number[n] > 0 ? sum[n] / number[n] : NAN;
+  for (std::size_t n = 0; n < sum.size(); ++n) sum[n] = number[n] > 0 ? sum[n] / number[n] : NAN;
   return sum;
 }
 

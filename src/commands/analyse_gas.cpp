@@ -374,8 +374,8 @@ ClusterState GasAnalyser::state_of(const Bodies& bodies, std::span<const Pair> p
   state.temperature = temperature.total, state.local_temperature = temperature.local;
   for (const double charge : clusters.charge) state.square_charge += charge * charge / count;
   const auto strength = number_in(scene_, &EffectKind::charge_strength);
-  state.bjerrum = strength.value_or(NAN) * state.square_charge /
-                  (state.local_temperature * std::cbrt(bodies.size() / count));
+  state.bjerrum =
+      strength.value_or(NAN) * state.square_charge / (state.local_temperature * std::cbrt(bodies.size() / count));
   const std::vector<ClusterShape> shapes = analysis::cluster_shapes(bodies, pairs, 2, dipole);
   state.charge_dipole = analysis::mean_by_grains(shapes, &ClusterShape::charge_dipole);
   state.induced_dipole = analysis::mean_by_grains(shapes, &ClusterShape::induced_dipole);
@@ -407,8 +407,7 @@ GasFrame GasAnalyser::one(int index) const {
                  .mach = analysis::mach_number(now, analysis::temperature_edge),
                  .structure = analysis::structure_factors(now),
                  .displacement = analysis::mean_square_displacement(first_, now),
-                 .persistence = index > 0 ? analysis::persistence(contacts(index - 1), touching)
-                                          : NAN,
+                 .persistence = index > 0 ? analysis::persistence(contacts(index - 1), touching) : NAN,
                  .charge_by_speed = analysis::charge_by_speed(now, fastest_of_charges, charge_by_speed_bins)};
   found.energies = energies_at(found.time);
   found.density_exponent = analysis::size_exponent(found.gas.density.size);

@@ -17,7 +17,6 @@ using analysis::DegreeRelations;
 using analysis::Distribution;
 using analysis::PowerLaw;
 
-
 using FrameColumns = Columns<FrameAnalysis>;
 
 std::vector<double> in_order(const Distribution& d) {
@@ -82,9 +81,7 @@ void add_lengths(FrameColumns& columns, double radius) {
 }
 
 void add_dimension(FrameColumns& columns, const std::string& name, std::optional<PowerLaw> analysis::Topology::*law) {
-  const auto of = [=](const FrameAnalysis& f) {
-    return (f.topology.*law).value_or(PowerLaw{NAN, NAN, NAN, NAN, 0});
-  };
+  const auto of = [=](const FrameAnalysis& f) { return (f.topology.*law).value_or(PowerLaw{NAN, NAN, NAN, NAN, 0}); };
   columns.real(name, "1", [=](auto& f) { return of(f).exponent; });
   columns.real(name + "_error", "1", [=](auto& f) { return of(f).standard_error; });
   columns.reals(name + "_range", "m", [=](auto& f) { return std::vector{of(f).from, of(f).to}; });

@@ -46,8 +46,8 @@ std::string cases_of_values(const Command& command) {
   for (const Argument& argument : command.arguments)
     if (is_option(argument) && !values_of(argument).empty())
       for (const std::string& name : names_of(argument, command))
-        cases += fmt::format("    \"{} {}\") words=\"{}\" ;;\n", command.name, name,
-                             fmt::join(values_of(argument), " "));
+        cases +=
+            fmt::format("    \"{} {}\") words=\"{}\" ;;\n", command.name, name, fmt::join(values_of(argument), " "));
   return cases;
 }
 
@@ -74,9 +74,9 @@ std::string section_of(const Command& command) {
   std::string synopsis, options;
   for (const Argument& argument : command.arguments) {
     if (!is_option(argument)) synopsis += argument.rule.required ? " " + argument.name : " [" + argument.name + "]";
-    options += fmt::format(".TP\n\\fB{}\\fR{}\n{}\n",
-                           roff(fmt::format("{}", fmt::join(names_of(argument, command), ", "))),
-                           value_in_words(argument), roff(argument.help));
+    options +=
+        fmt::format(".TP\n\\fB{}\\fR{}\n{}\n", roff(fmt::format("{}", fmt::join(names_of(argument, command), ", "))),
+                    value_in_words(argument), roff(argument.help));
   }
   return fmt::format(".SS {}{} [OPTIONS]\n{}.\n{}", command.name, synopsis, roff(command.help), options);
 }
@@ -86,7 +86,8 @@ std::string section_of(const Command& command) {
 std::vector<std::string> names_of(const Argument& argument, const Command& command) {
   std::vector<std::string> names{argument.name};
   for (const auto& [name, other] : other_names)
-    if (argument.name == name && std::ranges::find(command.arguments, other, &Argument::name) == command.arguments.end())
+    if (argument.name == name &&
+        std::ranges::find(command.arguments, other, &Argument::name) == command.arguments.end())
       names.emplace_back(other);
   return names;
 }

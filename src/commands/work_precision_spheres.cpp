@@ -130,7 +130,8 @@ Json described(const laplace::SphereProblem& problem) {
     json["side_potential"].push_back(problem.box.sides[side] == Boundary::electrode ? Json(problem.side_potential[side])
                                                                                     : Json());
   for (const laplace::Sphere& sphere : problem.spheres)
-    json["spheres"].push_back({{"centre", components(sphere.centre)}, {"radius", sphere.radius}, {"group", sphere.group}});
+    json["spheres"].push_back(
+        {{"centre", components(sphere.centre)}, {"radius", sphere.radius}, {"group", sphere.group}});
   for (const laplace::Group& group : problem.groups)
     json["groups"].push_back({{"floating", group.floating}, {"charge", group.charge}, {"potential", group.potential}});
   return json;

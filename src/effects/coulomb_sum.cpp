@@ -1,6 +1,5 @@
 #include "src/effects/coulomb_sum.hpp"
 
-
 #include <algorithm>
 
 #include "solvers/periodic/ewald.hpp"

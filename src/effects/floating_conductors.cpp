@@ -271,8 +271,6 @@ void check_processes(const FieldTable* field) {
   throw InputError(fmt::format("{} runs on one process, and mpirun started {}: {}", what, processes, instead));
 }
 
-
-
 const EffectKind& FloatingConductorsOptions::kind() {
   static const EffectKind kind = {
       .name = "floating_conductors",

@@ -78,13 +78,13 @@ class Motion final : public ContactMotion {
     const auto horizon = [&](double speed) { return std::max(dt_, std::min(of.way / speed, most_steps * dt_)); };
     const double longest = horizon(of.fastest), velocity_kick = kicked * (std::ceil(longest / of.time) + 1);
     const double fastest = of.fastest + velocity_kick + external_acceleration * std::max(longest, of.time);
-    const double hardest = largest_acceleration(2 * fastest);
+    const double largest = largest_acceleration(2 * fastest);
     Bounds bounds{.fastest = fastest,
                   .velocity_kick = velocity_kick,
                   .external_acceleration = external_acceleration,
-                  .acceleration = 2 * std::max(least * hardest, more * queue_.max_contact_acceleration())};
+                  .acceleration = 2 * std::max(least * largest, more * queue_.max_contact_acceleration())};
     const double step = ContactEventQueue<d>::longer * dt_;  // the longest until the next search
-    bounds.excess = std::min(hardest, unseen_acceleration(step, 2 * bounds.speed())) * step * step / 4;
+    bounds.excess = std::min(largest, unseen_acceleration(step, 2 * bounds.speed())) * step * step / 4;
     pairs_.clear();
     for (const Open& one : open_) pairs_.push_back(one.contact.pair);
     const auto open = [&](Pair pair) {  // the grains of a contact have slots

@@ -49,7 +49,7 @@ class ContactRows {
             parallel::Team& team);
   /// Adds candidate pairs that are apart at the start of step n.
   template <class SlotsOf>
-  void add(int meeting, const SlotsOf& slots_of, int n, parallel::Team& team);
+  void add(int candidates, const SlotsOf& slots_of, int n, parallel::Team& team);
   /// Computes the motion of all pairs to the end of the step. `move` transfers it to the grains.
   void follow(parallel::Team& team);
   void move(int n);
@@ -208,10 +208,10 @@ void ContactRows<d, Law>::look(int touching, const SlotsOf& slots_of, const Sinc
 
 template <int d, class Law>
 template <class SlotsOf>
-void ContactRows<d, Law>::add(int meeting, const SlotsOf& slots_of, int n, parallel::Team& team) {
+void ContactRows<d, Law>::add(int candidates, const SlotsOf& slots_of, int n, parallel::Team& team) {
   pair_.resize(touching_);
-  for (int p = 0; p < meeting; ++p) pair_.push_back(slots_of(p));
-  resize(touching_ + meeting);
+  for (int p = 0; p < candidates; ++p) pair_.push_back(slots_of(p));
+  resize(touching_ + candidates);
   // New pairs fill the last row of the pairs in contact, which is computed again.
   for (std::size_t p = touching_; p < pair_.size(); ++p) of_.age[static_cast<int>(p)] = -1;
   for_each_row(touching_ / width * width, count_, team, [&](Row row) {

@@ -26,7 +26,7 @@ template <int d>
 GrainContact touched(Pair pair, Vec<d> before, Vec<d> now, double reach, double begin, double dt) {
   const Vec<d> way = now - before;
   const double b = dot(before, way), c = norm2(before) - reach * reach;
-  const double part = std::clamp(straight_onset(b, c, norm2(way)), 0.0, 1.0);
+  const double part = c > 0 ? std::min(straight_onset(b, c, norm2(way)), 1.0) : 0;
   return {pair, begin + part * dt, closing(PairState<d>{before + part * way, way / dt})};
 }
 

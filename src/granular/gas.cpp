@@ -77,7 +77,7 @@ GasEnergy Gas::energy(std::optional<double> potential) {
   GasEnergy book = book_;
   book.kinetic = kinetic_energy();
   book.contact = stored_energy(law_, model_.bodies, contacts_);
-  book.potential = potential ? *potential : potential_energy();
+  book.potential = potential_energy(potential);
   return book;
 }
 
@@ -90,7 +90,8 @@ State Gas::state() {
   return {time_, model_.bodies, pairs, *team_};
 }
 
-double Gas::potential_energy() {
+double Gas::potential_energy(std::optional<double> known) {
+  if (known) return *known;
   const State now = state();
   const Stopwatch stopwatch(seconds_.forces);
   double energy = 0;
@@ -267,11 +268,11 @@ void Gas::settle_contacts(Instant& now) {
     for (const auto& effect : model_.effects) effect->exchange_charges(record_, model_.bodies, charge);
   }
   if (charge == model_.bodies.charge) return;
-  const double before = now.potential ? *now.potential : potential_energy();
+  const double before = potential_energy(now.potential);
   model_.bodies.charge = std::move(charge);
   now.force.clear(), now.potential.reset();
   find_forces(now, Want::energy);
-  book_.exchanged += (now.potential ? *now.potential : potential_energy()) - before;
+  book_.exchanged += potential_energy(now.potential) - before;
 }
 
 bool Gas::in_elastic_stage() const { return stage_ < scene_.stages.size() && scene_.stages[stage_].elastic; }

@@ -136,7 +136,7 @@ class Gas {
   int contact_steps_within(const Instant& now, double dt, double gain) const;
   [[noreturn]] void refuse_travel(double dt, double fastest, double gain) const;
   void book(ContactRecord record);
-  double potential_energy();
+  double potential_energy(std::optional<double> known);
   /// Returns kinetic and elastic energy.
   double mechanical_energy() const;
   State state();

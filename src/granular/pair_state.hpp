@@ -36,7 +36,7 @@ LICHTENBERG_HOST_DEVICE void fly(Vector& place, Vector& momentum, const Vector& 
 inline constexpr double too_close = 0.1;
 
 /// Returns the time after which a pair in straight relative motion r + v t has the distance `reach`; infinite if it
-/// never has. b = r v, c = r^2 - reach^2, v2 = v^2.
+/// never has. b = r v, c = r^2 - reach^2 > 0 (the pair is apart), v2 = v^2.
 template <class Real>
 LICHTENBERG_HOST_DEVICE Real straight_onset(const Real& b, const Real& c, const Real& v2) {
   const Real root = b * b - v2 * c;

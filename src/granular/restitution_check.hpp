@@ -14,7 +14,8 @@
 namespace lichtenberg::granular {
 
 /// Head-on collision of two grains by the law of their contact, at a speed > 0. `scale`: the law's factor by the radii.
-/// A restitution below a thousandth is given as 0 (theory::RestitutionCurve ends there).
+/// Of viscoelastic grains, a restitution below a thousandth, where theory::RestitutionCurve ends, is given as 0, and
+/// its duration as 0.
 HeadOnCollision expected_collision(const GrainContactLaw& law, double effective_mass, double scale, double speed);
 
 /// Errors of the restitution in a run, by decade of the impact speed.
@@ -28,10 +29,10 @@ class RestitutionCheck {
     double mean() const { return sum / static_cast<double>(collisions); }
   };
 
-  /// A collision of a isolated pair.
+  /// A collision of an isolated pair.
   struct Seen {
     double began = 0, lasted = 0;                                      ///< t0
-    double impact_speed = 0, parting_speed = 0, tangential_speed = 0;  ///< v0; the last one when they part
+    double impact_speed = 0, parting_speed = 0, tangential_speed = 0;  ///< v0; tangential_speed: at the end
 
     LICHTENBERG_HOST_DEVICE double error(double expected) const {
       return std::abs(parting_speed / impact_speed - expected);

@@ -26,7 +26,7 @@ struct ContactParts {
 /// Head-on collision of two grains on which nothing but their contact acts.
 struct HeadOnCollision {
   double restitution = 0;  ///< speed after over speed before
-  double duration = 0;     ///< t0, of the force
+  double duration = 0;     ///< t0, of the force; 0 if it was not computed
 };
 
 /// Returns the force max(elastic + damping * closing, 0), where `closing` is the closing speed. Grains without adhesion

@@ -14,8 +14,7 @@ LICHTENBERG_HOST_DEVICE inline double arc_over_sine(double z) {
 }
 
 /// Linear spring and dashpot, F = max(A xi + B xi', 0), xi the overlap (Cundall and Strack 1979), in reduced units. All
-/// pairs have the same A and B whatever their radii, so the restitution of a pair depends on its effective mass
-/// (pair_law.hpp).
+/// pairs have the same A and B whatever their radii, so the restitution of a pair depends on its effective mass.
 struct LinearSpringLaw {
   static constexpr bool constant_restitution = true;
   double stiffness = 0;  ///< A

@@ -8,7 +8,7 @@ namespace lichtenberg {
 
 /// Viscoelastic spheres, F = max(E xi^(3/2) + D sqrt(xi) xi', 0), xi the overlap (Brilliantov, Spahn, Hertzsch and
 /// Poeschel 1996), in reduced units. E and D apply to two grains of diameter d0 = 1. For other radii they are
-/// multiplied by sqrt(R_eff / (d0/4)), as in Hertz's law (pair_law.hpp).
+/// multiplied by sqrt(R_eff / (d0/4)), as in Hertz's law (src/effects/hertz.hpp).
 struct ViscoelasticLaw {
   static constexpr bool constant_restitution = false;
   double elastic = 0;      ///< E = alpha d0^(5/2) / (m v^2)

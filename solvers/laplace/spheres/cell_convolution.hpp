@@ -1,6 +1,5 @@
 #pragma once
 
-
 #include "solvers/laplace/spheres/cell_axes.hpp"
 #include "solvers/laplace/spheres/images.hpp"
 #include "solvers/laplace/spheres/lattice.hpp"

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-
 #include "solvers/error.hpp"
 #include "solvers/periodic/charge_mesh.hpp"
 #include "solvers/periodic/self_term.hpp"

@@ -103,7 +103,7 @@ struct ContactsView {
   double* scale = nullptr;       ///< factor of the law
   /// Forces on the higher grain; first: relative acceleration by all other contacts.
   Vec3 *force = nullptr, *halfway = nullptr, *first = nullptr;
-  int* next = nullptr;    ///< [ends], next in the linked list of its grain
+  int* next = nullptr;  ///< [ends], next in the linked list of its grain
 };
 
 /// Results of steps, for the host; reduced units.

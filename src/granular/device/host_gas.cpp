@@ -6,7 +6,7 @@ namespace lichtenberg::granular::device {
 std::unique_ptr<DeviceGas> make_host_gas(const Scene& scene) {
   check_scene(scene, Target::host);
   return std::make_unique<GasImpl<parallel::HostExecutor>>(std::make_unique<parallel::HostExecutor>(),
-                                                         gas_options(scene));
+                                                           gas_options(scene));
 }
 
 #ifndef LICHTENBERG_WITH_CUDA

@@ -35,7 +35,7 @@ struct RestitutionDecade {
   double worst = 0;
 };
 
-/// A contact of a isolated pair that has ended; `lower` and `higher` are the sorted indices of its grains.
+/// A contact of an isolated pair that has ended; `lower` and `higher` are the sorted indices of its grains.
 struct EndedContact : RestitutionCheck::Seen {
   int lower = 0, higher = 0;
 };

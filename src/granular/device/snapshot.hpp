@@ -13,6 +13,7 @@
 
 namespace lichtenberg::granular::device {
 
+/// Number of box lengths that a grain has crossed, in each direction.
 struct ImageCount {
   int x = 0, y = 0, z = 0;
 };

@@ -35,7 +35,7 @@ struct JsonTarget {
 };
 
 /// Returns the option. `what`: contents of the JSON, for the help. `file_follows`: the next word is the FILE even if it
-/// does not end in .json (syntax of earlier versions).
+/// does not end in .json (an older syntax).
 Argument json_argument(JsonTarget& target, const std::string& what, bool file_follows = false);
 
 /// Writes the file completely or not at all. Throws Failure if the write fails.

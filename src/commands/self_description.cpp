@@ -13,7 +13,7 @@
 namespace lichtenberg {
 namespace {
 
-/// Alternative spellings and names of earlier versions.
+/// Alternative spellings and deprecated names.
 constexpr std::array<std::pair<const char*, const char*>, 5> other_names{
     {{"--out", "--output"},
      {"--colour", "--color"},

@@ -7,8 +7,8 @@ namespace lichtenberg {
 
 /// Prepares standard input, output and error, once per process, before any file is opened:
 /// - closed streams become /dev/null, so that no file receives their descriptor and the printed text with it;
-/// - failed writes (full disk, closed pipe) neither throw nor end the program. Errors of standard error are ignored;
-/// those of
+/// - failed writes (full disk, closed pipe) neither throw nor end the program. Errors of standard error are ignored.
+/// Those of
 ///   standard output are kept for output_error().
 void prepare_streams();
 

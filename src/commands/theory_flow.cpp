@@ -34,7 +34,7 @@ struct FlowRequest {
   bool separated = false;     ///< separate regions of either sign (G A5.3); otherwise homogeneous
   int dimension = 2, cells = 0;
   std::uint64_t seed = 1;
-  /// called with the present and last time, in the gas's own time
+  /// Called with the present and last time, in the gas's own time
   std::function<void(double own, double end)> at = {};
 };
 

@@ -178,7 +178,7 @@ Method cut_cell(const FieldSubject& subject, const std::vector<int>& sizes, cons
 }
 
 /// Returns the cut-cell method with an assembled matrix, for a PETSc preconditioner. Its setup dominates the time, so
-/// few tolerances suffice.
+/// two tolerances suffice.
 Method assembled(const FieldSubject& subject, const std::vector<int>& sizes, const std::string& name,
                  const std::string& description, const PetscSetting::Options& petsc, CutCellOptions options = {}) {
   options.linear_solver = CutCellOptions::LinearSolver::assembled;

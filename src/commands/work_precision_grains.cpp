@@ -147,7 +147,7 @@ Method on_device(const GasSubject& subject) {
   return method;
 }
 
-/// Returns multirate with the finest contact steps of the sweep. The remaining error is that of forces held constant
+/// Returns multirate with the finest contact steps of the sweep. The remaining error is that of forces kept constant
 /// over the outer step.
 Method charges_held(const GasSubject& subject) {
   Method method{"multirate-charges", "the same with contacts as good as they get: what held charges cost", {}};

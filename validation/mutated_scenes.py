@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Runs every shipped scene with one or two changed keys by the command line.
 
-The program must end with status 0, 1 or 2
-and an error message, print and store no non-finite number, and end on one SIGTERM.
+The program must end with status 0, 1 or 2, and for the latter two with an error message. It must not
+print or store a non-finite number, and must end on one SIGTERM.
 
     mutated_scenes.py [--program build/lichtenberg] [--count 100] [--first 0] [--seconds 20] [--keep FOLDER]
 

@@ -1,8 +1,7 @@
 #!/usr/bin/python3
 """Runs random scene files of gases by the command line.
 
-A run must end with status 0, 1 or 2, never by a signal, and
-its messages must be the program's own.
+A run must end with status 0, 1 or 2, never by a signal, and its messages must be the program's own.
 
     random_gas_scenes.py [--program build/lichtenberg] [--count 100] [--first 0] [--seconds 20] [--keep FOLDER]
 

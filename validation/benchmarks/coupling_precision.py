@@ -1,14 +1,13 @@
 #!/usr/bin/python3
-"""Measures the cost of accurate motion: a scene's beginning at several position tolerances, with and without
-predictions.
+"""Measures the cost of accurate motion at several position tolerances, with and without predictions.
 
     coupling_precision.py scenes/dendrite.toml --time 0.3 --tolerances 4e-3,1e-3,2.5e-4,1e-4 --reference 1e-5
 
-Tolerances are in radii of the smallest conductor. The error of a run is the final distance of conductors from their
-positions in the run without predictions at the reference tolerance: maximum and rms over all conductors. The scene is
-otherwise unchanged, including its frames: each requires a field solve, and output.every is the default of
-mechanics.largest_step. Times are wall times including recording, with field.threads = 0: one thread per core, fewer on
-small grids. Prints the table and draws it to OUTPUT (.png, .pdf or .svg).
+Runs the beginning of a scene. Tolerances are in radii of the smallest conductor. The error of a run is the final
+distance of conductors from their positions in the run without predictions at the reference tolerance: maximum and rms
+over all conductors. The scene is otherwise unchanged, including its frames: each requires a field solve, and
+output.every is the default of mechanics.largest_step. Times are wall times including recording, with field.threads = 0:
+one thread per core, fewer on small grids. Prints the table and draws it to OUTPUT (.png, .pdf or .svg).
 """
 
 import argparse

@@ -5,9 +5,10 @@
                   [--polarized scenes/polarized-gas.toml] [--seconds 10] [--folder FOLDER] --out PICTURE
     gas_forces.py --draw FOLDER --out PICTURE
 
-Compares all summation methods. Runs `work-precision` on the scene (with LAMMPS' PPPM if `lmp` is installed) and on the polarized scene. The latter has
-as many grains in the same box, so both have equal charges at equal positions. All methods are compared with the same
-exact forces. --folder keeps the figures charges.json and dipoles.json; --draw draws these.
+Compares all summation methods. Runs `work-precision` on the scene (with LAMMPS' PPPM if `lmp` is installed) and on the
+polarized scene. The latter has as many grains in the same box, so both have equal charges at equal positions. All
+methods are compared with the same exact forces. --folder keeps the figures charges.json and dipoles.json; --draw draws
+these.
 """
 import argparse
 import json

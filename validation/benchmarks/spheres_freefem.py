@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""Compares finite elements with the solver of spheres on one scene: FreeFEM (P2, conjugate gradients) on meshes by
-Gmsh.
+"""Compares finite elements with the solver of spheres on one scene.
 
     spheres_freefem.py build/validation [--sizes 0.03,0.02,0.012]
 
-The scene is s4_box3 of data/reference-spheres: three floating spheres in a unit box on an electrode. Prints the error
-of the potentials, relative to the largest, and seconds without meshing: FreeFEM's processor time for the three fields
-of the capacitance matrix, and the time that `validation spheres long` prints. Reports if FreeFem++ or gmsh is missing.
+The finite elements are FreeFEM's (P2, conjugate gradients) on meshes by Gmsh. The scene is s4_box3 of
+data/reference-spheres: three floating spheres in a unit box on an electrode. Prints the error of the potentials,
+relative to the largest, and seconds without meshing: FreeFEM's processor time for the three fields of the capacitance
+matrix, and the time that `validation spheres long` prints. Reports if FreeFem++ or gmsh is missing.
 """
 import argparse
 import json

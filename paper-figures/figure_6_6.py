@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Figure 6.6: error of the approximate gradient descent against iterations, with an exponential fit and the predicted
-rate.
+"""Figure 6.6: error of the approximate gradient descent against iterations.
 
-Runs `error_decay` (two disks, d/2R = 4, eta = 0.01, S = 512; half a minute).
+Shown with an exponential fit and the predicted rate. Runs `error_decay` (two disks, d/2R = 4, eta = 0.01, S = 512; half a
+minute).
 """
 
 import re

@@ -5,7 +5,7 @@ cluster.
 Compares neutral and charged gases at the source's size (50016 grains) with many seeds. --conditions varies number,
 density, law of restitution and accuracy of forces, one at a time.
 
-    growth_study.py --device cuda --seconds 450 --processes 12    runs what fits into the time; a new call continues
+    growth_study.py --device cuda --seconds 450 --processes 12    runs as time permits; a new call continues
     growth_study.py --report                                      the table of the stored results
     growth_study.py --conditions ...                              the same for the conditions
 

@@ -45,7 +45,7 @@ BASE = ("dendrite", box(100, 128))
 
 
 def dendrite(**changes):
-    """Returns the base with other values; in keys, two underscores stand for a dot."""
+    """Returns the base with other values; in keys, two underscores mean a dot."""
     return "dendrite", BASE[1] | {key.replace("__", "."): value for key, value in changes.items()}
 
 

@@ -50,7 +50,7 @@ LaplaceProblem random_box(Random& random) {
 }
 
 /// Returns a position for a disk with a distance of at least `least_gap` to all bodies and sides. Every other attempt
-/// places it at exactly that gap from a neighbour.
+/// has exactly that gap from a neighbour.
 std::optional<Vec2> random_place(Random& random, const LaplaceProblem& problem, double radius, double least_gap) {
   const Vec2 size = problem.size;
   const double margin = radius + least_gap;

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Damages result files in many ways and runs every reader of the program on them.
+"""Damages result files by many methods and runs every reader of the program on them.
 
     damaged_results.py [--files 2000] [--seed 1] [--first 0] [--readers 1] [--jobs 1] [--keep FOLDER]
 

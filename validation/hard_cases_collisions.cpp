@@ -40,7 +40,7 @@ double stiffness(double young) {
   return 4.0 / 3.0 * effects::contact_modulus({young, 0.3}, {young, 0.3}) * std::sqrt(radius / 2);
 }
 
-/// Collision of two equal spheres with relative speed v. At the turning point all energy is elastic:
+/// Collision of two equal spheres with relative speed v. At the largest overlap all energy is elastic:
 ///   m_eff v^2 / 2 = 2/5 k overlap^(5/2),   m_eff = m / 2,   k = 4/3 E* sqrt(R / 2).
 /// The contact lasts 2 overlap / v * integral_0^1 dx / sqrt(1 - x^(5/2)) = 4/5 B(2/5, 1/2) overlap / v, which is
 /// 2.943275 overlap / v (Hertz 1882).

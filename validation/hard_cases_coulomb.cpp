@@ -130,7 +130,7 @@ void thousand_bounces(Report& report, FieldCoupling coupling, double contact_gap
     report.at_most(name + "field solves a contact", static_cast<double>(bounces.counters.field_solves) / made, 20);
 }
 
-/// The same in the field of D 4: the number of contacts is not known in advance, but charge is conserved.
+/// A thousand bounces in the field of D 4: the number of contacts is not known in advance, but charge is conserved.
 void thousand_bounces_in_the_field(Report& report, int contacts) {
   Scene scene = between_plates();
   scene.domain.sides[3].potential = 18e3;

@@ -29,7 +29,7 @@ namespace {
 
 parallel::Team& alone = parallel::Team::single();
 
-/// Of terms of order 1, each with about ten rounding errors.
+/// Relative error of sums of terms of order 1, each with about ten rounding errors.
 constexpr double rounding = 4e-15;
 
 double relative(double value, double exact) { return std::abs(value / exact - 1); }

@@ -1,5 +1,5 @@
-// Tests the requested accuracy of spheres in space: random scenes with gaps from 1e-5 R, compared with solutions at a
-// hundredth of the finest accuracy.
+// Tests the requested accuracy of spheres in space: random scenes with gaps from 1e-5 R, compared with solutions at 1 %
+// of the finest accuracy.
 //
 //   spheres_accuracy            seconds
 //   spheres_accuracy long       six times as many scenes, and 1e-4: a minute

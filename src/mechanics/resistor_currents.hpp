@@ -26,7 +26,7 @@ class ResistorCurrents {
   /// Returns the error of a trial's charges, in tolerances; 0 without resistors. A relative error d of a charge changes
   /// the force by 2 d, like a displacement by about d times the distance to the source of the force, which is at least
   /// a radius. A tolerance is therefore position_tolerance / radius of the largest charge, or less if the field's
-  /// accuracy asks for it.
+  /// accuracy requires it.
   double charge_error(const Trial& trial) const;
   /// True if the law of a present contact depends on its state.
   bool has_laws_of_state() const;

@@ -81,7 +81,7 @@ void run_ours(const Options& options, int count, const std::string& method) {
                               options.tolerance));
 }
 
-/// The same energy for PETSc's limited-memory variable metric method.
+/// Potential energy as an objective of PETSc's limited-memory variable metric method.
 struct ForTao {
   statics::PotentialEnergy* energy;
   Clock clock;

@@ -1,6 +1,6 @@
-// Clusters of dense cells (G 4.4.1) as a function of the definition of a dense cell. For each frame of a gas's result,
-// writes S (G 4.8), the number of clusters and the exponent of their sizes as JSON, by cell edge and by the fraction of
-// close packing that a dense cell reaches.
+// Clusters of dense cells (G 4.4.1) as a function of the definition of a dense cell. Writes JSON with S (G 4.8), the
+// number of clusters and the exponent of their sizes for each frame of a gas's result. These depend on the cell edge
+// and on the fraction of close packing of a dense cell.
 //
 //   dense_cells RESULT.h5
 

@@ -1,5 +1,6 @@
-// Euclidean minimum spanning trees of random points (D 7.4.1, figure 7.5), as JSON: one tree in [-1, 1] x [-1, 1] to
-// draw, and the degrees of many trees, for uniform points and for points with a minimum distance, like spheres.
+// Euclidean minimum spanning trees of random points (D 7.4.1, figure 7.5), as JSON. The output holds one tree in [-1,
+// 1] x [-1, 1] for a picture, and the degrees of many trees. Points are uniform, or have a minimum distance like
+// spheres.
 //
 //   spanning_tree
 

@@ -1,4 +1,4 @@
-// Charge balance over whole runs, from the start of a tree to its stationary state: the charge on conductors plus the
+// Charge balance over whole runs, from the start of a tree to its stationary state. The charge on conductors plus the
 // charge collected by the ground equals the injected charge N J t at every frame and through every contact change.
 //
 //   charge_balance         the seedling, 36 conductors

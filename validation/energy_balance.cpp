@@ -8,10 +8,10 @@
 // bound: in a coupling step, the force error displaces a body by at most position_tolerance, with the work |F|
 // tolerance. The charge error is at most tolerance / radius of the largest charge, at the potential difference V:
 // energy Q V tolerance / radius. Both count once per step, with equal signs. The field solver's part is measured
-// separately: the work of the force along the gap at constant charge, compared with the energy change of the same
-// solver, as a fraction of the work.
+// separately. It is the difference between the work of the force along the gap at constant charge and the energy change
+// of the same solver, as a fraction of the work.
 //
-// This allows a few per cent, which a missing term could fit. A missing term would not depend on the step, whereas the
+// This allows a few per cent, which a missing term could fit. A missing term would not depend on the step. The
 // remainder due to the mean potential of a step (energy_book.hpp) decreases with the square of the number of steps. The
 // order of the remainder is therefore measured.
 

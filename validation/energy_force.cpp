@@ -94,9 +94,8 @@ void compare(Report& report, int cells, int disks, double least_gap) {
       if (const auto force = difference_quotient(solver, problem, body, direction))
         error.push_back((*force - dot(solution.body_force[body], direction)) / largest);
   // If a cell centre is within 1e-4 cells of a surface, the difference quotient itself deviates that much from the
-  // slope, but such a link carries a few per cent of the force at most. If a gap contains no fluid cell, the
-  // conductance is an integral over the channel by quadrature. Force and difference then agree within the quadrature
-  // error, 1e-3.
+  // slope. Such a link carries a few per cent of the force at most. If a gap contains no fluid cell, the conductance is
+  // an integral over the channel by quadrature. Force and difference then agree within the quadrature error, 1e-3.
   const double bound = least_gap >= 1 ? 1e-4 : 2e-3;
   report.at_most(fmt::format("smallest gap {} cells, {} components", least_gap, error.size()), spread(error), bound);
 }

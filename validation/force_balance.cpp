@@ -33,8 +33,8 @@ LaplaceProblem scene() {
   return problem;
 }
 
-/// Returns the force on one side of the box along its inward normal, the integral of E_n^2 / 2 or -E_t^2 / 2 (eps = 1):
-/// the field is normal to an electrode and tangential to an insulating side.
+/// Returns the force on one side of the box along its inward normal, the integral of E_n^2 / 2 or -E_t^2 / 2 (eps = 1).
+/// The field is normal to an electrode and tangential to an insulating side.
 ///
 /// `at(k, depth)` is the potential of cell k along the side, `depth` cells inside. The normal field at an electrode of
 /// potential 0 follows from the first two cell centres: V = a d + b d^3 at d = h/2 and 3h/2 (V'' = 0 along a side of

@@ -1,5 +1,5 @@
-// Charges in limiting cases in time: a conductor that transports charge back and forth a thousand times, opposite
-// charges that collapse onto each other, one body among twenty thousand that is much faster than the others.
+// Charges in limiting cases in time. A conductor transports charge back and forth a thousand times; opposite charges
+// collapse onto each other; one body among twenty thousand is much faster than the others.
 //
 //   hard_cases_coulomb         with scripted forces, seconds
 //   hard_cases_coulomb long    also a thousand bounces in the cut-cell field
@@ -198,8 +198,8 @@ Scene falling(const Fall& fall, FieldCoupling coupling, double last_gap) {
 /// Each of n steps displaces both bodies by at most d. In oil, a displacement at s' grows by s'/s until s: the change
 /// of s ds is at most 2 n s_0 d, which corresponds to the time n s_0 d drag / A. Without oil, an error of 2 d of the
 /// gap at rest changes the time by the fraction 2 d / s_0, later errors by less. In split coupling d is the position
-/// tolerance. In monolithic coupling n is at most the number of solves, and d is 1e-6 R plus 1e-6 of the momentum;
-/// without oil another R of that (stepper.hpp), which displaces by 1e-6 of the path.
+/// tolerance. In monolithic coupling n is at most the number of solves, and d is 1e-6 R plus the effect of 1e-6 of the
+/// momentum. Without oil another 1e-6 R is added (stepper.hpp), which displaces by 1e-6 of the path.
 void collapse(Report& report, const Fall& fall, FieldCoupling coupling, double last_gap) {
   const double first_gap = 4 * radius, strength = 1e-8;
   const Scene scene = falling(fall, coupling, last_gap);

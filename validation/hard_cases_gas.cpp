@@ -7,7 +7,7 @@
 //                          cluster-at-rest, to-one-cluster, lists, charges, driven, bits
 //
 // Bounds are derived next to the rows. `periodic` tests crystals, splittings and forces of all dipole variants against
-// energy differences; tests/theory_gas_test.cpp tests closed forms at cancelling arguments; tests of src/analysis test
+// energy differences. tests/theory_gas_test.cpp tests closed forms at cancelling arguments. Tests of src/analysis cover
 // temperatures by cells and dimensions of known clusters.
 
 #include "solvers/periodic/dipoles.hpp"
@@ -124,8 +124,9 @@ void cooled_gas(Report& report, bool all) {
   Run run(gas_cases::cooling_gas(n));
   const auto temperature = [&] { return 2 * run.gas.model().kinetic_energy() / (3 * n); };
   while (run.gas.time() < 400 && temperature() > coldest) run.step(1e9);
-  // Each step rounds a grain's momentum by 1.1e-16 of it a few times at random, mostly at the start, when the gas is
-  // sqrt(T_0 / T) times as fast: ten times 1.1e-16 sqrt(10 / T) sqrt(steps) of the thermal momentum. Target: 1e-10.
+  // Each step rounds a grain's momentum by 1.1e-16 of it a few times at random. Most of it occurs at the start, when
+  // the gas is sqrt(T_0 / T) times as fast. Bound: ten times 1.1e-16 sqrt(10 / T) sqrt(steps) of the thermal momentum.
+  // Target: 1e-10.
   report.at_most(
       fmt::format("momentum over thermal momentum, at T = {:.2g}, t = {:.3g}", temperature(), run.gas.time()),
       momentum(run.gas.bodies()) / thermal_momentum(run.gas),

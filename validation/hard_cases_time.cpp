@@ -1,11 +1,11 @@
-// Limiting cases in time: contacts that coincide, graze, occur at an output time or a thousand times; charges that
-// collapse onto each other; a run resumed in the middle of a contact.
+// Limiting cases in time: contacts that coincide, graze, or occur at an output time; charges that collapse onto each
+// other; a run resumed in the middle of a contact.
 //
 //   hard_cases_time         with scripted forces and line charges, seconds
 //   hard_cases_time long    more seeds, the cut-cell field, the reference coupling throughout
 //
 // Positions have an error of position_tolerance (1e-3 radius here) per coupling step, so event times have this error
-// over the speed. relative_tolerance is 1e-6 per step of the integrator.
+// over the speed. The integrator has a relative_tolerance of 1e-6 per step.
 
 #include <array>
 

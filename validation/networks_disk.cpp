@@ -1,6 +1,6 @@
-// Resistance matrix of a disk with small contacts on its rim, model "disk" of `solvers/network`: compared with elliptic
-// functions (two contacts), with a spectral solution of Laplace's equation in the disk (any number and width), and with
-// the field solver.
+// Resistance matrix of a disk with small contacts on its rim, model "disk" of `solvers/network`. It is compared with
+// elliptic functions (two contacts), with a spectral solution of Laplace's equation in the disk (any number and width),
+// and with the field solver.
 //
 // The field solver has boxes, not disks. A resistance in the plane is invariant under conformal maps, and
 //   z = integral of dt / sqrt(1 - t^4) from 0 to t
@@ -106,9 +106,9 @@ double mapped_half_angle(double w) {
   return eps;
 }
 
-/// Returns the same by the field solver (charges correspond to currents), between half-disks of radius b at the middles
-/// of the left, bottom and right side of a unit box of conductivity 1. A half-disk on a straight side is equivalent to
-/// a strip of half-width 2 b (z + b^2 / z), in a box up to O(b^2).
+/// Returns the same by the field solver, whose charges correspond to currents. The contacts are half-disks of radius b
+/// at the middles of the left, bottom and right side of a unit box of conductivity 1. A half-disk on a straight side is
+/// equivalent to a strip of half-width 2 b (z + b^2 / z), in a box up to O(b^2).
 double in_box(const std::vector<int>& contacts, int from, int to, double b, int cells) {
   const std::array<Vec2, 3> middle = {Vec2{0, 0.5}, Vec2{0.5, 0}, Vec2{1, 0.5}};
   laplace::LaplaceProblem problem{.size = {1, 1}, .permittivity = 1};

@@ -3,7 +3,7 @@
 //   networks_percolation          seconds
 //   networks_percolation long     larger lattices: an hour on one core
 //
-// A lattice of L + 1 columns of L nodes between two bars is self-dual: it conducts from bar to bar if and only if its
+// A lattice of L + 1 columns of L nodes between two bars is self-dual. It conducts from bar to bar if and only if its
 // dual, whose bonds are open where these are closed, does not conduct across. At p = 1/2 it therefore conducts with
 // probability 1/2. If bonds are opened one by one, the p of first conduction is distributed symmetrically about 1/2 for
 // each L.

@@ -1,6 +1,6 @@
 // Sums of charges and dipoles in a periodic box: lattice constants of crystals, twenty charges in quadruple precision,
-// independence of the splitting, truncation errors against estimates, forces against energy differences, induced
-// dipoles against closed sums.
+// independence of the splitting, and truncation errors against estimates. Forces are compared with energy differences,
+// induced dipoles with closed sums.
 //
 //   periodic         seconds
 //   periodic long    also the energy of fifty polarizable elastic grains over 1e4 steps; minutes

@@ -154,9 +154,9 @@ struct Estimated {
 
 /// Returns the largest admissible ratio to an estimate, which is an rms over all positions. The truncation error of the
 /// cloud is largest just beyond the cut-off. For a pair there it is sqrt(band limit cutoff) of the estimate over the
-/// pair's own force (by quadrature), and this part is half of the squared estimate, or all of it if the mesh is finer
-/// than necessary. Dipoles induced there are negligible. Otherwise a few pairs determine the error, with squares near
-/// the mean: the largest of n exponentially distributed values is ln n, and rarely ln n + 4.
+/// pair's own force (by quadrature). This part is half of the squared estimate, or all of it if the mesh is finer than
+/// necessary. Dipoles induced there are negligible. Otherwise a few pairs determine the error, with squares near the
+/// mean: the largest of n exponentially distributed values is ln n, and rarely ln n + 4.
 double most_for(const periodic::MeshChoice& choice, int cases) {
   return std::sqrt(std::max(2 * choice.band_limit * choice.cutoff, std::log(cases) + 4));
 }

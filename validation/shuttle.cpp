@@ -1,5 +1,5 @@
 // Charge shuttle (D 4.2): charge per crossing, crossing time and current of a run against exact two-dimensional theory
-// (validation/theory/disk_between_plates.hpp), and the effects of inertia, voltage, gap, contact gap and cells.
+// (validation/theory/disk_between_plates.hpp). Also tests the effects of inertia, voltage, gap, contact gap and cells.
 //
 //   shuttle          seconds
 //   shuttle long     more gaps, finer grids

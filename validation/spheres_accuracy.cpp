@@ -118,8 +118,8 @@ struct Row {
   }
 };
 
-/// Bound on the ratio for forces. If large forces nearly cancel (such as those of two charges and of the gap between
-/// them), the requested accuracy applies to each of these, and the ratio for their sum exceeds 1.
+/// Bound on the ratio for forces. If large forces nearly cancel, such as those of two charges and of the gap between
+/// them, the requested accuracy applies to each of these. The ratio for their sum then exceeds 1.
 constexpr double most_of_forces = 5;
 
 void compare(Report& report, double gap, int scenes, const std::vector<double>& accuracies) {

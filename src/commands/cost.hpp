@@ -26,9 +26,9 @@ struct FieldSolves {
   double predictions = 0;  ///< on the coarser grid of the predictor
 };
 
-/// Estimates the field solves of a run. Exact for Euler's method. For CVODE, accurate to a factor of two (README.md of
-/// this folder) for conductors that are charged, dragged and discharged until they rest, in the plane or lying in a
-/// dish. Empty for other scenes. Throws InputError if contacts at the start form a short circuit.
+/// Estimates the field solves of a run. Exact for Euler's method. Accurate to a factor of two for CVODE (README.md of
+/// this folder) if conductors are charged, dragged and discharged until they rest. They must be in the plane or lie in
+/// a dish. Empty for other scenes. Throws InputError if contacts at the start form a short circuit.
 std::optional<FieldSolves> estimate_field_solves(const Scene& scene);
 
 /// Work until a packing is at rest, with the method of its [minimize].

@@ -43,9 +43,9 @@ struct GasParameters {
   theory::Impacts impacts(bool last = false) const;
 };
 
-/// Returns the parameters of a scene. Throws InputError if theories of a homogeneous gas do not apply: the scene is not
-/// a gas of grains of diameter and mass 1 in space, has no motion or an external forcing, or transfers charge otherwise
-/// than once per collision.
+/// Returns the parameters of a scene. Throws InputError if theories of a homogeneous gas do not apply. The scene must
+/// be a gas of grains of diameter and mass 1 in space that move without external forcing. It must transfer charge once
+/// per collision, or not at all.
 GasParameters gas_parameters(const Scene& scene);
 
 /// Returns the source's gas of 50016 grains (G chapter 4): E = 278.6, D = 27.7, T = 10, K = 1, Q = 4.5e-3.

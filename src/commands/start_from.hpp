@@ -17,8 +17,8 @@ std::vector<Conductor> bodies_in(const std::string& result, std::optional<int> f
 
 /// Sets the positions, velocities and charges of a scene's bodies to those of a frame of a result (empty: the last), at
 /// time 0. A wire whose charge the scene prescribes gets the sum of its members' charges. Throws InputError if the
-/// frame does not exist, the bodies differ from the scene's or do not fit its domain; throws Stopped if `stop` requests
-/// it while the result's scene is read.
+/// frame does not exist, or the bodies differ from the scene's or do not fit its domain. Throws Stopped if `stop`
+/// requests it while the result's scene is read.
 void start_from(const std::string& result, std::optional<int> frame, Scene& scene, const StopRequest& stop = {});
 
 /// Returns the scene that `read` makes of the bodies of a result (`--from`, empty: none) and its frame (`--frame`).

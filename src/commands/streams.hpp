@@ -5,11 +5,10 @@
 
 namespace lichtenberg {
 
-/// Prepares standard input, output and error, once per process, before any file is opened:
-/// - closed streams become /dev/null, so that no file receives their descriptor and the printed text with it;
-/// - failed writes (full disk, closed pipe) neither throw nor end the program. Errors of standard error are ignored.
-/// Those of
-///   standard output are kept for output_error().
+/// Prepares standard input, output and error, once per process, before any file is opened.
+/// - Closed streams become /dev/null, so that no file receives their descriptor and the printed text with it.
+/// - Failed writes (full disk, closed pipe) neither throw nor end the program. Errors of standard error are ignored.
+///   Errors of standard output are kept for output_error().
 void prepare_streams();
 
 /// Returns the text with control characters other than line ends and tabs written as \x1b, so that names in files from

@@ -220,8 +220,8 @@ Split::Moved Split::move(double time, double target) {
 }
 
 /// Lets a group merge that is due at `time` wait for others, so that they share a field solve. The wait ends when the
-/// jump of the force would have displaced a body by half a tolerance, and before the second half of the step, where it
-/// would need another solve. It also ends when a lost contact is a tolerance beyond its threshold: its members would
+/// jump of the force would have displaced a body by half a tolerance. It ends before the second half of the step, where
+/// it would need another solve. It also ends when a lost contact is a tolerance beyond its threshold: its members would
 /// keep wrong charges, which no correction repairs. In a scene with a circuit energy is recorded event by event, and
 /// group merges do not wait.
 double Split::wait(double time, double target, const Lookahead& ahead, const Moved& moved) {
@@ -255,10 +255,9 @@ double Split::advance(double time, double target, const Events& events, const st
 
 /// Handles contacts that are made or lost before the end of a step. A merge of groups needs a solve with the new
 /// groups. A split needs none, because the groups keep their charges and potentials, and the field does not change. The
-/// motion up to the event and the charges there rely on the extrapolation: in the first half of a step its error is at
-/// most an eighth of that of the step, a quarter while the force's rate is unknown. Later, and with resistors, whose
-/// conductance magnifies the error, the function returns false: the field of the old groups is needed to check the
-/// step.
+/// motion up to the event and the charges there rely on the extrapolation. In the first half of a step its error is at
+/// most 1/8 of that of the step, or 1/4 while the force's rate is unknown. Later, and with resistors, whose conductance
+/// magnifies the error, the function returns false: the field of the old groups is needed to check the step.
 bool Split::pass_event(const Moved& moved, FieldGrid grid) {
   const double time = moved.reached;
   if (at_.electrics->resistors().any() || time - held().time >= 0.5 * step_) return false;

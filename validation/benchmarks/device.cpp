@@ -1,6 +1,6 @@
 // Measures a field solve on a CUDA device: 324 and 20000 floating disks around a grounded half-disk. Reports the times
-// of set-up and solve, cold (1e-8) and in a moving scene (1e-5); the memory throughput of the parts of an iteration and
-// of a device copy; and the differences of potentials, charges and forces from the CPU solver.
+// of set-up and solve, cold (1e-8) and in a moving scene (1e-5). Reports the memory throughput of the parts of an
+// iteration and of a device copy. Reports the differences of potentials, charges and forces from the CPU solver.
 //
 //   benchmark_device [--sizes 512,1024,2048,4096] [--conductors 324,20000] [--compare 1024] [--assembled 1024]
 //   [--host]

@@ -1,7 +1,7 @@
 // Measures a field solve: 324 floating disks around a grounded half-disk, as in the dendrite scene. For the multigrid
-// solver, cold and in a moving scene, on one or more threads: set-up and solve times, and work in residual evaluations,
-// both to a tight tolerance and to the discretization error. On one core: the same system with PETSc's other
-// preconditioners, the dissertation's scheme, and the device algorithms on this processor.
+// solver, cold and in a moving scene, reports set-up and solve times on one or more threads. Reports its work in
+// residual evaluations to a tight tolerance and to the discretization error. On one core, also measures the same system
+// with PETSc's other preconditioners, the dissertation's scheme, and the device algorithms on this processor.
 //
 //   benchmark_field [--sizes 256,512,1024] [--threads 1,2] [--seed 1] [--repeats 5] [--multigrid-only]
 

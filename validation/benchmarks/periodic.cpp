@@ -1,5 +1,6 @@
 // Measures Coulomb sums of charges +1 and -1 at random positions in a periodic cube: cost of a mesh evaluation by part,
-// cost of Ewald's sum, and requested, estimated and realised error. --dipoles: additional cost of mutual polarization.
+// and cost of Ewald's sum. Compares requested, estimated and realised error. --dipoles: additional cost of mutual
+// polarization.
 #include "solvers/periodic/accuracy.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
-// Known difficult cases of gases of charged grains (../README.md) on a device: the rows of ../hard_cases_gas.cpp on
-// steps, lists, contacts and sums, with the bounds derived there and in ../gas_cases.hpp.
+// Known difficult cases of gases of charged grains (../README.md) on a device. These are the rows of
+// ../hard_cases_gas.cpp on steps, lists, contacts and sums, with the bounds derived there and in ../gas_cases.hpp.
 //
 //   device_hard_cases [--host] [SECTION]
 //
@@ -219,8 +219,8 @@ struct Change {
 };
 
 /// Runs a vibrating bound pair for fifty periods. Returns the change of its conserved energy over K q^2 times the
-/// overlap, and the rounding bound: each contact substep's dissipation is recorded in whole quanta, with an rms error
-/// of 1 / sqrt(12) quantum, times five standard deviations.
+/// overlap, and the rounding bound of five standard deviations. Each contact substep's dissipation is recorded in whole
+/// quanta, with an rms error of 1 / sqrt(12) quantum.
 Change change_of(const gas_cases::BoundPair& pair, double dissipative) {
   const double period = pair.period();
   Scene scene = pair.scene(dissipative, {.accuracy = 1e-5});

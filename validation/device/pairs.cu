@@ -1,6 +1,6 @@
-// Compares the pair loop of a force law (src/model/pair_part.hpp) on a CUDA device with the host's: Hertz contact and a
-// screened Coulomb term of 1e5 spheres in a periodic cube. Fails unless they agree to rounding and repeated runs are
-// bitwise identical.
+// Compares the pair loop of a force law (src/model/pair_part.hpp) on a CUDA device with the host's. Laws: Hertz contact
+// and a screened Coulomb term of 1e5 spheres in a periodic cube. Fails unless they agree to rounding and repeated runs
+// are bitwise identical.
 
 #include <cstdio>
 #include <random>

@@ -209,8 +209,8 @@ inline void joined_disks(Report& report, double offset_over_radius, int position
 }
 
 /// Overlapping disks of different groups have no solution. The cut-cell solver returns finite numbers with nearly equal
-/// potentials: with links of at least 1e-6 cell along the common surface (conductance at least 1e6), the remaining
-/// potential difference is 1e-5 of the pair's potential. The spectral solver throws.
+/// potentials. Links along the common surface have at least 1e-6 cell and thus a conductance of at least 1e6. The
+/// remaining potential difference is 1e-5 of the pair's potential. The spectral solver throws.
 inline void overlapping_groups(Report& report) {
   LaplaceProblem problem = grounded_box({96, 96});
   add(problem, {{42.3, 48.1}, 8}, {.charge = 1});

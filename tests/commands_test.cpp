@@ -409,7 +409,7 @@ TEST_CASE("a conductor that is held stays, and the other moves") {
   }
   folder.write("fast.toml", replaced(scene, "held = true", "held = true\n  velocity = [1.0, 0.0]"));
   check_refused(run(folder, "explain fast.toml --set medium.viscosity=0.7"),
-                "conductor.velocity is not allowed for a conductor that is held");
+                "conductor.velocity is not allowed for a fixed conductor (held)");
 }
 
 TEST_CASE("cells fit the box, or the message says which would") {

@@ -98,7 +98,7 @@ TEST_CASE("what conductors in space cannot have is refused in a sentence") {
   check_refused(dish + one + ball("[0.004, 0.01]") + floating, {"electrode.position has 2 numbers"});
   check_refused(dish + one + ball("[0.0085, 0.01, 0.002]") + floating, {"overlaps the electrode \"ball\""});
   check_refused(dish + sphere("[0.01, 0.01, 0.0045]") + floating, {"reaches out of the domain", "whole sphere"});
-  check_refused(dish + "[[population]]\ncount = 2\nradius = 3e-3\n" + floating, {"no room for even one"});
+  check_refused(dish + "[[population]]\ncount = 2\nradius = 3e-3\n" + floating, {"no space for even one"});
   check_refused(dish + "field = { method = \"cut-cell\" }\n" + one + floating,
                 {"field.method = \"cut-cell\"", "three dimensions", "\"spheres\""});
   check_refused(dish + "field = { cells = 64 }\n" + one + floating, {"field.cells", "three dimensions"});

@@ -266,7 +266,7 @@ TEST_CASE("an impossible member is one sentence, and the rest go on") {
   CHECK(states(summary(folder, "neutral-ensemble")) ==
         std::vector<std::string>{"finished", "failed", "failed", "failed"});
   CHECK(contains(result.err, "count-1_min_gap-1 failed: "));
-  CHECK(contains(result.err, "there is no room for even one"));
+  CHECK(contains(result.err, "there is no space for even one"));
   CHECK(contains(result.err, "population.count = 1000 is impossible"));
   CHECK(contains(text_of(folder / "neutral-ensemble" / "count-1000_min_gap-0.toml"), "count = 1000"));
 }

@@ -265,8 +265,8 @@ TEST_CASE("explain and run say what becomes of accuracy: double precision, and p
   said("explain", "accuracy = 1e-7", "in double precision, as single is good for an accuracy of 6e-07 and more");
   said("explain", "accuracy = 1e-4", "in single precision");
   const std::string poor = "cutoff = 1.1\nalpha = 0.3\nmesh = 8\norder = 4";
-  said("explain", poor, "with the cutoff, mesh and order given by hand: 0.1 is the most");
-  said("run", poor, "lichtenberg: effects.coulomb: forces are off by ");
+  said("explain", poor, "with the given cutoff, mesh and order: at most 0.1 is allowed");
+  said("run", poor, "lichtenberg: effects.coulomb: the estimated force error is ");
   // The error of a mesh follows from its spacing. More points than these would take gigabytes.
   said("explain", "cutoff = 2\nmesh = 256\norder = 4", "256 x 256 x 256 points");
 }

@@ -170,9 +170,9 @@ TEST_CASE("time that stands still: a stage is refused, a run ends in a sentence"
            "[stop]\ntime = 0.6\n";
   };
   for (const std::string duration : {"1e-17", "4.9e-13"})
-    CHECK_MESSAGE(sentence_of(of_stage(duration, "")).find("is not allowed in a stage that ends at 0.5 t0") !=
-                      std::string::npos,
-                  sentence_of(of_stage(duration, "")));
+    CHECK_MESSAGE(
+        sentence_of(of_stage(duration, "")).find("is not allowed in a stage that ends at 0.5 t0") != std::string::npos,
+        sentence_of(of_stage(duration, "")));
   CHECK(sentence_of(of_stage("1e-12", "")).empty());
   const std::string still = sentence_of(of_stage("0.01", "temperature = 1e49\n"));
   CHECK_MESSAGE(still.find("time does not advance any more: at t = 0.51 t0") != std::string::npos, still);
@@ -197,7 +197,7 @@ TEST_CASE("parameters by hand that leave large errors are doubted once, others a
   GranularMotion doubted(parse(charged + "cutoff = 1.1\nmesh = 8\norder = 4\n"));
   const std::vector<std::string> warnings = doubted.warnings();
   REQUIRE(warnings.size() == 1);
-  CHECK_MESSAGE(contains(warnings.front(), "effects.coulomb: forces are off by 0."), warnings.front());
+  CHECK_MESSAGE(contains(warnings.front(), "effects.coulomb: the estimated force error is 0."), warnings.front());
   CHECK(doubted.warnings().empty());
   CHECK(GranularMotion(parse(charged + "cutoff = 3\nmesh = 32\norder = 6\n")).warnings().empty());
   CHECK(GranularMotion(parse(charged)).warnings().empty());
@@ -243,7 +243,7 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
       {box + few + contact + coulomb + "cutoff = 6.1\n",
        "effects.coulomb.cutoff = 6.1 is not allowed in this box: at most 6 is"},
       {box + "[[population]]\ncount = 20\nradius = [0.3, 0.6]\n" + contact + coulomb + "cutoff = 5.8\n",
-       "half of its shortest side less what the largest diameter has more than the smallest"},
+       "half of its shortest side minus the difference of the largest and the smallest diameter"},
       {box + few + contact + coulomb + "order = 8\naccuracy = 1e-7\n",
        "effects.coulomb: order = 8 is not allowed: forces are computed in double precision here, as single is good for "
        "an accuracy of 6e-07 and more, with splines of order 4 to 7"},

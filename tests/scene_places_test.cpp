@@ -359,13 +359,13 @@ TEST_CASE("packings") {
     check_refused(start + contact + "[[population]]\ncount = 60\nradius = 0.4\noverlapping = true\n",
                   {"cannot fit", "3.77 times"});  // 60 pi 0.16 / 8
     check_refused(start + contact + "[[population]]\ncount = 1\nradius = 1.1\noverlapping = true\n",
-                  {"no room for even one of radius 1.1 m"});
+                  {"no space for even one of radius 1.1 m"});
     check_refused("[domain]\nsize = [40.0, 1.0]\n" + contact + "[[conductor]]\nposition = [9.0, 0.5]\nradius = 1.2\n",
                   {"radius 1.2 m cannot fit between walls that are 1 m apart"});
     check_refused(start + contact + "[[conductor]]\nposition = [9.0, 0.5]\nradius = 0.1\n",
                   {"not inside the wall \"right\""});
     const std::string one = "[[conductor]]\nposition = [1.0, 0.5]\nradius = 0.1\n";
-    check_refused(start + contact + one + one, {"two particles lie at [1, 0.5] m"});
+    check_refused(start + contact + one + one, {"two particles are at [1, 0.5] m"});
     check_refused(start + contact + some + "[[wall]]\npoint = [1.0, 0.0]\nnormal = [0.0, 0.0]\n", {"wall.normal = 0"});
     check_refused(start + contact + some + "[[wall]]\nname = \"top\"\npoint = [1.0, 0.0]\nnormal = [0.0, 1.0]\n",
                   {"wall.name = \"top\" is taken"});
@@ -491,7 +491,7 @@ TEST_CASE("populations") {
     // which raises it: between 0.50 and 0.60 of 8e-4 m^2 / (pi 1e-6 m^2), hence 127 to 153.
     const int fit = std::stoi(sentence.substr(sentence.find("found for ") + 10));
     CHECK((fit >= 127 && fit <= 153));
-    check_refused(start + "[[population]]\ncount = 1\nradius = 0.011\n", {"no room for even one of radius 0.011 m"});
+    check_refused(start + "[[population]]\ncount = 1\nradius = 0.011\n", {"no space for even one of radius 0.011 m"});
   }
   SUBCASE("bad intervals and regions") {
     check_refused(start + "[[population]]\ncount = 1\nradius = [0.002, 0.001]\n",
@@ -565,12 +565,13 @@ TEST_CASE(
   CAPTURE(dense);
   CHECK(has(dense, "dense.toml:11: population.count = 1000000 is impossible at this density"));
   // Between .341 of 103^3 d0^3 over pi/6 d0^3, what such places fill, and .384, where they jam: 712000 to 801000.
-  const int fit = std::stoi(dense.substr(dense.find("at most some ") + 13));
+  const int fit = std::stoi(dense.substr(dense.find("at most about ") + 14));
   CHECK((fit >= 712000 && fit <= 801000));
   // A grain with half its gap is 1.1 d0 wide: 1.331 times the volume, .447.
   CHECK(has(refusal_of(gas_text("[103.0, 103.0, 103.0]", "count = 700000\nmin_gap = 0.1\n")), "with this min_gap"));
   // Disks: .56 of an area of 200 x 100 radii squared.
-  CHECK(has(refusal_of("domain.size = [2.0, 1.0]\n[[population]]\ncount = 11400\nradius = 0.00559\n"), "at most some"));
+  CHECK(
+      has(refusal_of("domain.size = [2.0, 1.0]\n[[population]]\ncount = 11400\nradius = 0.00559\n"), "at most about"));
   // .335 of the volume, in a part of the box and between walls, too: those are placed.
   CHECK_THROWS_AS(read(gas_text("[40.0, 40.0, 40.0]", "count = 40900\n")), Stopped);
   CHECK_THROWS_AS(

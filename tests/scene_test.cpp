@@ -383,8 +383,9 @@ TEST_CASE("a tolerance of places is no finer than they are told apart") {
   const auto with = [](const std::string& tolerance) {
     return box + "field.cells = 64\nmechanics.position_tolerance = " + tolerance + "\n" + disk("[0.01, 0.01]");
   };
-  check_refused(with("1e-40"), {"test.toml:4:", "mechanics.position_tolerance = 1e-40 m", "told apart to 1e-12 m"});
-  check_refused(with("0.99e-12"), {"at least that is allowed"});
+  check_refused(with("1e-40"),
+                {"test.toml:4:", "mechanics.position_tolerance = 1e-40 m", "it must be at least 1e-12 m"});
+  check_refused(with("0.99e-12"), {"at least 1e-12 m"});
   CHECK(refusal(with("1.01e-12")) == "");
   check_refused(with("0.0401"), {"mechanics.position_tolerance = 0.0401 m", "at most 0.04 m"});
   CHECK(refusal(with("0.04")) == "");

@@ -61,45 +61,44 @@ const EffectKind& ChargeExchangeOptions::kind() {
       .name = "charge_exchange",
       .description = "grains in contact exchange charge at random",
       .help =
-          "Grains that touch exchange charge, one as much as the other and with a random sign (G 3.45 to 3.51, 4.3). "
-          "What the fields of coulomb gain by it is booked.",
+          "Grains in contact transfer equal and opposite charges of random sign (G 3.45 to 3.51, 4.3). The energy "
+          "balance includes the resulting change of the energy of coulomb.",
       .options = ChargeExchangeOptions{},
-      .keys = {{.name = "model",
-                .place = place<&ChargeExchangeOptions::model>,
-                .help =
-                    "impact: once a collision, Q (energy of the impact)^eta with random factors; random-walk: white "
-                    "noise while in contact; contact-area: that times the area of the contact; none: charges stay "
-                    "where they are"},
-               {.name = "strength",
-                .place = place<&ChargeExchangeOptions::strength>,
-                .unit = "q0",
-                // Fourth powers of charges must not overflow.
-                .range = {.low = 0, .high = 1e50, .low_itself = false},
-                .help = "Q"},
-               {.name = "exponent",
-                .place = place<&ChargeExchangeOptions::exponent>,
-                // Exponent of energies, bounded to avoid overflow.
-                .range = {.low = 0, .high = 10, .low_itself = false},
-                .help = "eta, of impact"},
-               {.name = "rate",
-                .place = place<&ChargeExchangeOptions::rate>,
-                .unit = "1/t0",
-                .range = ranges::positive,
-                .help = "lambda, of random-walk and contact-area: a variance of Q^2 lambda a unit of time"},
-               {.name = "each_step",
-                .place = place<&ChargeExchangeOptions::each_step>,
-                .help =
-                    "impact: in each step of a contact, as G table 3.1 has it: the result then depends on the step"},
-               {.name = "capacity",
-                .place = place<&ChargeExchangeOptions::capacity>,
-                .unit = "q0",
-                .range = ranges::positive,
-                .computed_default = "none",
-                .help = "C, the largest charge of a grain (G 3.47)"},
-               {.name = "over_capacity",
-                .place = place<&ChargeExchangeOptions::over_capacity>,
-                .help = "a transfer beyond the capacity does not take place, or empties the grain as G prints it: then "
-                        "charge is lost"}},
+      .keys =
+          {{.name = "model",
+            .place = place<&ChargeExchangeOptions::model>,
+            .help = "impact: once per collision, Q (energy of the impact)^eta with random factors; random-walk: white "
+                    "noise during contact; contact-area: that times the contact area; none: no transfer"},
+           {.name = "strength",
+            .place = place<&ChargeExchangeOptions::strength>,
+            .unit = "q0",
+            // Fourth powers of charges must not overflow.
+            .range = {.low = 0, .high = 1e50, .low_itself = false},
+            .help = "Q"},
+           {.name = "exponent",
+            .place = place<&ChargeExchangeOptions::exponent>,
+            // Exponent of energies, bounded to avoid overflow.
+            .range = {.low = 0, .high = 10, .low_itself = false},
+            .help = "eta, of impact"},
+           {.name = "rate",
+            .place = place<&ChargeExchangeOptions::rate>,
+            .unit = "1/t0",
+            .range = ranges::positive,
+            .help = "lambda, of random-walk and contact-area: the variance per unit of time is Q^2 lambda"},
+           {.name = "each_step",
+            .place = place<&ChargeExchangeOptions::each_step>,
+            .help =
+                "impact: transfer in each step of a contact, as in G table 3.1; the result then depends on the step"},
+           {.name = "capacity",
+            .place = place<&ChargeExchangeOptions::capacity>,
+            .unit = "q0",
+            .range = ranges::positive,
+            .computed_default = "none",
+            .help = "C, the largest charge of a grain (G 3.47)"},
+           {.name = "over_capacity",
+            .place = place<&ChargeExchangeOptions::over_capacity>,
+            .help = "treatment of a transfer beyond the capacity: it does not take place, or it empties the grain as "
+                    "printed in G, which loses charge"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
@@ -179,8 +178,7 @@ void ChargeExchange::restore(const Checkpoint& checkpoint) {
   const std::vector<std::int64_t>& counters = integers(checkpoint, "counters");
   if (counters.size() != 3)
     throw Failure(
-        "the checkpoint's counters of effects.charge_exchange are not those of this program: another version "
-        "wrote them");
+        "the checkpoint's counters of effects.charge_exchange do not fit this program: another version wrote them");
   steps_ = counters[0], transfers_ = counters[1], refused_ = counters[2];
   lost_ = reals(checkpoint, "lost", 1).front();
 }

@@ -38,7 +38,7 @@ void check_resistors(const Draft& draft) {
   if (!integrator.reads("position_tolerance") && draft.field.accuracy)
     refuse(scene.path, draft.line("mechanics.integrator"),
            fmt::format("mechanics.integrator = \"{}\" is not allowed with {} and field.accuracy, which its steps "
-                       "cannot keep for what resistors carry: take \"cvode\", or leave field.accuracy out",
+                       "cannot reach for charge through resistors: use \"cvode\", or leave field.accuracy out",
                        integrator.name, what));
 }
 
@@ -52,8 +52,8 @@ void check_sharing(const Scene& scene) {
                     scene.path, first->name));
   if (!scene.effects.has<ContactDischargeOptions>())
     throw InputError(
-        fmt::format("{}: effects.{} needs the table [effects.contact_discharge], which says who is in "
-                    "contact: add it, or leave the effect out",
+        fmt::format("{}: effects.{} needs the table [effects.contact_discharge], which defines contacts: add it, or "
+                    "leave the effect out",
                     scene.path, first->name));
   for (const Effects::Entry& effect : scene.effects)
     if (effect.kind->sharing && effect.kind != first)

@@ -70,21 +70,22 @@ class PairScreen {
 const EffectKind& ContactDischargeOptions::kind() {
   static const EffectKind kind = {
       .name = "contact_discharge",
-      .description = "conductors that come close become one electrically",
+      .description = "conductors closer than a gap are electrically connected",
       .help =
-          "Conductors close to each other, or to an electrode, become one electrically (D 6.40). "
-          "Needs floating_conductors.",
+          "Conductors closer than a gap to each other or to an electrode are electrically connected (D 6.40). Needs "
+          "floating_conductors.",
       .options = ContactDischargeOptions{},
       .keys = {{.name = "gap",
                 .place = place<&ContactDischargeOptions::gap>,
                 .unit = "m",
                 .range = ranges::positive,
                 .computed_default = "the smallest radius",
-                .help = "contact is made when two surfaces come closer than this"},
+                .help = "gap of two surfaces below which contact is made"},
                {.name = "hysteresis",
                 .place = place<&ContactDischargeOptions::hysteresis>,
                 .range = {.low = 0, .high = 1},
-                .help = "contact is lost beyond gap * (1 + hysteresis): conductors at rest there must not chatter"}},
+                .help = "contact is lost above gap * (1 + hysteresis), so that contacts of conductors at rest do not "
+                        "alternate"}},
       .needs = {{"floating_conductors"}},
       .dimensions = {2, 3},
       .periodic = true,

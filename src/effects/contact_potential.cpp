@@ -75,21 +75,21 @@ bool visit_overlaps(const State& state, const std::vector<Wall>& walls, Visit vi
 const EffectKind& ContactPotentialOptions::kind() {
   static const EffectKind kind = {
       .name = "contact_potential",
-      .description = "particles and walls that overlap push each other apart until all is at rest",
+      .description = "particles that overlap each other or walls repel until all forces balance",
       .help =
-          "Particles rest where stiffness * sum of (q - 1) ln q over all pairs and walls that overlap is least; q is "
+          "Particles move to a minimum of stiffness * sum of (q - 1) ln q over all overlapping pairs and walls; q is "
           "the distance of the centres over the sum of the radii, or of a centre from a wall over its radius. A run "
-          "looks for that in place of a motion in time, so no other effect is allowed.",
+          "finds this minimum instead of a motion in time, so no other effect is allowed.",
       .options = ContactPotentialOptions{},
       .keys = {{.name = "stiffness",
                 .place = place<&ContactPotentialOptions::stiffness>,
                 .unit = "J",
                 .range = ranges::positive,
-                .help = "k: changes energies and forces, not where particles rest"},
+                .help = "k: scales energies and forces without effect on the final positions"},
                {.name = "box",
                 .place = [](Draft& draft) { return &draft.scene.domain.walled; },
-                .help = "the sides of the domain are walls; without them every [[wall]] must be given"}},
-      .alone = "under which nothing else acts",
+                .help = "the sides of the domain are walls; otherwise every [[wall]] must be given"}},
+      .alone = "which permits no other effect",
       .dimensions = {2, 3},
       .packing = true,
       .make = [](const Scene& scene) { return std::make_unique<ContactPotential>(scene); }};

@@ -9,11 +9,11 @@ void check(const Draft& draft) {
   const ContactResistanceOptions& options = *draft.scene.effects.find<ContactResistanceOptions>();
   const std::string name = options.kind().name;
   if (options.resistivity > 0 && options.spot == 0)
-    refuse_effect(draft, name, "a spot in m, greater than 0, beside its resistivity");
+    refuse_effect(draft, name, "a spot in m, greater than 0, in addition to its resistivity");
   if (options.resistivity == 0)
-    refuse_if_given(draft, "effects.contact_resistance.spot",
-                    "needs effects.contact_resistance.resistivity in ohm m, greater than 0, of what the spot is made: "
-                    "add it, or leave the spot out");
+    refuse_if_given(
+        draft, "effects.contact_resistance.spot",
+        "needs effects.contact_resistance.resistivity in ohm m, greater than 0: add it, or leave the spot out");
   if (options.ohms() == 0) refuse_effect(draft, name, "a resistance in ohm or a resistivity in ohm m, greater than 0");
 }
 
@@ -22,10 +22,10 @@ void check(const Draft& draft) {
 const EffectKind& ContactResistanceOptions::kind() {
   static const EffectKind kind = {
       .name = "contact_resistance",
-      .description = "a contact conducts instead of making two one; charge moves in implicit steps with the field",
+      .description = "a contact is a resistor between two conductors; charge moves in implicit steps with the field",
       .help =
-          "A contact conducts instead of making two one: resistance + resistivity / (2 spot), after Holm. Needs "
-          "contact_discharge, which says who is in contact.",
+          "A contact is a resistor instead of a connection: resistance + resistivity / (2 spot), after Holm. Needs "
+          "contact_discharge, which defines contacts.",
       .options = ContactResistanceOptions{},
       .keys = {{.name = "resistance",
                 .place = place<&ContactResistanceOptions::resistance>,
@@ -41,7 +41,7 @@ const EffectKind& ContactResistanceOptions::kind() {
                 .place = place<&ContactResistanceOptions::spot>,
                 .unit = "m",
                 .range = ranges::not_negative,
-                .help = "radius of the spot in which two surfaces touch"}},
+                .help = "radius of the contact area"}},
       .needs = {{"contact_discharge", "which says who is in contact"}},
       .dimensions = {2, 3},
       .periodic = true,

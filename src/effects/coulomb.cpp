@@ -42,8 +42,8 @@ periodic::MeshChoice mesh_on_device(const Scene& scene) {
 void check_lists_on_device(const Scene& scene, double cutoff) {
   const double others = grains_within(scene, cutoff), grains = static_cast<double>(scene.conductors.size());
   if (grains * others < std::numeric_limits<int>::max()) return;
-  refuse_on_device(scene, fmt::format("room in its lists for {} grains with {:.0f} others each within {:.2g} d0, as "
-                                      "effects.coulomb.accuracy = {:g} asks for",
+  refuse_on_device(scene, fmt::format("lists for {} grains with {:.0f} others each within {:.2g} d0, which "
+                                      "effects.coulomb.accuracy = {:g} requires",
                                       grains, others, cutoff, scene.effects.find<CoulombOptions>()->accuracy));
 }
 
@@ -55,7 +55,7 @@ void device(const Scene& scene, DeviceForces& forces) {
     refuse_on_device(
         scene, fmt::format("effects.coulomb.accuracy = {:g}, its single precision reaches 1e-6", options.accuracy));
   if (options.cutoff || options.alpha || options.mesh || options.order)
-    refuse_on_device(scene, "effects.coulomb.cutoff, alpha, mesh or order given by hand");
+    refuse_on_device(scene, "given effects.coulomb.cutoff, alpha, mesh or order");
   forces.mesh = mesh_on_device(scene);
   const double cutoff = forces.mesh->cutoff + widest_skin, n = static_cast<double>(scene.conductors.size());
   check_lists_on_device(scene, cutoff);
@@ -98,11 +98,11 @@ std::vector<Remark> explain_mesh(const Scene& scene) {
       {"charges",
        fmt::format("forces {}: pairs up to {:.3g} d0, the rest on {} x {} x {} points with {} of order {}, in "
                    "{}; error {:.1e} of the rms force {}",
-                   by_hand ? "by what is given by hand" : fmt::format("to {:g} of the rms force", options.accuracy),
+                   by_hand ? "with the given parameters" : fmt::format("to {:g} of the rms force", options.accuracy),
                    choice.cutoff, choice.mesh.points[0], choice.mesh.points[1], choice.mesh.points[2],
                    choice.mesh.window == periodic::Window::prolate ? "prolate windows" : "splines", choice.mesh.order,
                    precision_in_words(choice, mesh_request(scene)), choice.error,
-                   by_hand ? "at random places" : "where the grains are")}};
+                   by_hand ? "at random positions" : "where the grains are")}};
   if (const std::string doubt = doubt_about(scene, choice); !doubt.empty()) remarks.push_back({"warning", doubt});
   return remarks;
 }
@@ -125,10 +125,10 @@ std::vector<Remark> explain(const Scene& scene) {
   if (dipoles->degree > 1)
     remarks.push_back(
         {"charges",
-         fmt::format("forces of dielectric spheres of relative permittivity {:.3g}, multipoles to degree "
-                     "{}, to {:g}, in place of effects.coulomb.sum; a run takes longer than is said "
-                     "below, which counts pairs and a mesh",
-                     dipoles->relative_permittivity(scene.smallest_radius()), dipoles->degree, dipoles->tolerance)});
+         fmt::format(
+             "forces of dielectric spheres of relative permittivity {:.3g}, multipoles to degree {}, to {:g}, instead "
+             "of effects.coulomb.sum; a run takes longer than the estimate below, which is for pairs and a mesh",
+             dipoles->relative_permittivity(scene.smallest_radius()), dipoles->degree, dipoles->tolerance)});
   else
     remarks = explain_mesh(scene);
   check_polarization(scene);
@@ -143,8 +143,8 @@ void check_cutoff(const Draft& draft, Scene& scene) {
   if (!options.cutoff || *options.cutoff <= most * (1 + rounding)) return;
   refuse(scene.path, draft.line("effects.coulomb.cutoff"),
          fmt::format("effects.coulomb.cutoff = {:g} is not allowed in this box: at most {:g} is, half of its shortest "
-                     "side less what the largest diameter has more than the smallest, or a charge would meet two "
-                     "images of another",
+                     "side minus the difference of the largest and the smallest diameter, because a charge would "
+                     "otherwise meet two images of another",
                      *options.cutoff, most));
 }
 
@@ -169,52 +169,54 @@ void check(const Draft& draft) {
   only_with("damping", shifted, "\"shifted-force\"");
   if (shifted && draft.scene.effects.has("induced_dipoles"))
     refuse(draft.scene.path, draft.line("effects.coulomb.sum"),
-           "effects.coulomb.sum = \"shifted-force\" is not allowed with effects.induced_dipoles, of which it knows "
-           "nothing: \"mesh\", \"ewald\" and \"minimum-image\" are");
+           "effects.coulomb.sum = \"shifted-force\" is not allowed with effects.induced_dipoles, which it does not "
+           "include: use \"mesh\", \"ewald\" or \"minimum-image\"");
 }
 
 double strength_in(const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; }
 
 std::vector<Key> keys() {
-  return {{.name = "strength",
-           .place = place<&CoulombOptions::strength>,
-           .range = {.low = 0, .high = 1e100},
-           .help = "K = k_e q0^2 / (m0 v0^2 d0)"},
-          {.name = "sum",
-           .place = place<&CoulombOptions::sum>,
-           .help = "mesh: near pairs, all else on a mesh; ewald: term by term, the reference; minimum-image, "
-                   "shifted-force: pairs alone, without a promise"},
-          {.name = "accuracy",
-           .place = place<&CoulombOptions::accuracy>,
-           .range = {.low = 1e-12, .high = 0.1},
-           .help = "of mesh and ewald: error of a force over a force, both rms; chooses what is not given by hand"},
-          {.name = "cutoff",
-           .place = place<&CoulombOptions::cutoff>,
-           .unit = "d0",
-           .range = ranges::positive,
-           .computed_default = "from the accuracy; of shifted-force 7, or .45 of the box",
-           .help = "up to which pairs count; of mesh and shifted-force"},
-          {.name = "alpha",
-           .place = place<&CoulombOptions::alpha>,
-           .unit = "1/d0",
-           .range = ranges::positive,
-           .computed_default = "none: a prolate splitting",
-           .help = "of mesh: Ewald's splitting, erfc(alpha r) / r near by, in place of the prolate one"},
-          {.name = "mesh",
-           .place = place<&CoulombOptions::mesh>,
-           .range = {.low = 8, .high = 1024},
-           .computed_default = "from the accuracy",
-           .help = "of mesh: points along the longest side"},
-          {.name = "order",
-           .place = place<&CoulombOptions::order>,
-           .range = {.low = 4, .high = 8},
-           .computed_default = "from the accuracy",
-           .help = "of mesh: of its windows; with cutoff, mesh and order nothing is left to the accuracy"},
-          {.name = "damping",
-           .place = place<&CoulombOptions::damping>,
-           .unit = "1/d0",
-           .range = ranges::not_negative,
-           .help = "of shifted-force: alpha of erfc(alpha r) / r; 0: none"}};
+  return {
+      {.name = "strength",
+       .place = place<&CoulombOptions::strength>,
+       .range = {.low = 0, .high = 1e100},
+       .help = "K = k_e q0^2 / (m0 v0^2 d0)"},
+      {.name = "sum",
+       .place = place<&CoulombOptions::sum>,
+       .help = "mesh: near pairs, the rest on a mesh; ewald: direct Ewald sum, the reference; minimum-image, "
+               "shifted-force: pairs only, without an error bound"},
+      {.name = "accuracy",
+       .place = place<&CoulombOptions::accuracy>,
+       .range = {.low = 1e-12, .high = 0.1},
+       .help =
+           "of mesh and ewald: rms error of forces over the rms force; determines the parameters that are not given"},
+      {.name = "cutoff",
+       .place = place<&CoulombOptions::cutoff>,
+       .unit = "d0",
+       .range = ranges::positive,
+       .computed_default = "from the accuracy; of shifted-force 7, or .45 of the box",
+       .help = "largest distance of near pairs; of mesh and shifted-force"},
+      {.name = "alpha",
+       .place = place<&CoulombOptions::alpha>,
+       .unit = "1/d0",
+       .range = ranges::positive,
+       .computed_default = "none: a prolate splitting",
+       .help = "of mesh: Ewald's splitting, near part erfc(alpha r) / r, instead of the prolate splitting"},
+      {.name = "mesh",
+       .place = place<&CoulombOptions::mesh>,
+       .range = {.low = 8, .high = 1024},
+       .computed_default = "from the accuracy",
+       .help = "of mesh: points along the longest side"},
+      {.name = "order",
+       .place = place<&CoulombOptions::order>,
+       .range = {.low = 4, .high = 8},
+       .computed_default = "from the accuracy",
+       .help = "of mesh: order of its windows; with cutoff, mesh and order the accuracy has no effect"},
+      {.name = "damping",
+       .place = place<&CoulombOptions::damping>,
+       .unit = "1/d0",
+       .range = ranges::not_negative,
+       .help = "of shifted-force: alpha of erfc(alpha r) / r; 0: none"}};
 }
 
 }  // namespace
@@ -222,10 +224,10 @@ std::vector<Key> keys() {
 const EffectKind& CoulombOptions::kind() {
   static const EffectKind kind = {
       .name = "coulomb",
-      .description = "charges attract and repel each other and all their images",
+      .description = "charges attract and repel each other and all periodic images",
       .help =
           "Charges of grains act on each other and on all their periodic images, in tin-foil boundaries (G 3.13 to "
-          "3.20, corrected). Where they do not add up to 0, a uniform background makes the box neutral.",
+          "3.20, corrected). If they do not add up to 0, a uniform background neutralizes the box.",
       .options = CoulombOptions{},
       .keys = keys(),
       .dimensions = {3},

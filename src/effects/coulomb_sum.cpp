@@ -54,8 +54,8 @@ std::string doubt_about(const Scene& scene, const periodic::MeshChoice& choice) 
   if (mesh_request(scene).by_hand.complete()) {
     if (choice.error <= most) return "";
     return fmt::format(
-        "effects.coulomb: forces are off by {:.2g} of the rms force at random places, as is estimated, with the "
-        "cutoff, mesh and order given by hand: {:g} is the most that effects.coulomb.accuracy may ask for",
+        "effects.coulomb: the estimated force error is {:.2g} of the rms force at random positions with the given "
+        "cutoff, mesh and order: at most {:g} is allowed",
         choice.error, most);
   }
   if (choice.error <= asked) return "";

@@ -178,7 +178,7 @@ std::string unresolved_bodies(const Scene& scene) {
   if (number == 0) return "";
   return fmt::format(
       "disks below a cell: {} of them, the smallest of radius {:.3g} m where a cell is {:.3g} m, so that their forces "
-      "and charges are hardly resolved; take more field.cells or set field.accuracy in their place",
+      "and charges are hardly resolved; use more field.cells or set field.accuracy instead",
       number, smallest, cell);
 }
 

@@ -71,7 +71,7 @@ std::string too_deep(const Scene& scene, const Bodies& bodies) {
   using laplace::deepest_contact;
   const auto sentence = [&](const std::string& who, double depth, const std::string& effect, bool there) {
     return fmt::format(
-        "{} by {:.3g} m, more than a hundredth of the radius, which the field of spheres cannot solve: {}", who, depth,
+        "{} by {:.3g} m, more than 1 % of the radius, which the field of spheres cannot solve: {}", who, depth,
         there ? fmt::format("a larger effects.{}.young or a slower approach would keep them apart", effect)
               : fmt::format("[effects.{}] in the scene would keep them apart", effect));
   };

@@ -10,12 +10,11 @@ const EffectKind& GasDragOptions::kind() {
       .name = "gas_drag",
       .description = "drag of a gas that blows at random",
       .help =
-          "Drag S (v_gas - v) (G 3.54), v_gas random for each grain and constant for a time that decides, with the "
-          "speed, to which temperature it drives them. Grains that do not collide have speed^2 tanh(S hold / 2) when "
-          "v_gas is drawn anew, and in between up to S hold / 2 of it less. Collisions turn velocities away from "
-          "v_gas: "
-          "elastic ones at a frequency omega of a grain leave, on average over time, T = speed^2 S / l (1 - (1 - "
-          "exp(-l hold)) / (l hold)), l = S + 2 omega / 3; inelastic ones less.",
+          "Drag S (v_gas - v) (G 3.54), v_gas random for each grain and constant for the time hold, which determines "
+          "the temperature together with the speed. Without collisions the temperature is speed^2 tanh(S hold / 2) "
+          "when v_gas is redrawn, and smaller by a fraction of up to S hold / 2 at other times. Collisions deflect "
+          "velocities from v_gas: elastic ones at a frequency omega of a grain leave, on average over time, T = "
+          "speed^2 S / l (1 - (1 - exp(-l hold)) / (l hold)), l = S + 2 omega / 3; inelastic ones less.",
       .options = GasDragOptions{},
       .keys = {{.name = "stokes",
                 .place = place<&GasDragOptions::stokes>,
@@ -30,7 +29,7 @@ const EffectKind& GasDragOptions::kind() {
                 .place = place<&GasDragOptions::hold>,
                 .unit = "t0",
                 .range = ranges::positive,
-                .help = "after which v_gas is drawn anew"}},
+                .help = "time after which v_gas is redrawn"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,

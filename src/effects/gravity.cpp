@@ -45,10 +45,9 @@ const EffectKind& GravityOptions::kind() {
       .name = "gravity",
       .description = "weight less buoyancy",
       .help =
-          "Spheres are heavy. They fall along direction: without it to the front, z = 0, of three dimensions, whose "
-          "bottom "
-          "and top are sides of y, and to the bottom, y = 0, of two. Along a periodic axis they fall on and on, and "
-          "energies count the turns around the box.",
+          "Weight of the spheres minus their buoyancy, along direction. The default is toward the front, z = 0, in "
+          "three dimensions, whose bottom and top are sides of y, and toward the bottom, y = 0, in two. Along a "
+          "periodic axis the potential energy is that of the unwrapped position.",
       .options = GravityOptions{},
       .keys = {{.name = "acceleration",
                 .place = place<&GravityOptions::acceleration>,
@@ -64,7 +63,7 @@ const EffectKind& GravityOptions::kind() {
                 .place = place<&GravityOptions::fluid_density>,
                 .unit = "kg/m^3",
                 .range = ranges::not_negative,
-                .help = "of the fluid, whose weight in their place buoys them up"}},
+                .help = "of the fluid, for the buoyancy of the spheres"}},
       .dimensions = {2, 3},
       .periodic = true,
       .check = check,

@@ -16,22 +16,21 @@ void complete(const Draft& draft, Scene& scene) {
 }  // namespace
 
 const EffectKind& HertzContactOptions::kind() {
-  static const EffectKind kind = {.name = "hertz_contact",
-                                  .description = "elastic contact between spheres",
-                                  .help =
-                                      "Elastic spheres push each other apart, F = 4/3 E* sqrt(R_eff) overlap^(3/2) (D "
-                                      "5.9). Their Young's modulus and "
-                                      "Poisson's ratio also hold in contacts with walls (wall_contact); conductors and "
-                                      "populations may have their own (conductor.young, population.young), "
-                                      "1/E* = (1 - nu_i^2) / E_i + (1 - nu_j^2) / E_j.",
-                                  .options = HertzContactOptions{},
-                                  .keys = elastic_constants<HertzContactOptions>(),
-                                  .dimensions = {2, 3},
-                                  .periodic = true,
-                                  .complete = complete,
-                                  .make = [](const Scene& scene) {
-                                    return std::make_unique<HertzContact>(*scene.effects.find<HertzContactOptions>());
-                                  }};
+  static const EffectKind kind = {
+      .name = "hertz_contact",
+      .description = "elastic contact between spheres",
+      .help =
+          "Elastic spheres repel each other in contact, F = 4/3 E* sqrt(R_eff) overlap^(3/2) (D 5.9). Their Young's "
+          "modulus and Poisson's ratio also hold in contacts with walls (wall_contact); conductors and populations may "
+          "have their own (conductor.young, population.young), 1/E* = (1 - nu_i^2) / E_i + (1 - nu_j^2) / E_j.",
+      .options = HertzContactOptions{},
+      .keys = elastic_constants<HertzContactOptions>(),
+      .dimensions = {2, 3},
+      .periodic = true,
+      .complete = complete,
+      .make = [](const Scene& scene) {
+        return std::make_unique<HertzContact>(*scene.effects.find<HertzContactOptions>());
+      }};
   return kind;
 }
 

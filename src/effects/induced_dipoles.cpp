@@ -85,8 +85,8 @@ const EffectKind& InducedDipolesOptions::kind() {
       .name = "induced_dipoles",
       .description = "charges polarize grains, whose dipoles act on all",
       .help =
-          "Each grain is a dipole A times the field at its centre, of charges and of the other dipoles (G 3.22 to "
-          "3.34 with their signs put right).",
+          "Each grain is a dipole A times the field at its centre, of charges and of the other dipoles (G 3.22 to 3.34 "
+          "with corrected signs).",
       .options = InducedDipolesOptions{},
       .keys = {{.name = "polarizability",
                 .place = place<&InducedDipolesOptions::polarizability>,
@@ -94,20 +94,19 @@ const EffectKind& InducedDipolesOptions::kind() {
                 .help = "A, in d0^3: (eps_r - 1) / (eps_r + 2) / 8 of a dielectric sphere, 1/8 of a conductor"},
                {.name = "sum",
                 .place = place<&InducedDipolesOptions::sum>,
-                .help =
-                    "ewald: all images everywhere; mixed-consistent: nearest images between dipoles; minimum-image: "
-                    "nearest images of all but charges; source: as G, whose forces have no energy"},
+                .help = "ewald: all images for all interactions; mixed-consistent: nearest images between dipoles; "
+                        "minimum-image: nearest images except between charges; source: as in G, with forces that have "
+                        "no energy"},
                {.name = "tolerance",
                 .place = place<&InducedDipolesOptions::tolerance>,
                 .range = ranges::accuracy,
-                .help = "of the field that polarizes: what is left of its equation over the field of the charges"},
+                .help = "relative residual of the polarizing field, over the field of the charges"},
                {.name = "degree",
                 .place = place<&InducedDipolesOptions::degree>,
                 .range = {.low = 1, .high = InducedDipolesOptions::most},
-                .help =
-                    "of the multipoles. Above 1 grains are dielectric spheres, to contact, charges evenly on them; "
-                    "takes sum's and coulomb.sum's place, and charges must add up to 0; explain says what the degree "
-                    "leaves out"}},
+                .help = "degree of the multipoles. Above 1 grains are uniformly charged dielectric spheres, valid up "
+                        "to contact; sum and coulomb.sum then have no effect, and charges must add up to 0; explain "
+                        "prints the truncation error"}},
       .needs = {{"coulomb", "whose field polarizes"}},
       .dimensions = {3},
       .periodic = true,

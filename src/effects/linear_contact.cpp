@@ -34,7 +34,7 @@ const EffectKind& LinearContactOptions::kind() {
                 .place = place<&LinearContactOptions::damping>,
                 .range = ranges::not_negative,
                 .computed_default = "from restitution",
-                .help = "B, in m0 / t0; in place of restitution"}},
+                .help = "B, in m0 / t0; instead of restitution"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,

@@ -44,7 +44,8 @@ const EffectKind& ViscoelasticContactOptions::kind() {
       .description = "viscoelastic contact of grains",
       .help =
           "Grains in contact repel each other by F = max(E overlap^(3/2) + D sqrt(overlap) d overlap/dt, 0) (G 3.10 "
-          "with the clamp of G 3.9), which loses more of fast impacts than of slow ones.",
+          "with the non-attractive cut-off of G 3.9). Fast impacts lose a larger fraction of their energy than slow "
+          "ones.",
       .options = ViscoelasticContactOptions{},
       .keys = {{.name = "elastic",
                 .place = place<&ViscoelasticContactOptions::elastic>,
@@ -59,9 +60,8 @@ const EffectKind& ViscoelasticContactOptions::kind() {
                 .unit = "Pa",
                 .range = ranges::positive,
                 .computed_default = "none",
-                .help =
-                    "Y, Young's modulus in SI: with poisson and viscosity in place of elastic and dissipative, which "
-                    "follow by the scales of [reference]"},
+                .help = "Y, Young's modulus in SI; give it with poisson and viscosity instead of elastic and "
+                        "dissipative, which follow by the scales of [reference]"},
                {.name = "poisson",
                 .place = place<&ViscoelasticContactOptions::poisson>,
                 .range = {.low = -1, .high = 0.5, .low_itself = false},

@@ -309,20 +309,20 @@ void check_empty(const Draft& draft, const Scene& scene) {
                            std::ranges::all_of(scene.effects, [](const auto& entry) { return entry.kind->field; });
   if (!field_alone)
     refuse(scene.path, 0,
-           "the scene has no conductors: at least one [[conductor]] or [[population]] is needed, but for a scene whose "
-           "only effect is [effects.floating_conductors], between electrodes");
+           "the scene has no conductors: at least one [[conductor]] or [[population]] is needed, except if "
+           "[effects.floating_conductors] is the only effect and there are electrodes");
   const bool any_side = std::ranges::any_of(scene.domain.sides, &DomainSide::electrode);
   if (scene.electrodes.empty() && !any_side)
-    refuse(scene.path, draft.line("domain"), "the scene has neither conductors nor electrodes: nothing makes a field");
+    refuse(scene.path, draft.line("domain"), "the scene has neither conductors nor electrodes: there is no field");
 }
 
 void check_held(const Draft& draft, bool can_be_held) {
   for (const ConductorDraft& conductor : draft.conductors) {
     if (!conductor.conductor.held) continue;
     if (!can_be_held)
-      refuse(draft.scene.path, conductor.line, "conductor.held is for scenes in time of conductors only");
+      refuse(draft.scene.path, conductor.line, "conductor.held is only for motions of conductors in time");
     if (conductor.velocity)
-      refuse(draft.scene.path, conductor.line, "conductor.velocity is not allowed for a conductor that is held");
+      refuse(draft.scene.path, conductor.line, "conductor.velocity is not allowed for a fixed conductor (held)");
   }
 }
 
@@ -341,8 +341,8 @@ void check_position_tolerance(const Draft& draft, double smallest_radius) {
                        given, most));
   if (given >= least) return;
   refuse(draft.scene.path, draft.line("mechanics.position_tolerance"),
-         fmt::format("mechanics.position_tolerance = {:g} m is not allowed: places are told apart to {:.2g} m, {:g} of "
-                     "the smallest radius or the rounding of the domain's size, and at least that is allowed",
+         fmt::format("mechanics.position_tolerance = {:g} m is not allowed: it must be at least {:.2g} m, which is "
+                     "{:g} of the smallest radius or the rounding of the domain's size",
                      *draft.position_tolerance, least, touching_slack));
 }
 

@@ -43,8 +43,7 @@ namespace {
 
 [[noreturn]] void refuse_namesakes(const std::string& name) {
   throw InputError(fmt::format(
-      "two kinds of effects are named \"{}\": their names must differ, since a scene's tables are told apart by them",
-      name));
+      "two kinds of effects are named \"{}\": their names must differ, because they identify a scene's tables", name));
 }
 
 }  // namespace

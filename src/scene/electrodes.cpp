@@ -164,8 +164,7 @@ void check_sphere(const Draft& draft, const ElectrodeDraft& written, const std::
                       p.x, p.y, p.z, size.x, size.y, size.z));
   for (const Electrode& other : others)
     if (norm(box.difference(p, other.centre())) <= written.radius + std::get<Disk>(other.shape).radius)
-      refuse_it(
-          fmt::format("this electrode touches the electrode \"{}\": spheres that are held must be apart", other.name));
+      refuse_it(fmt::format("this electrode touches the electrode \"{}\": fixed spheres must not touch", other.name));
 }
 
 void check_short_circuits(const Draft& draft, const std::vector<Electrode>& electrodes) {
@@ -180,11 +179,10 @@ void check_short_circuits(const Draft& draft, const std::vector<Electrode>& elec
                       electrodes[i].name, electrodes[i].potential, other, potential));
     };
     const auto refuse_resistor = [&](const std::string& other) {
-      refuse(
-          draft.scene.path, draft.electrodes[i].line,
-          fmt::format("the electrode \"{}\" touches {}, and one of them is behind a resistor: what a resistor stands "
-                      "before must be apart from every other electrode",
-                      electrodes[i].name, other));
+      refuse(draft.scene.path, draft.electrodes[i].line,
+             fmt::format("the electrode \"{}\" touches {}, and one of them is behind a resistor: an electrode behind a "
+                         "resistor must not touch another electrode",
+                         electrodes[i].name, other));
     };
     for (std::size_t j = 0; j < i; ++j)
       if (electrodes[i].series_resistance + electrodes[j].series_resistance > 0 &&

@@ -24,11 +24,10 @@ using namespace ranges;
 Table reference() {
   return {.path = "reference",
           .help =
-              "Makes the scene one of grains in reduced units: its numbers are in units of these scales, whatever "
-              "unit their keys name: lengths in d0, masses in m0, velocities in v0, charges in q0, times in t0 = d0 "
+              "Makes the scene one of grains in reduced units. Its numbers are in units of these scales, even if their "
+              "keys name another unit: lengths in d0, masses in m0, velocities in v0, charges in q0, times in t0 = d0 "
               "/ v0, energies and temperatures in m0 v0^2. Only a material's young and viscosity are in SI. The "
-              "defaults are "
-              "those of G table 5.3.",
+              "defaults are those of G table 5.3.",
           .open = [](Draft& d, int) { d.scene.reference.emplace(); },
           .keys = {
               {.name = "length",
@@ -58,7 +57,7 @@ Table stage() {
   return {
       .path = "stage",
       .kind = Table::Kind::repeated,
-      .help = "A part of a run of grains before all is as the scene says, one after the other: warm-up.",
+      .help = "An initial part of a run of grains with modified settings, for warm-up. Stages are sequential.",
       .open = [](Draft& d, int) { d.scene.stages.emplace_back(); },
       .keys = {
           {.name = "duration",
@@ -69,18 +68,18 @@ Table stage() {
            .help = "of the stage"},
           {.name = "elastic",
            .place = [](Draft& d) { return &d.scene.stages.back().elastic; },
-           .help = "contacts lose nothing and move no charge, and no gas acts"},
+           .help = "contacts dissipate no energy and transfer no charge, and gas_drag does not act"},
           {.name = "stiffness",
            .place = [](Draft& d) { return &d.scene.stages.back().stiffness; },
            .range = {.low = 1, .high = 1e15},  // overlaps scale as stiffness^(-2/5): down to 1e-7, far above rounding
-           .help = "by what contacts are stiffer, so that the fastest grains do not overlap too deeply or fly through "
-                   "each other; those that lose something keep their restitution"},
+           .help = "factor of the contact stiffness, so that the fastest grains do not overlap too deeply or pass "
+                   "through each other; dissipative contacts keep their restitution"},
           {.name = "temperature",
            .place = [](Draft& d) { return &d.scene.stages.back().temperature; },
            .unit = "m0 v0^2",
            .range = positive,
            .computed_default = "none",
-           .help = "to which all velocities are scaled at its end"},
+           .help = "temperature to which all velocities are scaled at its end"},
       }};
 }
 

@@ -26,11 +26,10 @@ void check_ground(const Draft& draft, const Scene& scene, const std::string& sou
   for (const PrescribedGroup& group : scene.groups) add(group.charge);
   constexpr double rounding = 1e-12;  // rounding of charges that are meant to cancel
   if (std::abs(net) > rounding * total)
-    refuse(
-        draft.scene.path, draft.line("domain"),
-        fmt::format("a net charge of {:.3g} C stands in an insulated box without any ground: {}, or the charges must "
-                    "cancel",
-                    net, remedy));
+    refuse(draft.scene.path, draft.line("domain"),
+           fmt::format(
+               "a net charge of {:.3g} C is in an insulated box without any ground: {}, or the charges must cancel",
+               net, remedy));
 }
 
 }  // namespace lichtenberg

@@ -90,7 +90,7 @@ void check_places(const Draft& draft, const Scene& scene) {
   const auto same = std::ranges::adjacent_find(order, {}, place);
   if (same != order.end())
     refuse(scene.path, line_of(draft, *same),
-           fmt::format("two particles lie at {} m: their energy is infinite, and places must differ",
+           fmt::format("two particles are at {} m, where their energy is infinite: their positions must differ",
                        at(scene.conductors[*same], scene.dimension())));
 }
 

@@ -180,7 +180,7 @@ void check_density(const Draft& draft, const PopulationDraft& population) {
   const double most = most_that_fit(population, draft.scene.domain);
   if (population.count > most)
     refuse(draft.scene.path, population.line,
-           fmt::format("population.count = {} is impossible at this density: random places are found for at most some "
+           fmt::format("population.count = {} is impossible at this density: random positions exist for at most about "
                        "{:.0f} of the smallest radius {:g} {} with this min_gap in this domain or region",
                        population.count, most, smallest_radius(population), draft.scene.units().length));
 }
@@ -358,17 +358,15 @@ std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<El
       const auto place =
           find_place(radius, population, {electrodes, walls, draft.scene.domain, grid}, random, tries_left, stop);
       if (!place && placed == 0)
-        refuse(
-            draft.scene.path, population.line,
-            fmt::format("population.count = {0} is impossible: there is no room for even one of radius {1:g} {3} with "
-                        "population.min_gap = {2:g} {3}; smaller ones or a larger domain or region are allowed",
-                        population.count, radius, population.min_gap, draft.scene.units().length));
+        refuse(draft.scene.path, population.line,
+               fmt::format("population.count = {0} is impossible: there is no space for even one of radius {1:g} {3} "
+                           "with population.min_gap = {2:g} {3}: make them smaller, or the domain or region larger",
+                           population.count, radius, population.min_gap, draft.scene.units().length));
       if (!place)
-        refuse(
-            draft.scene.path, population.line,
-            fmt::format("population.count = {} is impossible at this density: random places were found for {} of them, "
-                        "and with this radius and min_gap at most about that many are allowed",
-                        population.count, placed));
+        refuse(draft.scene.path, population.line,
+               fmt::format("population.count = {} is impossible at this density: random positions were found for {} of "
+                           "them, and with this radius and min_gap at most about that number is possible",
+                           population.count, placed));
       if (!population.overlapping) grid.insert(sphere_of(*place));
       conductors.push_back(*place);
     }

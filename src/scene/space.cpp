@@ -109,9 +109,8 @@ void settle_dimension(Draft& draft) {
     if (dimension == 3 && !field) check_without_field(draft, "in three dimensions");
     if (periodic_side(domain) >= 0 && !field) check_without_field(draft, "with a periodic side");
     if (periodic_side(domain) >= 0)
-      refuse_if_given(
-          draft, "network",
-          "is not allowed with a periodic side, through which its contacts are not looked for; leave it out");
+      refuse_if_given(draft, "network",
+                      "is not allowed with a periodic side, because contacts across it are not searched: leave it out");
   }
   if (dimension == 2)
     refuse_if_given(draft, "mechanics.keep_height",

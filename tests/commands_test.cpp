@@ -72,7 +72,8 @@ TEST_CASE("a wrong word: what is near is suggested, and nothing that is far") {
   check_refused(run("help plt"), "there is no help on `plt`; did you mean `plot`?");
   check_refused(run("plot x.h5 --colur charge"), "plot has no option --colur; did you mean --colour?");
   check_refused(run("solve x.toml --capacitence"), "solve has no option --capacitence; did you mean --capacitance?");
-  check_refused(run("run x.toml y.toml"), "run has no use for `y.toml`; `lichtenberg help run` says what is allowed");
+  check_refused(run("run x.toml y.toml"),
+                "run does not take `y.toml`; see `lichtenberg help run` for the allowed arguments");
   check_refused(run("help electrode"), "did you mean `help scene electrode`?");
   check_refused(run("help gravity"), "did you mean `help scene gravity`?");
   for (const std::string far : {"electrode", "simulate", "zzz"}) {
@@ -83,7 +84,7 @@ TEST_CASE("a wrong word: what is near is suggested, and nothing that is far") {
   }
   const Ended option = run("run x.toml --json");
   CHECK(option.status == 2);
-  CHECK(contains(option.err, "run has no option --json; `lichtenberg help run` says what is allowed"));
+  CHECK(contains(option.err, "run has no option --json; see `lichtenberg help run` for the allowed arguments"));
 }
 
 TEST_CASE("--json prints in place of the table, and with a file writes beside it") {
@@ -100,7 +101,7 @@ TEST_CASE("--json prints in place of the table, and with a file writes beside it
     check_refused(run(folder, "solve small.toml " + option), "exists");
     CHECK(run(folder, "solve small.toml --overwrite " + option).status == 0);
   }
-  check_refused(run(folder, "solve small.toml --json=small.toml --overwrite"), "is what is read");
+  check_refused(run(folder, "solve small.toml --json=small.toml --overwrite"), "is an input file");
   check_refused(run(folder, "solve small.toml --json="), "--json=: the value is empty");
   check_refused(run(folder, "solve small.toml --json=5.json --json"), "--json is given 2 times");
   CHECK_FALSE(std::filesystem::exists(folder / "5.json"));

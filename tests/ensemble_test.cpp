@@ -232,7 +232,7 @@ TEST_CASE("files that are no results are reported, stay, and the rest go on") {
   CHECK(result.status == 1);
   CHECK(contains(result.err, "count-1.h5 is no HDF5 file"));
   CHECK(contains(result.err, "count-2.h5 is damaged"));
-  CHECK(contains(result.err, "count-3.toml stands in the way"));
+  CHECK(contains(result.err, "count-3.toml exists and is not a scene"));
   CHECK(contains(result.err, "3 of 4 members failed"));
   CHECK(text_of(out / "count-1.h5") == "something dear");
   CHECK(text_of(out / "count-3.toml") == "something dear, too");
@@ -402,7 +402,7 @@ TEST_CASE("an interruption stops all at their checkpoints, and the same command 
   waitpid(process, &status, 0);
   CHECK(WIFSIGNALED(status));
   CHECK(WTERMSIG(status) == SIGINT);
-  CHECK(contains(text_of(folder / "err"), "stopping: the members end after the steps that they are in"));
+  CHECK(contains(text_of(folder / "err"), "stopping: the members end after their present steps"));
   CHECK(contains(text_of(folder / "err"), "the same command goes on"));
   CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>(4, "stopped"));
   const std::vector<fs::path> interrupted = started();

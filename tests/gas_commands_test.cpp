@@ -234,10 +234,11 @@ TEST_CASE("explain says what a gas starts with, and how warm polarized grains ma
   REQUIRE_MESSAGE(ended.status == 0, ended.err);
   CHECK_MESSAGE(contains(ended.out, "charges              0 q0 in all, rms "), ended.out);
   CHECK_MESSAGE(contains(ended.out, "m0 v0 in all"), ended.out);
-  CHECK_MESSAGE(contains(ended.out, "held forces          for "), ended.out);
+  CHECK_MESSAGE(contains(ended.out, "constant forces      for "), ended.out);
   CHECK_MESSAGE(contains(ended.out, "memory               some 57 MiB\n"), ended.out);  // 60e6 bytes and 60 of 1510
-  CHECK_MESSAGE(contains(ended.out, "multirate, steps as the accuracy of forces asks for\n"), ended.out);
-  CHECK_MESSAGE(contains(ended.out, "the fastest grain flies 0.2 d0, which costs what forces to 0.01 do\n"), ended.out);
+  CHECK_MESSAGE(contains(ended.out, "multirate, steps chosen by the accuracy of forces\n"), ended.out);
+  CHECK_MESSAGE(contains(ended.out, "the fastest grain flies 0.2 d0, an error equal to that of forces to 0.01\n"),
+                ended.out);
   CHECK_MESSAGE(
       contains(ended.out, ": 16 steps, wrong by about 0.001 of a contact's energy, the fewest that there are\n"),
       ended.out);
@@ -320,18 +321,19 @@ TEST_CASE("what cannot be done with grains is refused with a sentence") {
   }
   for (const auto& [lines, sentence] : std::vector<std::pair<std::string, std::string>>{
            {"f['network/contacts_of_all_frames'][0, 1] = -1", "touches the ground, which a gas has not"},
-           {"f['particles/conductors/velocity/value'][1, 5, 0] = 1e300", "in frame 1 places, velocities or charges"},
-           {"f['particles/conductors/position/value'][1, 5, 0] = float('nan')", "in frame 1 places, velocities or"}}) {
+           {"f['particles/conductors/velocity/value'][1, 5, 0] = 1e300", "in frame 1 positions, velocities or charges"},
+           {"f['particles/conductors/position/value'][1, 5, 0] = float('nan')",
+            "in frame 1 positions, velocities or"}}) {
     std::filesystem::copy_file(folder / "gas.h5", folder / "damaged.h5",
                                std::filesystem::copy_options::overwrite_existing);
     damage_by(folder, "damaged.h5", lines);
     refused("analyse damaged.h5", sentence);
   }
   folder.write("one.toml", replaced(scene, "count = 60", "count = 1"));
-  refused("work-precision one.toml", "one.toml: one charge alone feels no force");
-  refused("run one.toml --out ./one.toml --overwrite", "one.toml is what is read");
-  refused("run gas.toml --from gas.h5 --out gas.h5 --overwrite", "gas.h5 is what is read");
-  refused("work-precision one.toml --time --json one.toml --overwrite", "one.toml is what is read");
+  refused("work-precision one.toml", "one.toml: a single charge has no force");
+  refused("run one.toml --out ./one.toml --overwrite", "one.toml is an input file");
+  refused("run gas.toml --from gas.h5 --out gas.h5 --overwrite", "gas.h5 is an input file");
+  refused("work-precision one.toml --time --json one.toml --overwrite", "one.toml is an input file");
   const Ended at_rest = run_program(folder, "work-precision one.toml --time --methods multirate");
   CHECK(at_rest.status == 0);
   CHECK_MESSAGE(!contains(at_rest.out, "nan"), at_rest.out);

@@ -233,7 +233,8 @@ TEST_CASE("theory: --set without a scene file is refused, not ignored") {
   const Folder folder;
   folder.write("gas.toml", scene());
   for (const auto& [command, sentence] : std::vector<std::pair<std::string, std::string>>{
-           {"theory haff --set nonsense.key=5", "--set changes a key of the scene that --scene names: it needs --scene"},
+           {"theory haff --set nonsense.key=5",
+            "--set changes a key of the scene that --scene names: it needs --scene"},
            {"theory haff gas.h5 --set stop.time=5", "it needs --scene"},
            {"theory haff --scene gas.toml --set nonsense.key=5", "nonsense.key is no key of a scene"}}) {
     const Ended ended = run_program(folder, command);
@@ -252,10 +253,10 @@ TEST_CASE("what is read, results and what is no plain file are never written ove
   folder.write("mine.csv", "mine");
   folder.write("theory-stability.png", "mine");
   for (const auto& [command, sentence] : std::vector<std::pair<std::string, std::string>>{
-           {"theory haff gas.h5 --csv gas.h5", "is what is read"},
-           {"theory haff gas.h5 --json ./gas.h5", "is what is read"},
-           {"theory haff --scene gas.toml --csv gas.toml", "is what is read"},
-           {"analyse gas.h5 --csv gas.h5", "is what is read"},
+           {"theory haff gas.h5 --csv gas.h5", "is an input file"},
+           {"theory haff gas.h5 --json ./gas.h5", "is an input file"},
+           {"theory haff --scene gas.toml --csv gas.toml", "is an input file"},
+           {"analyse gas.h5 --csv gas.h5", "is an input file"},
            {"theory haff --csv gas.h5", "is a result"},
            {"theory haff --csv link.csv", "is no plain file"},
            {"theory haff --csv link.csv --overwrite", "is no plain file"},
@@ -287,7 +288,8 @@ TEST_CASE("theories outside of their range say what it is") {
   refused("monopolar --scene gas.toml", "theory monopolar is for a constant restitution");
   refused("haff --scene none.toml", "none.toml");
   refused("haff gas.h5 --scene gas.toml", "excludes");
-  refused("haff --restitution 0.5", "--restitution is for theory stability and theory hydrodynamics, not for theory haff");
+  refused("haff --restitution 0.5",
+          "--restitution is for theory stability and theory hydrodynamics, not for theory haff");
   refused("stability --cells 8", "--cells is for theory hydrodynamics, not for theory stability");
   refused("hydrodynamics --restitution 1", "of a restitution in (0, 1), not of 1");
   refused("hydrodynamics --charge-number 101", "theory hydrodynamics is for R in [0, 100], not for 101");
@@ -299,7 +301,7 @@ TEST_CASE("theories outside of their range say what it is") {
   refused("stability --restitution 1.5", "a restitution in (0, 1], not for 1.5");
   refused("stability --charge-number -1", "theory stability is for R in [0, 1e6), not for -1");
   refused("haff --json none/x.json", "none/x.json");
-  refused("hydrodynamics --field gas.toml --scene gas.toml", "is what is read");
+  refused("hydrodynamics --field gas.toml --scene gas.toml", "is an input file");
   folder.write("neutral.toml", replaced(scene(), "[effects.charge_exchange]", ""));
   for (const std::string theory : {"kinetic", "all"})
     refused(theory + " --scene neutral.toml", "theory kinetic is for grains that charge each other and attract");

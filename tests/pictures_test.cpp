@@ -216,7 +216,7 @@ TEST_CASE("nothing is replaced in silence") {
 
 TEST_CASE("what cannot be drawn is refused with a sentence") {
   const RunFolder folder(plates);
-  check_refused(folder, "plot scene.h5 --range 5,-5", "--range 5,-5 is the wrong way round");
+  check_refused(folder, "plot scene.h5 --range 5,-5", "--range 5,-5 is reversed");
   check_refused(folder, "plot scene.h5 --range 5", "--range 5 is not understood: two numbers are wanted");
   check_refused(folder, "plot scene.h5 --range 0,inf", "both ends must be finite");
   check_refused(folder, "plot scene.h5 --colour force --range=-1,1", "force is drawn by decades, from above 0");
@@ -225,7 +225,7 @@ TEST_CASE("what cannot be drawn is refused with a sentence") {
   check_refused(folder, "plot scene.h5 --colour current", "scene.h5 has no current by conductor");
   check_refused(folder, "plot scene.h5 --frame 6", "frame 6 is not in scene.h5: it has frames 0 to 5");
   check_refused(folder, "plot scene.h5 --frames 0,7", "frame 7 is not in scene.h5");
-  check_refused(folder, "plot scene.h5 --frames 4:2", "4:2 is the wrong way round");
+  check_refused(folder, "plot scene.h5 --frames 4:2", "4:2 is reversed");
   check_refused(folder, "plot scene.h5 --frames 0:5:0", "the step `0` must be a whole number from 1 on");
   check_refused(folder, "plot scene.h5 --frames first", "`first` is no frame");
   check_refused(folder, "plot scene.h5 --frames 0,", "`` is no frame");
@@ -240,7 +240,7 @@ TEST_CASE("what cannot be drawn is refused with a sentence") {
   check_refused(folder, "film scene.h5 --rate 0", "--rate: 0 is not allowed: it must be a number above 0");
   check_refused(folder, "film scene.h5 --rate 1e-9", "--rate 1e-09 is not allowed: it must be from 0.1 to 1000");
   check_refused(folder, "film scene.h5 --frames 3:9", "frame 9 is not in scene.h5");
-  check_refused(folder, "film scene.h5 --range 2,1", "the wrong way round");
+  check_refused(folder, "film scene.h5 --range 2,1", "--range 2,1 is reversed");
   CHECK_FALSE(fs::exists(folder / "scene.mp4"));
   REQUIRE(run_shell(folder, "mkfifo pipe.h5").status == 0);
   for (const char* command : {"plot", "film", "view", "export --to csv"})
@@ -370,7 +370,7 @@ stationary = false
   CHECK(seen(folder, cut, purple) > 3000);
   CHECK(seen(folder, both, purple) == 0);
   check_refused(folder, "plot scene.h5 --cut z=11", "--cut z=11 leaves nothing: the box reaches from z = 0 to 10 m");
-  check_refused(folder, "plot scene.h5 --cut w=1", "an axis and a place on it are wanted");
+  check_refused(folder, "plot scene.h5 --cut w=1", "it must be an axis and a position on it");
 }
 
 }  // namespace pictures_test

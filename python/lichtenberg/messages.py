@@ -20,7 +20,7 @@ def say(words, end="\n"):
     of file names are escaped."""
     error = written(sys.stdout, escaped(words), end)
     if error and not isinstance(error, BrokenPipeError):
-        tell(f"lichtenberg: the output could not be written ({error.strerror}), but the files that it tells of stand")
+        tell(f"lichtenberg: the output could not be written ({error.strerror}), but the files that it names are complete")
 
 
 def put(words):

@@ -462,7 +462,7 @@ def listed_frames(written, path, count):
         first = number(words[0], 0 if len(words) > 1 else None)
         last = number(words[1], count - 1) if len(words) > 1 else first
         if last < first:
-            raise InputError(f"--frames {written}: {part} is the wrong way round, the first frame comes first")
+            raise InputError(f"--frames {written}: {part} is reversed: the first frame must come first")
         step = words[2] if len(words) > 2 else "1"
         if not re.fullmatch("0*[1-9][0-9]*", step):
             raise InputError(f"--frames {written}: the step `{step}` must be a whole number from 1 on")

@@ -192,11 +192,11 @@ void analyse(AnalyseArguments& request) {
 Command analyse_command() {
   auto request = std::make_shared<AnalyseArguments>();
   return {"analyse",
-          "Finds and stores the topology of a run, or how warm, charged and clustered a gas is, frame by frame",
+          "Computes and stores the topology of a run, or temperature, charges and clusters of a gas, frame by frame",
           {{"RESULT", &request->file, "result file of a run (.h5); gets the group /analysis", {.required = true}},
-           {"--frame", &request->frame, "only the frame of this index, from 0, and nothing is stored"},
-           json_argument(request->json, "SI units; of grains, those of their scene"),
-           {"--csv", &request->csv, "CSV file to write too, a line a frame"},
+           {"--frame", &request->frame, "analyse only the frame of this index, from 0, and store nothing"},
+           json_argument(request->json, "SI units; for grains those of their scene"),
+           {"--csv", &request->csv, "additional CSV file with one line per frame"},
            {"--overwrite", &request->overwrite, "replace the files of --csv and --json if they exist"}},
           [request] { analyse(*request); }};
 }

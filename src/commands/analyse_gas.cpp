@@ -152,7 +152,7 @@ void print_last(const GasFrame& f) {
   if (const auto& e = f.density_exponent)
     fmt::print("{:<15}N_s ~ s^-{} of {} clusters\n", "", with_error(e->exponent, e->error), e->clusters);
   fmt::print("correlation    {} of charge^2 and speed^2\n", shown(f.correlation, 3));
-  fmt::print("Mach number    {}, {} without what temperature alone gives\n", shown(f.mach.raw, 3),
+  fmt::print("Mach number    {}, {} of the flow without the contribution of temperature\n", shown(f.mach.raw, 3),
              shown(f.mach.flow, 3));
   fmt::print("structure      {} of density in the longest waves", shown(f.structure.density.front(), 3));
   if (!f.structure.charge.empty()) fmt::print(", {} of charge", shown(f.structure.charge.front(), 3));
@@ -215,9 +215,9 @@ std::optional<GasCourse> course_in(const std::string& path) {
 void add_reasons(nlohmann::ordered_json& json, const std::string& kind) {
   for (const char* part : {"", "_error", "_from", "_to"})
     json[kind + "fractal_dimension" + part] =
-        "fewer than five clusters of six grains and more that do not reach around the box, or all of one size";
+        "fewer than five clusters of at least six grains that do not span the box, or all of one size";
   for (const char* part : {"", "_error"})
-    json[kind + "cluster_exponent" + part] = "fewer than ten clusters, or all of the least size";
+    json[kind + "cluster_exponent" + part] = "fewer than ten clusters, or all of the smallest size";
   for (const char* what : {"shape_gyration", "shape_charge_dipole"})
     json[kind + what] = "the cluster reaches around the box";
   json[kind + "bjerrum"] = "no forces between charges, or no two clusters in any cell";
@@ -243,12 +243,12 @@ nlohmann::ordered_json missing_reasons(const AnalysedGas& run) {
   json["contact_persistence"] = "the first frame, or no contacts in the frame before";
   json["aggregate_local_slope"] = "no aggregates at half the time, or one frame alone";
   json["density_local_slope"] = "no dense cell at half the time, or one frame alone";
-  for (const char* name : energy_names) json[name] = "the run noted nothing at that instant";
+  for (const char* name : energy_names) json[name] = "the run has no record at that instant";
   if (run.charged) {
-    json["charge_by_speed"] = "no grain so fast, or all charges equal";
+    json["charge_by_speed"] = "no grain in this range of speeds, or all charges equal";
     json["charge_kurtosis"] = "all charges equal";
     for (const char* name : {"charge_dipole", "bound_charge_dipole"})
-      json[name] = "no cluster of so many grains, or only such as reach around the box";
+      json[name] = "no cluster of this size, or only clusters that span the box";
     json["charge_speed_correlation"] = "all charges equal, or all speeds";
     json["charge_structure"] = "no grain is charged then";
   } else {
@@ -318,10 +318,9 @@ Bodies GasAnalyser::bodies(int index) const {
   Bodies bodies = at_start_;
   const int d = bodies.dimension;
   if (position.size() != 3 * bodies.radius.size() || velocity.size() != position.size())
-    throw InputError(
-        fmt::format("{} is damaged and cannot be analysed (frame {} has not the places and velocities of "
-                    "{} grains)",
-                    result_.path(), index, bodies.size()));
+    throw InputError(fmt::format(
+        "{} is damaged and cannot be analysed (frame {} does not hold the positions and velocities of {} grains)",
+        result_.path(), index, bodies.size()));
   for (int i = 0; i < bodies.size(); ++i)
     for (int k = 0; k < d; ++k) {
       bodies.position[i * d + k] = position[3 * i + k];
@@ -332,8 +331,8 @@ Bodies GasAnalyser::bodies(int index) const {
        {std::span(position), std::span(velocity), std::span<const double>(bodies.charge)})
     if (!std::ranges::all_of(values, [](double value) { return std::abs(value) < no_quantity; }))
       throw InputError(
-          fmt::format("{} is damaged and cannot be analysed (in frame {} places, velocities or charges are "
-                      "no numbers, or too large for any)",
+          fmt::format("{} is damaged and cannot be analysed (in frame {} positions, velocities or charges are no "
+                      "numbers, or too large for any)",
                       result_.path(), index));
   const std::vector<double> image = frame.reals("image");
   for (int i = 0; i < bodies.size() && image.size() == position.size(); ++i)

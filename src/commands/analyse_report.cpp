@@ -164,7 +164,7 @@ void print_degrees(const AnalysedRun& run, const analysis::Topology& t) {
   }
   const analysis::DegreeDistribution& d = t.network.degrees;
   fmt::print("\nrelations of D (c = (2 loops - grounded) / M = {:.4f}){:>22}\n",
-             d.connected > 0 ? static_cast<double>(2 * d.loops - d.grounded) / d.connected : 0, "what is left over");
+             d.connected > 0 ? static_cast<double>(2 * d.loops - d.grounded) / d.connected : 0, "residual");
   for (const Relation& relation : relations)
     fmt::print("  {:<48}{:>14.1e}\n", relation.in_words, t.relations.*relation.residual);
 }

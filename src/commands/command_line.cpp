@@ -72,7 +72,7 @@ void check_optional_value(const std::vector<std::string>& arguments, const std::
   int count = 0;
   for (const std::string& word : arguments)
     if (word == name || word.starts_with(name + "=")) ++count;
-  if (count > 1) throw InputError(fmt::format("{} is given {} times, and once is allowed", name, count));
+  if (count > 1) throw InputError(fmt::format("{} is given {} times, but only once is allowed", name, count));
 }
 
 /// Joins `--json FILE` to `--json=FILE` if the word after such an option is its value, because CLI11 never takes it as
@@ -190,9 +190,9 @@ void declare(CLI::App& program, const std::vector<Command>& commands) {
   program.set_version_flag("--version", fmt::format("lichtenberg {} ({})", version.number, version.commit));
   program.require_subcommand(1);
   program.footer(
-      "To begin: write a scene from what `lichtenberg help scene` lists, or take one from scenes/ of the source\n"
-      "(share/lichtenberg/scenes where it is installed); then explain, run or solve it.\n"
-      "Everything after --petsc goes to PETSc, as in --petsc -field_ksp_view.");
+      "To begin: write a scene with the keys of `lichtenberg help scene`, or copy one from scenes/ of the "
+      "source\n(share/lichtenberg/scenes where it is installed); then explain, run or solve it.\nEverything after "
+      "--petsc goes to PETSc, as in --petsc -field_ksp_view.");
   for (const Command& command : commands) declare(program, command);
   declare(program, help_command(&program, commands));
 }
@@ -202,14 +202,15 @@ void declare(CLI::App& program, const std::vector<Command>& commands) {
   const CLI::App* command = program.get_subcommands().empty() ? &program : program.get_subcommands().front();
   const std::string word = program.remaining(true).front(), name = word.substr(0, word.find('='));
   if (!name.starts_with('-'))
-    throw InputError(fmt::format("{} has no use for `{}`; `{}` says what is allowed", command->get_name(), word, help));
+    throw InputError(
+        fmt::format("{} does not take `{}`; see `{}` for the allowed arguments", command->get_name(), word, help));
   std::vector<std::string> known;
   for (const CLI::Option* option : command->get_options())
     for (const std::string& each : option->get_lnames()) known.push_back(each);
   const std::size_t begin = name.find_first_not_of('-');
   const std::optional<std::string> meant =
       begin == std::string::npos ? std::nullopt : likely(name.substr(begin), known);
-  throw InputError(fmt::format("{} has no option {}{} `{}` says what is allowed", command->get_name(), name,
+  throw InputError(fmt::format("{} has no option {}{} see `{}` for the allowed arguments", command->get_name(), name,
                                meant ? fmt::format("; did you mean --{}?", *meant) : ";", help));
 }
 
@@ -249,13 +250,13 @@ void dispatch(std::vector<std::string> arguments, std::vector<Command> commands)
   } catch (const CLI::ExtrasError&) {
     refuse_rest(program, help);
   } catch (const CLI::ParseError& error) {
-    throw InputError(fmt::format("{}; `{}` says what is allowed", error.what(), help));
+    throw InputError(fmt::format("{}; see `{}` for the allowed arguments", error.what(), help));
   }
 }
 
 void warn_of_unused_options() {
   for (const std::string& option : parallel::unused_petsc_options())
-    fmt::print(stderr, "lichtenberg: nothing asked for the option {} after --petsc (misspelt?)\n", printable(option));
+    fmt::print(stderr, "lichtenberg: the option {} after --petsc was not used (misspelt?)\n", printable(option));
 }
 
 /// Throws Failure if required output could not be written. For optional output, prints a message on standard error.
@@ -264,7 +265,7 @@ void finish_output() {
   if (error == 0 || closed_pipe_ends_program()) return;  // run_command_line() ends the program without a message
   const Failure failure(fmt::format("the output could not be written ({})", std::strerror(error)));
   if (!is_output_optional()) throw failure;
-  fmt::print(stderr, "lichtenberg: {}, but the files that it tells of stand\n", printable(failure.what()));
+  fmt::print(stderr, "lichtenberg: {}, but the files that it names are complete\n", printable(failure.what()));
 }
 
 int report(const std::exception& error, int status) {

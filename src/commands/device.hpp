@@ -12,11 +12,10 @@ namespace lichtenberg {
 
 /// Returns the argument `--device`, which overrides field.device of the scene.
 inline Argument device_argument(std::string& device) {
-  return {
-      "--device",
-      &device,
-      "where the field is solved or grains are moved, cpu or cuda (default: field.device of the scene, cpu for grains)",
-      {.allowed = names_of<FieldDevice>()}};
+  return {"--device",
+          &device,
+          "device for the field solver or for grains, cpu or cuda (default: field.device of the scene, cpu for grains)",
+          {.allowed = names_of<FieldDevice>()}};
 }
 
 inline bool is_for_cuda(const Scene& scene) {
@@ -27,8 +26,8 @@ inline bool is_for_cuda(const Scene& scene) {
 inline Argument set_argument(std::vector<std::string>& settings) {
   return {"--set",
           &settings,
-          "KEY=VALUE: a key of the scene set otherwise than in its file, as in mechanics.position_tolerance=1e-6 or "
-          "electrode[0].potential=2e3; again for another key",
+          "KEY=VALUE: replaces a key of the scene, as in mechanics.position_tolerance=1e-6 or "
+          "electrode[0].potential=2e3; repeat it for other keys",
           {.repeated = true}};
 }
 

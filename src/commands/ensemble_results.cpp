@@ -126,8 +126,7 @@ Json inspect_file(const std::string& path, const Member& member, bool just_ended
   const std::string change = first_change(text, member.text);
   if (!change.empty())
     throw InputError(
-        fmt::format("key `{}` is not what it was when {} was started: move that file away, or name "
-                    "another folder with --out",
+        fmt::format("key `{}` has changed since {} was started: move that file away, or name another folder with --out",
                     change, path));
   const Scene now = parse_scene(member.text, path);
   const bool over = hdf5::exists(file.file(), "summary") && (just_ended || same_end(parse_scene(text, path), now));

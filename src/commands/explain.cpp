@@ -200,12 +200,11 @@ bool is_for_a_run(const Scene& scene) {
 void explain_trial(const Scene& scene) {
   if (!parallel::unused_petsc_options().empty())
     return fmt::print(
-        "  a run                no estimate: options after --petsc are for the run, and are not tried here\n");
+        "  a run                no estimate: options after --petsc apply to the run only, so that no trial is made\n");
   const std::optional<TriedRun> tried = try_run(scene);
   if (!tried)
     return fmt::print(
-        "  a run                no estimate: two seconds of it, tried here, go less than a two-hundredth of the way, "
-        "or fail\n");
+        "  a run                no estimate: a trial of two seconds reaches less than 0.5 % of it, or fails\n");
   if (tried->over)
     return fmt::print("  a run                {}, recording and pictures aside: tried here to its end at {:.3g} s\n",
                       duration(tried->seconds), tried->reached);
@@ -223,8 +222,8 @@ void explain_tried_run(const Scene& scene, const FieldCost& cost) {
       scene.field().linear_solver != FieldLinearSolver::assembled)  // PETSc has not been started
     return explain_trial(scene);
   fmt::print(
-      "  a run                no estimate: how many field solves it takes is known of conductors that are fed, dragged "
-      "and discharged\n");
+      "  a run                no estimate: the number of field solves is known only for conductors with a current "
+      "source, drag and contact discharge\n");
 }
 
 /// Prints the cost of conductors that move without a field.
@@ -260,12 +259,10 @@ void explain_packing_cost(const Scene& scene) {
   const std::optional<PackingCost> cost = estimate_packing_cost(scene);
   if (!cost)
     return fmt::print(
-        "  a run                no estimate: gradient descent takes some thousand times what the default "
-        "does\n");
+        "  a run                no estimate: gradient descent takes about a thousand times as long as the default\n");
   fmt::print("  filling              {:.4g} of the domain, overlaps counted twice\n", cost->filling);
   fmt::print(
-      "  a run                {}, recording and pictures aside: some {:.2g} iterations, a third to three times "
-      "as many\n",
+      "  a run                {}, recording and pictures aside: about {:.2g} iterations, within a factor of three\n",
       duration(cost->seconds), cost->iterations);
 }
 
@@ -353,7 +350,7 @@ Command explain_command() {
   auto request = std::make_shared<Arguments>();
   const std::vector<Argument> from = from_arguments(request->from, request->frame);
   return {"explain",
-          "Says what a scene will compute, what not, and what it costs",
+          "Prints what a run of a scene computes and neglects, and its cost",
           {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
            device_argument(request->device),
            set_argument(request->settings),

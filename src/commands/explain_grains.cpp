@@ -90,8 +90,8 @@ void explain_contacts(const Scene& scene, const GrainContactLaw& law, double tem
              restitution(law, 1), restitution(law, 2 * std::sqrt(temperature)), 2 * std::sqrt(temperature));
   if (scene.dimension() == 2) return;
   const double part = crowding(scene, law, temperature);
-  fmt::print("  crowding             a contact lasts {:.2g} of the time between two{}\n", part,
-             part > 0.05 ? ": three meet often, which theory leaves out; they charge each other more" : "");
+  fmt::print("  crowding             a contact lasts {:.2g} of the time between collisions{}\n", part,
+             part > 0.05 ? ": collisions of three grains are frequent, which theory neglects; grains charge more" : "");
 }
 
 /// Returns the impact speed at which two elastic grains of mass 1 reach this overlap. The stored energy is then m_eff
@@ -109,9 +109,9 @@ void explain_polarization(const Scene& scene, const GrainContactLaw& law) {
   // The fastest of N impacts has about v_n^2 = 4 T ln N.
   const double limit = speed * speed / (4 * std::log(std::max<double>(2, scene.conductors.size())));
   fmt::print(
-      "  polarization         two grains polarize each other without end closer than {:.2g} d0, which impacts at "
-      "{:.3g} v0\n                       may reach: safe below T = {:.2g}; above, a [[stage]] of stiffer contacts "
-      "helps\n",
+      "  polarization         mutual polarization of two grains diverges closer than {:.2g} d0, which impacts at "
+      "{:.3g} v0\n                       may reach: safe below T = {:.2g}; above, use a [[stage]] of stiffer "
+      "contacts\n",
       *closest, speed, limit);
 }
 
@@ -208,14 +208,13 @@ Work count_work(const Scene& scene, const GrainContactLaw& law, const Foreseen& 
 std::string why_so_long(const granular::Gas& gas, double step) {
   const Scene& scene = gas.scene();
   if (step == scene.mechanics.step) return "mechanics.step";
-  if (step == granular::longest_hold(gas))
-    return "longer would drive the swinging of grains that charges hold together";
+  if (step == granular::longest_hold(gas)) return "longer steps would excite oscillations of grains bound by charges";
   if (!std::isinf(scene.mechanics.step))
     return fmt::format("the fastest grain flies {:.2g} d0", granular::way_by_length(scene));
   const double way = granular::way_by_accuracy(scene);
-  if (step * gas.fastest() > 1.001 * way) return "forces come with each step of contacts";
+  if (step * gas.fastest() > 1.001 * way) return "forces are computed in each contact substep";
   const double accuracy = least_in(scene, &StepLimits::force_accuracy).value();
-  return fmt::format("the fastest grain flies {:.2g} d0, which costs what forces to {:g} do", way, accuracy);
+  return fmt::format("the fastest grain flies {:.2g} d0, an error equal to that of forces to {:g}", way, accuracy);
 }
 
 /// Prints the integrator's choices at the start of a run. Throws InputError for a step that a run refuses.
@@ -234,10 +233,10 @@ void explain_integrator(granular::Gas& gas) {
       std::isinf(asked) ? by_accuracy() : granular::make_integrator(scene.mechanics.integrator)->longest_step(gas, now);
   fmt::print(
       "  integrator           {}, steps {}\n", name_of(scene.mechanics.integrator),
-      std::isinf(asked) ? std::string("as the accuracy of forces asks for") : fmt::format("of at most {:g} t0", asked));
+      std::isinf(asked) ? std::string("chosen by the accuracy of forces") : fmt::format("of at most {:g} t0", asked));
   if (!scene.mechanics.integrator->reads("contact_steps") || !gas.has_smooth_forces()) return;
   if (std::isinf(step)) return;  // no motion
-  fmt::print("  held forces          for {:.0f} steps of contacts at the start, {:.2g} t0: {}\n",
+  fmt::print("  constant forces      for {:.0f} contact substeps at the start, {:.2g} t0: {}\n",
              std::max(1.0, std::ceil(step / contact)), step, why_so_long(gas, step));
 }
 

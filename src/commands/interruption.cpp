@@ -21,7 +21,7 @@ void set_handler(void (*handler)(int));
 void end_at_once(int) {
   constexpr std::string_view in_run =
       "\nstopping at once: the step has not ended; a result holds the run up to its last checkpoint\n";
-  constexpr std::string_view before = "\nstopping at once: what comes before the run has not ended\n";
+  constexpr std::string_view before = "\nstopping at once: the preparation of the run has not ended\n";
   const std::string_view message = running ? in_run : before;
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
   const int signal = noted;
@@ -35,9 +35,9 @@ void wait_for_a_step() { alarm(patience); }
 void note(int signal) {
   noted = signal;
   if (!writing) wait_for_a_step();
-  constexpr std::string_view before = "\nstopping; the same once more stops at once\n";
-  constexpr std::string_view patient = "\nstopping at the next checkpoint; the same once more stops at once\n";
-  constexpr std::string_view urgent = "\nstopping after this step; the same once more stops at once\n";
+  constexpr std::string_view before = "\nstopping; repeat the signal to stop at once\n";
+  constexpr std::string_view patient = "\nstopping at the next checkpoint; repeat the signal to stop at once\n";
+  constexpr std::string_view urgent = "\nstopping after this step; repeat the signal to stop at once\n";
   const std::string_view message = !running ? before : signal == SIGINT ? patient : urgent;
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
 }

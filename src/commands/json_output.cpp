@@ -45,7 +45,7 @@ void check_output_file(const std::string& path, bool overwrite) {
 void check_not_read(const std::string& file, const std::vector<std::string>& read) {
   for (const std::string& source : read)
     if (!source.empty() && is_same(file, source))
-      throw InputError(fmt::format("{} is what is read, and is left as it is: name another file to write", file));
+      throw InputError(fmt::format("{} is an input file and is not overwritten: name another file to write", file));
 }
 
 void check_different(const std::vector<std::string>& written) {
@@ -77,7 +77,7 @@ void JsonTarget::put(const nlohmann::ordered_json& json, int indent) const {
 Argument json_argument(JsonTarget& target, const std::string& what, bool file_follows) {
   return {"--json",
           &target.word,
-          fmt::format("print JSON in place of the table, or write it to a FILE beside the table: {}", what),
+          fmt::format("print JSON instead of the table, or write it to a FILE in addition to the table: {}", what),
           {.value_optional = true, .value_follows = file_follows}};
 }
 

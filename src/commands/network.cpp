@@ -98,7 +98,8 @@ void print_table(const SolvedNetwork& solved) {
   } else {
     fmt::print("  effective resistance  {:.12g} Ohm\n", c.resistance);
     fmt::print("  current               {:.12g} A\n", c.current);
-    fmt::print("  dissipated power      {:.12g} W, sum of i^2 r; V^2/R but for {:.1g}\n", c.power, c.power_balance);
+    fmt::print("  dissipated power      {:.12g} W, sum of i^2 r; deviation from V^2/R: {:.1g}\n", c.power,
+               c.power_balance);
   }
   fmt::print("  backbone particles    {}\n", some(solved.backbone));
   fmt::print("  dead ends             {}\n", some(solved.dead_ends));
@@ -319,10 +320,10 @@ Command network_command() {
   std::vector<std::string> resistors;
   for (const network::ResistorModel& model : network::resistor_models()) resistors.push_back(model.name);
   command.arguments = {
-      {"FILE", &request->file, "result file of a run (.h5); the networks are kept in it", {.required = true}},
+      {"FILE", &request->file, "result file of a run (.h5); the networks are stored in it", {.required = true}},
       {"--model",
        &request->model,
-       "what a node is: `particle` where contacts resist, `contact` where the particles themselves do (default: "
+       "nodes of the network: `particle` if contacts resist, `contact` if the particles themselves do (default: "
        "network.model of the scene, or both)",
        {.allowed = names_of<NetworkModel>()}},
       {"--between", &request->between,
@@ -343,10 +344,10 @@ Command network_command() {
       {{"--voltage", &request->voltage, "V, of the second electrode (default: 1)"},
        {"--frame", &request->frame, "index of the frame, from 0 (default: the last)"},
        {"--out", &request->picture,
-        "picture to write, .png, .pdf or .svg (default: FILE-network.png, with what was asked for in its name)"},
+        "picture to write, .png, .pdf or .svg (default: FILE-network.png, with the given options in its name)"},
        {"--overwrite", &request->overwrite, "replace the picture and the file of --json if they exist"},
        {"--no-picture", &request->no_picture, "draw nothing"},
-       {"--no-save", &request->no_save, "leave the result file as it is; draws nothing"},
+       {"--no-save", &request->no_save, "do not change the result file; draws nothing"},
        json_argument(request->json, "SI units, every node and resistor")});
   command.act = [request] { measure(*request); };
   return command;

@@ -189,7 +189,7 @@ std::vector<std::string> warnings_of(const PackingFrame& frame) {
   const bool is_last = frame.frame == frame.file->frames() - 1, is_over = hdf5::exists(frame.file->file(), "summary");
   if (!is_packing || (is_last && is_over)) return frame.file->warnings();
   return {fmt::format("not at rest: {}, so that forces do not balance yet and contacts change",
-                      is_last ? "the run has not come to its end" : "the frame is one on the way to the run's end")};
+                      is_last ? "the run has not come to its end" : "the frame is not the run's last")};
 }
 
 }  // namespace
@@ -205,10 +205,9 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
     PackingFrame result{.file = file, .frame = frame.value_or(frames - 1)};
     result.scene = parse_scene(hdf5::get_text(file->file(), "scene/text"), path);
     if (result.scene.domain.box().any_periodic())
-      throw InputError(
-          fmt::format("{} has a periodic side, through which contacts are not looked for: only a scene "
-                      "without one can be measured",
-                      path));
+      throw InputError(fmt::format(
+          "{} has a periodic side, and contacts across it are not searched: only a scene without one can be measured",
+          path));
     result.packing = read_frame(*file, result.frame);
     for (const Conductor& conductor : result.scene.conductors)
       result.packing.resistivity.push_back(conductor.relative_resistivity);

@@ -55,7 +55,7 @@ std::optional<fs::path> find_package() {
 std::vector<std::string> command_line(std::vector<std::string> words) {
   const std::optional<fs::path> package = find_package();
   if (!package)
-    throw Failure(fmt::format("the Python package lichtenberg is neither in {} beside {} nor in {}",
+    throw Failure(fmt::format("the Python package lichtenberg is neither in {} relative to {} nor in {}",
                               PACKAGE_FROM_BINARY, fs::read_symlink("/proc/self/exe").string(), PACKAGE_IN_SOURCE));
   words.insert(words.begin(), {python, (*package / "__main__.py").string()});
   return words;

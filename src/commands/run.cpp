@@ -368,19 +368,19 @@ Command run_command() {
   auto request = std::make_shared<RunArguments>();
   const std::vector<Argument> from = from_arguments(request->from, request->frame);
   return {"run",
-          "Carries a scene on in time and records it",
+          "Simulates a scene in time and records the result",
           {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
            {"--out", &request->file, "result file (default: output.file of the scene)"},
            device_argument(request->device),
            set_argument(request->settings),
            from[0],
            from[1],
-           {"--resume", &request->resume, "go on from the checkpoint in the result file"},
+           {"--resume", &request->resume, "continue from the checkpoint in the result file"},
            {"--overwrite",
             &request->overwrite,
             "replace the result file and its pictures if they exist",
             {.excluded = "--resume"}},
-           {"--quiet", &request->quiet, "print nothing but errors"}},
+           {"--quiet", &request->quiet, "print only errors"}},
           [request] { run(*request); }};
 }
 

@@ -122,15 +122,11 @@ complete -o filenames -F _lichtenberg lichtenberg ./lichtenberg
 
 std::string manual_page(const std::vector<Command>& commands) {
   std::string text = fmt::format(
-      ".TH LICHTENBERG 1 \"\" \"lichtenberg {}\"\n"
-      ".SH NAME\nlichtenberg \\- charged conductors and grains: how they move, touch, exchange charge and form "
-      "structures\n"
-      ".SH SYNOPSIS\n.B lichtenberg\nCOMMAND [ARGUMENTS] [\\-\\-petsc OPTIONS]\n"
-      ".SH DESCRIPTION\nRuns scenes, which are TOML files, and looks at their results, which are HDF5 files. "
+      ".TH LICHTENBERG 1 \"\" \"lichtenberg {}\"\n.SH NAME\nlichtenberg \\- charged conductors and grains: how they "
+      "move, touch, exchange charge and form structures\n.SH SYNOPSIS\n.B lichtenberg\nCOMMAND [ARGUMENTS] "
+      "[\\-\\-petsc OPTIONS]\n.SH DESCRIPTION\nRuns scenes (TOML files) and analyses their results (HDF5 files). "
       "`lichtenberg help scene` lists all that a scene may hold. Exit status: 0 done, 2 for input that cannot be used, "
-      "1 "
-      "for work that could not be done.\n"
-      ".SH COMMANDS\n",
+      "1 for work that could not be done.\n.SH COMMANDS\n",
       lichtenberg_version().number);
   for (const Command& command : commands) text += section_of(command);
   return text;

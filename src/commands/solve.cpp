@@ -456,12 +456,12 @@ Answer solve(const SolveArguments& request, Scene scene) {
 Command solve_command() {
   auto request = std::make_shared<SolveArguments>();
   return {"solve",
-          "Solves the field of a scene's first instant once, of conductors or of charged grains",
+          "Solves the field of a scene's initial state once, for conductors or for charged grains",
           {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
            device_argument(request->device),
            set_argument(request->settings),
-           {"--capacitance", &request->capacitance, "the capacitance matrix as well: one more solve a group"},
-           json_argument(request->json, "SI units, reduced ones of grains"),
+           {"--capacitance", &request->capacitance, "also compute the capacitance matrix: one more solve per group"},
+           json_argument(request->json, "SI units; reduced units for grains"),
            {"--field", &request->field,
             "write potential and bodies to this file (VTKHDF; ParaView opens it if its name ends in .hdf)"},
            {"--picture", &request->picture, "draw potential and conductors into this file: .png, .pdf or .svg"},

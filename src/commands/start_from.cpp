@@ -38,7 +38,8 @@ void check_bodies(const Result& result, const Scene& scene, const StopRequest& s
 /// reach such overlaps, but a smaller periodic domain can produce them.
 void check_places(const std::string& path, const Scene& scene) {
   const auto refuse_it = [&](const std::string& why) {
-    throw InputError(fmt::format("--from {}: {}; the domain.size of {} must have room for all", path, why, scene.path));
+    throw InputError(
+        fmt::format("--from {}: {}; the domain.size of {} must be large enough for all", path, why, scene.path));
   };
   const Box<3> box = scene.domain.box();
   for (std::size_t i = 0; i < scene.conductors.size() && !scene.domain.open; ++i)
@@ -110,8 +111,8 @@ Scene read_started(const std::string& result, std::optional<int> frame,
 }
 
 std::vector<Argument> from_arguments(std::string& result, std::optional<int>& frame) {
-  return {{"--from", &result, "start where the particles of this result (.h5) are, with their velocities and charges"},
-          {"--frame", &frame, "of that result, from 0 (default: the last)"}};
+  return {{"--from", &result, "start from the positions, velocities and charges of the particles in this result (.h5)"},
+          {"--frame", &frame, "index of the frame in that result, from 0 (default: the last)"}};
 }
 
 }  // namespace lichtenberg

@@ -248,34 +248,34 @@ Command theory_command(const std::vector<TheoryKind>& kinds) {
   auto request = std::make_shared<TheoryArguments>();
   std::vector<std::string> names;
   for (const TheoryKind& kind : kinds) names.push_back(kind.name);
-  return {
-      "theory",
-      "Says what theories of a gas of grains expect: cooling, charging, merging, growth, stability, flow",
-      {{"NAME", &request->name, "which one", {.required = true, .allowed = names}},
-       {"RESULT", &request->result,
-        "result file of a run (.h5), whose scene is taken and which is shown beside; its clusters too once `analyse` "
-        "has found them"},
-       {"--scene",
-        &request->scene,
-        "scene file (.toml) whose gas it is (default: the source's)",
-        {.excluded = "RESULT"}},
-       set_argument(request->settings),
-       {"--plot", &request->plot, "draw it too"},
-       {"--out", &request->picture, "picture to write (default: SCENE, RESULT or theory, with -NAME.png)"},
-       json_argument(request->json, "all rows", true),
-       {"--csv", &request->csv, "CSV file to write, with all rows"},
-       {"--restitution", &request->options.restitution,
-        "of stability and hydrodynamics, in place of the gas's (default without one: .7)"},
-       {"--charge-number", &request->options.charge_number, "their R, in place of the gas's (default without one: .9)"},
-       {"--cells", &request->options.cells, "of hydrodynamics, along an edge (default: 32, in space 24)"},
-       {"--space", &request->options.space, "hydrodynamics in space, in place of a plane"},
-       {"--separated", &request->options.separated,
-        "hydrodynamics from charges of either sign, apart from each other (G A5.3)"},
-       {"--seed", &request->options.seed, "of the noise that disturbs hydrodynamics (default: 1)"},
-       {"--field", &request->options.field,
-        "write the last fields of hydrodynamics to this file (VTKHDF, for ParaView)"},
-       {"--overwrite", &request->overwrite, "replace files that exist"}},
-      [request, kinds] { tell_theory(*request, kinds); }};
+  return {"theory",
+          "Prints predictions of theories of a gas of grains: cooling, charging, merging, growth, stability, flow",
+          {{"NAME", &request->name, "name of the theory", {.required = true, .allowed = names}},
+           {"RESULT", &request->result,
+            "result file of a run (.h5): its scene is used and its values are shown for comparison, also its clusters "
+            "after `analyse`"},
+           {"--scene",
+            &request->scene,
+            "scene file (.toml) with the gas (default: the source's gas)",
+            {.excluded = "RESULT"}},
+           set_argument(request->settings),
+           {"--plot", &request->plot, "also draw the tables"},
+           {"--out", &request->picture, "picture to write (default: SCENE, RESULT or theory, with -NAME.png)"},
+           json_argument(request->json, "all rows", true),
+           {"--csv", &request->csv, "CSV file to write, with all rows"},
+           {"--restitution", &request->options.restitution,
+            "restitution for stability and hydrodynamics instead of the gas's (default without a gas: .7)"},
+           {"--charge-number", &request->options.charge_number,
+            "R for stability and hydrodynamics instead of the gas's (default without a gas: .9)"},
+           {"--cells", &request->options.cells, "cells of hydrodynamics along an edge (default: 32, in space 24)"},
+           {"--space", &request->options.space, "hydrodynamics in space instead of a plane"},
+           {"--separated", &request->options.separated,
+            "hydrodynamics of initially separated charges of either sign (G A5.3)"},
+           {"--seed", &request->options.seed, "seed of the initial noise of hydrodynamics (default: 1)"},
+           {"--field", &request->options.field,
+            "write the last fields of hydrodynamics to this file (VTKHDF, for ParaView)"},
+           {"--overwrite", &request->overwrite, "replace files that exist"}},
+          [request, kinds] { tell_theory(*request, kinds); }};
 }
 
 }  // namespace lichtenberg

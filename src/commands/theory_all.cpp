@@ -77,7 +77,7 @@ std::optional<TheoryTable> merger_table(const GasParameters& gas, const GasCours
              *temperature = run.find("analysis/bound_cluster_local_temperature"),
              *charge = run.find("analysis/bound_cluster_square_charge");
   if (!number || !temperature || !charge || number->time.size() < 3) return {};
-  TheoryTable table{.name = "mergers", .title = "mergers of bound clusters as the run has them, in a unit of volume"};
+  TheoryTable table{.name = "mergers", .title = "coalescence rate of the run's bound clusters per volume"};
   std::vector<double> time, bjerrum, found, expected, ratio;
   const theory::Impacts impacts = gas.impacts(true);
   const double close = theory::contact_value(gas.density), volume = gas.grains / gas.density;

@@ -264,11 +264,12 @@ TheoryAnswer kinetic_theory(const GasParameters& gas, const GasCourse* run) {
 
 std::vector<TheoryFigure> common_figures(const GasParameters& gas) {
   const double filled = std::numbers::pi / 6 * gas.density;
-  return {{"density", "1/d0^3", gas.density, fmt::format("of grains, which fill {:.4f} of the box", filled)},
-          {"temperature", unit_of_energy, gas.temperature, "at the start, after the warm-up"},
-          {"contact_value", "1", theory::contact_value(gas.density), "by what pairs are more frequent in contact"},
-          {"collision_frequency", "1/t0", theory::collision_frequency(gas.density, gas.temperature),
-           "of a grain at the start"}};
+  return {
+      {"density", "1/d0^3", gas.density, fmt::format("of grains, which fill {:.4f} of the box", filled)},
+      {"temperature", unit_of_energy, gas.temperature, "at the start, after the warm-up"},
+      {"contact_value", "1", theory::contact_value(gas.density), "factor by which pairs are more frequent in contact"},
+      {"collision_frequency", "1/t0", theory::collision_frequency(gas.density, gas.temperature),
+       "of a grain at the start"}};
 }
 
 std::vector<double> times_until(double end) {

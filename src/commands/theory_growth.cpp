@@ -38,7 +38,7 @@ Growth growth_of(double beta, const std::vector<double>& times) {
 
 TheoryFigure error_figure(const std::string& name, double error, double ratio) {
   return {name, "1", error,
-          fmt::format("relative, of S: what size classes cost, by an estimate (ratio {:g}, extrapolated)", ratio)};
+          fmt::format("relative error of S by the size classes, estimated (ratio {:g}, extrapolated)", ratio)};
 }
 
 /// Adds coagulation in the time of a gas, with bound clusters of a run.
@@ -46,7 +46,7 @@ void add_paced(TheoryAnswer& answer, const GasParameters& gas, const GasCourse* 
   const std::vector<double> times = times_until(gas.end);
   const auto course = merging_course(gas, times);
   TheoryTable table{.name = "paced",
-                    .title = "the same by the gas's time, at the pace of mergers that kinetic theory has",
+                    .title = "the same by the gas's time, at the coalescence rate of kinetic theory",
                     .columns = {{"time", "t0", "time", times}},
                     .panels = {{"S", true, {}}, {"aggregates by initial grain", true, {}}}};
   for (const double beta : {2.0, 3.0}) {

@@ -181,13 +181,13 @@ Method ewald(const ChargedSubject& subject) {
 
 Method minimum_image(const ChargedSubject& subject) {
   return {"minimum-image",
-          "the nearest image of each other charge, without a promise",
+          "the nearest image of each other charge, without an error bound",
           {candidate(subject, {{"reach / L", 1}}, 1, 0,
                      [] { return std::make_unique<periodic::MinimumImage>(periodic::MinimumImage::Reach::box); })}};
 }
 
 Method shifted_force(const ChargedSubject& subject) {
-  Method method{"shifted-force", "pairs within a cut-off, shifted to end there, without a promise", {}};
+  Method method{"shifted-force", "pairs within a cut-off, shifted to vanish there, without an error bound", {}};
   for (const double cutoff : {3.0, 5.0, 7.0, 10.0})
     if (cutoff <= subject.half_box())
       method.candidates.push_back(candidate(subject, {{"cutoff", cutoff}}, std::pow(cutoff, 3), 0,
@@ -326,21 +326,20 @@ std::vector<double> ChargedSubject::errors(const std::vector<double>& force) con
 void sweep_charges(const Scene& scene, const Request& request) {
   if (!scene.effects.has("coulomb"))
     throw InputError(scene.path +
-                     ": work-precision compares ways to sum the forces of charges, and the scene has no "
+                     ": work-precision compares methods to sum the forces of charges, but the scene has no "
                      "effects.coulomb; with --time it compares integrators");
   if (!request.sizes.empty())
     throw InputError("--sizes goes with conductors: the meshes of charges follow from their accuracy");
   if (scene.conductors.size() < 2)
-    throw InputError(scene.path + ": one charge alone feels no force, and errors of forces are given over them");
+    throw InputError(scene.path + ": a single charge has no force, and errors are relative to forces");
   ChargedSubject subject = make_subject(scene);
   const std::vector<Method> methods = choose(all_methods(subject), request);
-  Diagram diagram{
-      .title = fmt::format("forces of {} charges{} at the places of the first instant", subject.bodies.size(),
-                           subject.dipoles ? " and the dipoles that they induce" : ""),
-      .quantities = {"rms force", "largest force"},
-      .measure = "root mean square and largest error of a force, over the rms force",
-      .work = "pairs",
-      .clock = "time of one core"};
+  Diagram diagram{.title = fmt::format("forces of {} charges{} at the initial positions", subject.bodies.size(),
+                                       subject.dipoles ? " and the dipoles that they induce" : ""),
+                  .quantities = {"rms force", "largest force"},
+                  .measure = "root mean square and largest error of a force, over the rms force",
+                  .work = "pairs",
+                  .clock = "time of one core"};
   request.begin();
   find_reference(subject, diagram);
   diagram.subject = [&]() -> nlohmann::ordered_json {

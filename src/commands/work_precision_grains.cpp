@@ -130,7 +130,7 @@ Candidate multirate_at(const GasSubject& subject, int k, const std::function<voi
 constexpr int halvings = 6;
 
 Method multirate(const GasSubject& subject) {
-  Method method{"multirate", "charges held over a step, within which contacts have steps of their own", {}};
+  Method method{"multirate", "forces of charges constant over a step, contacts with substeps", {}};
   for (int k = 0; k < halvings; ++k) method.candidates.push_back(multirate_at(subject, k));
   return method;
 }
@@ -150,7 +150,8 @@ Method on_device(const GasSubject& subject) {
 /// Returns multirate with the finest contact steps of the sweep. The remaining error is that of forces kept constant
 /// over the outer step.
 Method charges_held(const GasSubject& subject) {
-  Method method{"multirate-charges", "the same with contacts as good as they get: what held charges cost", {}};
+  Method method{
+      "multirate-charges", "the same with the finest contact substeps: error of constant forces of charges", {}};
   const int contact_steps = 10 << (halvings - 1);
   for (int k = 0; k < halvings; ++k) {
     const double step = 0.32 / (1 << k);
@@ -162,8 +163,7 @@ Method charges_held(const GasSubject& subject) {
 
 /// Returns the method with all steps chosen by accuracy.
 Method by_accuracy(const GasSubject& subject) {
-  Method method{
-      "accuracy", "one knob: how forces of charges are summed, how long they are held, steps of contacts", {}};
+  Method method{"accuracy", "one accuracy for the sum of charge forces, the step and the contact substeps", {}};
   for (const double accuracy : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5}) {
     Scene scene = with(subject, Integrator::multirate, INFINITY, contact_steps_for(accuracy));
     scene.effects.find<effects::CoulombOptions>()->accuracy = accuracy;
@@ -175,7 +175,7 @@ Method by_accuracy(const GasSubject& subject) {
 
 /// Returns multirate with steps so short that the accuracy of forces dominates the error.
 Method force_accuracy(const GasSubject& subject) {
-  Method method{"multirate-forces", "the same, all steps short: what the accuracy of forces costs", {}};
+  Method method{"multirate-forces", "the same with short steps: error by the accuracy of forces", {}};
   for (const double accuracy : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
     Scene scene = with(subject, Integrator::multirate, 0.01, 80);
     scene.effects.find<effects::CoulombOptions>()->accuracy = accuracy;
@@ -243,8 +243,8 @@ void sweep_grains(const Scene& scene, const Request& request) {
       .title = fmt::format("motion of {} grains over {:g} t0", scene.conductors.size(), subject.scene.stop.time),
       .quantities = {"places", "energy book"},
       .measure =
-          "root mean square distance of a grain from where it should be, in d0; what the energy book is "
-          "off by over the kinetic energy at the start",
+          "rms distance of grains from the reference, in d0; error of the energy balance over the initial kinetic "
+          "energy",
       .work = "steps of contacts",
       .clock = "time of one core"};
   request.begin();

@@ -167,8 +167,8 @@ std::string describe_field(const MovingSubject& subject) {
 void sweep_time(const Scene& scene, const Request& request) {
   if (scene.dimension() == 3 || scene.domain.box().any_periodic())
     throw InputError(
-        fmt::format("{}: work-precision compares places in the plane, which nothing leaves: two dimensions "
-                    "and no periodic side are allowed",
+        fmt::format("{}: work-precision compares positions in a closed plane domain: two dimensions and no periodic "
+                    "side are allowed",
                     scene.path));
   MovingSubject subject{.scene = effects::with_field_chosen(scene), .radius = scene.smallest_radius()};
   choose(all_methods(subject), request);  // names are checked before anything is computed

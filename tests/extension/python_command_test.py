@@ -69,7 +69,7 @@ class CommandFromOutside(Outside, unittest.TestCase):
 
     def test_its_own_refusal_and_those_of_the_program_are_one_sentence(self):
         self.check_refused("gas.h5: too few bodies", "count", runs.gas(), "--least", 61)
-        self.check_refused("RESULT is required; `lichtenberg help count` says what is allowed", "count")
+        self.check_refused("RESULT is required; see `lichtenberg help count` for the allowed arguments", "count")
         self.check_refused("count has no option --lest; did you mean --least?", "count", runs.gas(), "--lest=1")
         (runs.FOLDER / "no.h5").write_text("nothing")
         self.check_refused("no.h5", "count", "no.h5")

@@ -467,7 +467,7 @@ class RefusedTest(unittest.TestCase):
         self.assertEqual(taken.read_text(), before)
         self.refused("frames 0 to 3", "export", result, "--to", "csv", "--frames", "4")
         self.refused("frames 0 to 3", "export", result, "--to", "csv", "--frames", "0:9")
-        self.refused("wrong way round", "export", result, "--to", "csv", "--frames", "3:1")
+        self.refused("is reversed", "export", result, "--to", "csv", "--frames", "3:1")
         self.refused("`first` is no frame", "export", result, "--to", "csv", "--frames", "first")
         self.refused("`-1` must be a whole number", "export", result, "--to", "csv", "--frames", "::-1")
         self.refused("more than FIRST:LAST:STEP", "export", result, "--to", "csv", "--frames", "0:1:1:1")

@@ -69,7 +69,7 @@ class ResultTest(unittest.TestCase):
         self.assertEqual((status, complaint), (0, ""))
         self.assertIn(f"WARNING: {words}", (runs.FOLDER / "unfinished.svg").read_text())
         status, out, _ = runs.program("network", runs.unfinished_packing(), "--no-save", "--json", "--frame", "0")
-        self.assertTrue(json.loads(out)["warnings"][0].startswith("not at rest: the frame is one on the way"))
+        self.assertTrue(json.loads(out)["warnings"][0].startswith("not at rest: the frame is not the run's last"))
 
     def test_what_stands_beside(self):
         with lichtenberg.load(runs.seedling()) as result:

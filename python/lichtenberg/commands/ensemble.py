@@ -24,7 +24,7 @@ from ..interrupted import Interruption, end_with
 from ..questions import Program
 from . import argument
 
-HELP = "Runs, or goes on with, a scene in many variants on all cores: means with confidence intervals"
+HELP = "Runs or continues a scene in many variants on all cores: means with confidence intervals"
 SET = argument(
     "--set",
     "KEY=VALUE: a key of the scene set otherwise than in its file, as in mechanics.position_tolerance=1e-6 or "
@@ -35,11 +35,11 @@ SET = argument(
 ARGUMENTS = [
     argument("SCENE", "scene file (.toml)", required=True),
     argument("--conductors", "numbers of conductors, as in 64,100,144: short for --vary population.count=..."),
-    argument("--seeds", "how many seeds, from the scene's upward, for each variant", "int", positive=True),
+    argument("--seeds", "number of seeds for each variant, from the scene's upward", "int", positive=True),
     argument(
         "--vary",
         "KEY=VALUE,VALUE,...: values that a key of the scene takes, as in effects.contact_discharge.gap=0.4e-3,0.8e-3 or "
-        "electrode[0].radius=1e-3,2e-3; again for another key: all combinations are run",
+        "electrode[0].radius=1e-3,2e-3; repeat it for other keys: all combinations are run",
         "texts",
         repeated=True,
     ),
@@ -54,7 +54,7 @@ ARGUMENTS = [
         "where the field is solved or grains are moved, cpu or cuda (default: field.device of the scene, cpu for grains)",
         allowed=["cpu", "cuda"],
     ),
-    argument("--jobs", "members that run at the same time (default: one a core)", "int", positive=True),
+    argument("--jobs", "members that run at the same time (default: one per core)", "int", positive=True),
     argument(
         "--share",
         "K/N: run the Kth of N shares of the members only, as in 3/8, so that N machines on one file system work side by "
@@ -138,7 +138,7 @@ class Folder:
         the member fails."""
         path = self.file(member, ".toml")
         if os.path.exists(path) and not first_line(path).endswith(mark):
-            member.state, member.sentence = "failed", f"{path} stands in the way: it is no scene of an ensemble"
+            member.state, member.sentence = "failed", f"{path} exists and is not a scene of an ensemble"
         else:
             write_whole(path, member.text)
 
@@ -259,7 +259,7 @@ def run_members(program, folder, members, request, interruption):
         if interruption.signal and not told:
             told = True
             progress.end_line()
-            messages.tell("stopping: the members end after the steps that they are in; the same signal once more stops at once")
+            messages.tell("stopping: the members end after their present steps; repeat the signal to stop at once")
             for process in running:
                 process.interrupt()
         if interruption.signal:
@@ -335,7 +335,7 @@ def report(program, request, members, share):
         return messages.put(text)
     if request.json:
         write_whole(request.json, text)
-    holds = "holds" if share else "and the result files beside it hold"
+    holds = "holds" if share else "and the result files next to it hold"
     words = f"{what} {holds} {[m.state for m in members].count('finished')} of {len(members)} runs of {request.scene}"
     if share:
         words += f", share {share[0]} of {share[1]}: once all shares are done, the same command without --share makes their table"
@@ -348,10 +348,10 @@ def act(request):
     members = program.members
     if all(member.state == "failed" for member in members):
         first = members[0]
-        raise InputError(f"no member of this ensemble is possible; of the first, {first.name}: {first.sentence}")
+        raise InputError(f"no member of this ensemble is possible; the first, {first.name}: {first.sentence}")
     if request.json not in (None, "true"):  # of this sweep, the same command may write it again
         if os.path.realpath(request.json) == os.path.realpath(request.scene):
-            raise InputError(f"{request.json} is what is read, and is left as it is: name another file to write")
+            raise InputError(f"{request.json} is an input file and is not overwritten: name another file to write")
         check_output(request.json, not holds_others(request.json, members), otherwise="name another file", option="")
     share = share_of(request.share)
     if share:

@@ -14,7 +14,7 @@ ARGUMENTS = [
     argument("--to", FORMATS, required=True, offered=["vtk", "xyz", "csv"]),
     argument("--out", "file or folder to write (default: RESULT with .xyz, -vtk or -csv)"),
     frames_argument("all"),
-    argument("--overwrite", "replace what exists, of an earlier export all its files", "flag"),
+    argument("--overwrite", "replace existing output, including all files of an earlier export", "flag"),
 ]
 
 

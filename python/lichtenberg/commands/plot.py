@@ -8,7 +8,7 @@ from . import argument, frames_argument
 OF_FRAMES = [
     argument(
         "--colour",
-        "what particles are coloured by; conductors: potential, charge, force, cluster (of those in contact), "
+        "quantity of the colours; conductors: potential, charge, force, cluster (of those in contact), "
         "current (to the ground), order (of the branch, by Strahler), joined (the tree, when), speed; gases: charge, "
         "cluster, force, speed; packings: force; any other column of particles by its name (default: potential or charge, "
         "unless all is 0 or the same)",
@@ -16,11 +16,11 @@ OF_FRAMES = [
     ),
     argument(
         "--range",
-        "LOW,HIGH: of the colours, in the file's units without prefix, as in --range=-200,200 (default: that of the "
+        "LOW,HIGH: range of the colours, in the file's units without prefix, as in --range=-200,200 (default: that of the "
         "whole run, all frames together)",
     ),
     argument("--cmap", "colour map by matplotlib's name, as viridis"),
-    argument("--cut", "AXIS=PLACE: of a scene in space only what lies behind, as in --cut z=0.005"),
+    argument("--cut", "AXIS=POSITION: in space, show only the part behind this plane, as in --cut z=0.005"),
     argument("--overwrite", "replace files that exist", "flag"),
 ]
 HELP = (

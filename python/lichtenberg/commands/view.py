@@ -4,7 +4,7 @@ import os
 from .. import messages
 from . import argument, frames_argument
 
-HELP = "Writes one HTML page to look at a run in a browser, without a network: particles over time, curves"
+HELP = "Writes one HTML page that shows a run in a browser without a network: particles over time, curves"
 ARGUMENTS = [
     argument("RESULT", "result file of a run (.h5)", required=True, result="shown"),
     argument("--out", "page to write (default: RESULT with .html)"),

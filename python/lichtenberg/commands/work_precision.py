@@ -23,15 +23,15 @@ ARGUMENTS = [
     SET,
     argument(
         "--time",
-        "integrators over the scene's motion until stop.time, in place of field solvers at its first instant",
+        "compare integrators over the scene's motion until stop.time instead of field solvers at its start",
         "flag",
     ),
     argument("--methods", "only these, as in cut-cell,multipole (default: all)", "texts", comma_separated=True),
     argument("--sizes", "cells along the longer side (default: 128,256,512,1024,2048)", "ints", comma_separated=True),
-    argument("--seconds", "leave out what is expected to take longer", "float", positive=True, default=10),
+    argument("--seconds", "leave out candidates that are expected to take longer", "float", positive=True, default=10),
     argument(
         "--json",
-        "print JSON in place of the table, or write it to a FILE beside the table: all figures",
+        "print JSON instead of the table, or write it to a FILE in addition to the table: all figures",
         value_optional=True,
         value_follows=True,
     ),
@@ -176,7 +176,7 @@ def check(request):
             raise InputError(f"--json {request.json}: {words}")
     for option, path in written.items():
         if os.path.realpath(path) == os.path.realpath(request.scene):
-            raise InputError(f"{path} is what is read, and is left as it is: name another file to write")
+            raise InputError(f"{path} is an input file and is not overwritten: name another file to write")
         check_output(path, request.overwrite, otherwise=f"give {option} another name")
 
 

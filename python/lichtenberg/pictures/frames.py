@@ -44,7 +44,7 @@ def read_range(text):
     if not abs(low) < float("inf") or not abs(high) < float("inf"):
         raise InputError(f"--range {text} is not allowed: both ends must be finite numbers")
     if low >= high:
-        raise InputError(f"--range {text} is the wrong way round: the lower end comes first, and is less than the other")
+        raise InputError(f"--range {text} is reversed: the lower end must come first and be less than the other")
     return low, high
 
 

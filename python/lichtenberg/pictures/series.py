@@ -324,7 +324,7 @@ def draw_table(folder, names):
     points = read_table(folder)["points"]
     keys = [key for key in (points[0]["settings"] if points else {})]
     if not keys:
-        raise InputError(f"the ensemble in {folder} varies nothing but seeds: `plot --series {folder}` draws its course")
+        raise InputError(f"the ensemble in {folder} varies only seeds: `plot --series {folder}` draws its course")
     along = max(keys, key=lambda key: len({str(p["settings"][key]) for p in points}))
     known = set.intersection(*(set(p["quantities"]) for p in points))
     for name in names or []:

@@ -96,7 +96,7 @@ def read_cut(text, box, unit):
         place = np.nan
     if axis not in ("x", "y", "z") or not np.isfinite(place):
         example = f"--cut z={box[2] / 2:g}"
-        raise InputError(f"--cut {text} is not understood: an axis and a place on it are wanted, as in {example}")
+        raise InputError(f"--cut {text} is not valid: it must be an axis and a position on it, as in {example}")
     k = "xyz".index(axis)
     if not 0 < place <= box[k]:
         raise InputError(f"--cut {text} leaves nothing: the box reaches from {axis} = 0 to {box[k]:g} {unit}")

@@ -163,7 +163,8 @@ TEST_CASE("a terminated run ends between two steps, with its last checkpoint") {
     }
 }
 
-// The charge of 10^30 C that is fed in .1 ms makes forces of 10^60 N: CVODE's step became 0, and one call of it endless.
+// The charge of 10^30 C that is fed in .1 ms makes forces of 10^60 N: CVODE's step became 0, and one call of it
+// endless.
 TEST_CASE("a force without measure ends the run in a sentence") {
   const Folder folder;
   folder.write("scene.toml", R"(seed = 1
@@ -407,14 +408,15 @@ TEST_CASE("a conductor below a cell: solve and run say so before any frame") {
 
 TEST_CASE("a folder that is removed during a run ends it, and the message says what is lost") {
   const Folder folder;
-  folder.write("scene.toml", replaced(replaced(falling_wire, "time = 1\n", "time = 1e6\n"), "every = 0.01", "every = 1e-3"));
-  const Ended ended = run_shell(
-      folder,
-      "mkdir inner; timeout -s KILL 600 LICHTENBERG run scene.toml --out inner/x.h5 --quiet & run=$!; "
-      "while [ ! -e inner/x.h5 ] && kill -0 $run; do sleep 0.001; done; rm -rf inner; wait $run");
+  folder.write("scene.toml",
+               replaced(replaced(falling_wire, "time = 1\n", "time = 1e6\n"), "every = 0.01", "every = 1e-3"));
+  const Ended ended =
+      run_shell(folder,
+                "mkdir inner; timeout -s KILL 600 LICHTENBERG run scene.toml --out inner/x.h5 --quiet & run=$!; "
+                "while [ ! -e inner/x.h5 ] && kill -0 $run; do sleep 0.001; done; rm -rf inner; wait $run");
   check_refused(ended, 1, "inner/x.h5 cannot be written");
-  CHECK(contains(ended.err, "is gone with the file, which was removed during the run"));
-  CHECK_FALSE(contains(ended.err, "stands"));
+  CHECK(contains(ended.err, "is lost, because the file was removed during the run"));
+  CHECK_FALSE(contains(ended.err, "intact"));
 }
 
 }  // namespace commands_hard_test

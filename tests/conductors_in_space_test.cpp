@@ -407,8 +407,8 @@ TEST_CASE("an accuracy out of reach at a gap is told with the degree that it wou
   scene.groups = {{.name = "wired", .charge = 1e-12}};
   for (Conductor& conductor : scene.conductors) conductor.group = 0;
   const std::string sentence = message_of([&] { Simulation(scene).now(); });
-  CHECK(contains(sentence, "the gap beside sphere 0 would take harmonics of degree"));
-  CHECK(contains(sentence, "for an accuracy of 1e-12: 200 is the largest, which would do for"));
+  CHECK(contains(sentence, "the gap at sphere 0 would need harmonics of degree"));
+  CHECK(contains(sentence, "for an accuracy of 1e-12: 200 is the largest, which suffices for"));
 }
 
 }  // namespace conductors_in_space_test

@@ -134,7 +134,7 @@ TEST_CASE("a team of more threads than the machine gives is refused, and those t
   }
   setrlimit(RLIMIT_AS, &before);
   CHECK(sentence.starts_with("thread "));
-  CHECK(sentence.ends_with("ask for fewer threads"));
+  CHECK(sentence.ends_with("use fewer threads"));
 }
 
 [[gnu::noinline]] const void* call_site() { return __builtin_return_address(0); }

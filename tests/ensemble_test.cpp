@@ -215,7 +215,7 @@ TEST_CASE("a member whose file is of other settings is reported and its file sta
   folder.write("neutral.toml", replaced(neutral_scene, "viscosity = 0.7", "viscosity = 0.8"));
   const Ended result = ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1,2");
   CHECK(result.status == 1);
-  CHECK(contains(result.err, "count-1 failed: key `medium.viscosity` is not what it was"));
+  CHECK(contains(result.err, "count-1 failed: key `medium.viscosity` has changed"));
   CHECK(text_of(folder / "neutral-ensemble" / "count-1.h5") == before);
   CHECK(states(summary(folder, "neutral-ensemble")) == std::vector<std::string>{"failed", "finished"});
 }

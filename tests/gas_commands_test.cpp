@@ -344,7 +344,7 @@ TEST_CASE("what cannot be done with grains is refused with a sentence") {
   folder.write("held.toml", replaced(replaced(scene, "temperature = 1", "temperature = 1\ncharge = 2"), "[output]",
                                      "[mechanics]\nstep = 0.2\n[output]"));
   for (const std::string command : {"run", "explain"})
-    refused(command + " held.toml", "mechanics.step = 0.2 is too long: forces that are held so long would drive the");
+    refused(command + " held.toml", "mechanics.step = 0.2 is too long: forces that are constant over it would excite");
   CHECK(run_program(folder, "solve gas.toml").status == 0);
   const auto with_sum = [&](const std::string& keys) {
     folder.write("by-hand.toml", replaced(scene, "sum = \"minimum-image\"", keys));

@@ -207,7 +207,7 @@ TEST_CASE("a step in which grains that charges hold together would swing is refu
   scene.mechanics.step = 0.3;
   const std::string message = message_of([&] { Run(scene).to(1); });
   CHECK(message.find("mechanics.step = 0.3 is too long") != std::string::npos);
-  CHECK(message.find("; 0.2 is the longest") != std::string::npos);
+  CHECK(message.find("; at most 0.2 is allowed") != std::string::npos);
   scene.mechanics.step = 0.2;
   CHECK_NOTHROW(Run(scene).to(1));
   scene.mechanics.step = 0.21;

@@ -54,7 +54,8 @@ TEST_CASE("energy balance where nothing is supplied: a gain is off against the s
     return std::ranges::find(summary.quantities, "relative_energy_imbalance", &Quantity::name)->value;
   };
   CHECK(relative() == near(0.5 / 1.5));
-  CHECK(mechanics::energy_warning(scene, outcome).find("off by 33 %: that is of what is stored") != std::string::npos);
+  CHECK(mechanics::energy_warning(scene, outcome).find("off by 33 % of the energy that is stored") !=
+        std::string::npos);
   outcome.frame.energy = outcome.initial_energy = 0;
   CHECK(std::isnan(relative()));
   CHECK_EQ(mechanics::energy_warning(scene, outcome), "");

@@ -204,7 +204,7 @@ TEST_CASE("the shifted force has the same bits on any number of threads, and kno
   CHECK(message_of([&] { by_shifted_force(crowd, 1.5); }) ==
         "the shifted force ends at 1.5: it must be above 0 and at most half of the box's shortest length, 2");
   CHECK(message_of([&] { by_shifted_force(two(1, 1, 1, 10), 2); }) ==
-        "the shifted force is one of charges: it knows no dipoles");
+        "the shifted force is defined for charges only, not for dipoles");
 }
 
 TEST_CASE("a touching chain is polarized as its closed sum says, up to where it would never end") {
@@ -221,8 +221,8 @@ TEST_CASE("a touching chain is polarized as its closed sum says, up to where it 
     CHECK(largest_polarizability(field_of, n) == doctest::Approx(1 / chain_sum).epsilon(1e-9));
     std::vector<double> dipole(3 * n);
     CHECK(message_of([&] { solve_dipoles(field_of, along_z(n), 0.21, 1e-13, dipole); }) ==
-          "at a polarizability of 0.21 the dipoles at these places polarize each other without end: it must be below "
-          "0.207977");
+          "at a polarizability of 0.21 the mutual polarization of the dipoles at these positions diverges: it must be "
+          "below 0.207977");
   }
 }
 
@@ -237,10 +237,9 @@ TEST_CASE("dipoles: a growing mode that the charges do not excite is refused") {
   for (const double polarizability : {0.12, 0.2}) CHECK(refusal(polarizability) == "");
   for (const double polarizability : {0.21, 0.25}) {
     CAPTURE(polarizability);
-    CHECK(refusal(polarizability) ==
-          fmt::format("at a polarizability of {:g} the dipoles at these places polarize each other without end: it "
-                      "must be below 0.207977",
-                      polarizability));
+    CHECK(refusal(polarizability) == fmt::format("at a polarizability of {:g} the mutual polarization of the dipoles "
+                                                 "at these positions diverges: it must be below 0.207977",
+                                                 polarizability));
     std::vector<double> dipole;
     Response response;
     const InducedDipoles induced(ewald, DipoleSum::ewald, polarizability, 1e-10);

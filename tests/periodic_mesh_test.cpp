@@ -349,7 +349,7 @@ TEST_CASE("what cannot be done is refused with a sentence") {
   CHECK(message_of([&] { evaluated_on(other, crowd); }) ==
         "the box is 10 x 10 x 10 long, but the mesh was made for 10 x 10 x 11");
   CHECK(message_of([&] { choose_mesh(1e-9, 100, cube, 1); }) ==
-        "an accuracy of 1e-09 cannot be asked of a mesh: 1e-8 to 0.1 can");
+        "the accuracy 1e-09 is not possible for a mesh: it must be from 1e-8 to 0.1");
   CHECK(message_of([&] {
           choose_mesh(1e-8, 100, {1e4, 1, 1}, 0.4);
         }).starts_with("no mesh of up to 1024 points along a side reaches an accuracy of 1e-08"));

@@ -256,7 +256,7 @@ TEST_CASE("parameters by hand are kept, and the rest follows from the accuracy")
                              .epsilon(0.3));  // estimates are good to 17 %, and 300 charges are few
   CHECK(message_of([&] { chosen({.cutoff = 1.2, .points = 16}); }) ==
         "no mesh of up to 1024 points along a side reaches an accuracy of 0.001 in a box of 12.8 x 12.8 x 12.8 with a "
-        "cutoff of up to half of it, with what is given by hand");
+        "cutoff of up to half of it, with the given parameters");
 }
 
 TEST_CASE("what single precision cannot do is refused") {

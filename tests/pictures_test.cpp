@@ -217,18 +217,18 @@ TEST_CASE("nothing is replaced in silence") {
 TEST_CASE("what cannot be drawn is refused with a sentence") {
   const RunFolder folder(plates);
   check_refused(folder, "plot scene.h5 --range 5,-5", "--range 5,-5 is reversed");
-  check_refused(folder, "plot scene.h5 --range 5", "--range 5 is not understood: two numbers are wanted");
+  check_refused(folder, "plot scene.h5 --range 5", "--range 5 is not valid: it must be two numbers");
   check_refused(folder, "plot scene.h5 --range 0,inf", "both ends must be finite");
   check_refused(folder, "plot scene.h5 --colour force --range=-1,1", "force is drawn by decades, from above 0");
-  check_refused(folder, "plot scene.h5 --colour cluster --range 0,1", "say nothing of the colour cluster");
+  check_refused(folder, "plot scene.h5 --colour cluster --range 0,1", "do not apply to the colour cluster");
   check_refused(folder, "plot scene.h5 --cmap rainbows", "--cmap rainbows is no colour map");
   check_refused(folder, "plot scene.h5 --colour current", "scene.h5 has no current by conductor");
   check_refused(folder, "plot scene.h5 --frame 6", "frame 6 is not in scene.h5: it has frames 0 to 5");
   check_refused(folder, "plot scene.h5 --frames 0,7", "frame 7 is not in scene.h5");
   check_refused(folder, "plot scene.h5 --frames 4:2", "4:2 is reversed");
   check_refused(folder, "plot scene.h5 --frames 0:5:0", "the step `0` must be a whole number from 1 on");
-  check_refused(folder, "plot scene.h5 --frames first", "`first` is no frame");
-  check_refused(folder, "plot scene.h5 --frames 0,", "`` is no frame");
+  check_refused(folder, "plot scene.h5 --frames first", "`first` is not a frame");
+  check_refused(folder, "plot scene.h5 --frames 0,", "`` is not a frame");
   check_refused(folder, "plot scene.h5 --frame 1 --frames 2", "--frame and --frames say the same");
   check_refused(folder, "plot scene.h5 --out nowhere/a.png", "nowhere/a.png cannot be written: there is no folder");
   check_refused(folder, "plot scene.h5 --out a.gif", "its name must end in .png, .pdf or .svg");

@@ -40,7 +40,7 @@ TEST_CASE("a lock: a link, another's file or a pipe of its name stays") {
   const auto refused = [&] {
     const std::string sentence = message_of([&] { WriterLock(folder / "run.h5"); });
     INFO(sentence);
-    CHECK(contains(sentence, "run.h5.lock is in the way"));
+    CHECK(contains(sentence, "run.h5.lock exists and is not replaced"));
     CHECK(text_of(folder / "diary") == diary);
     CHECK(fs::symlink_status(lock).type() != fs::file_type::not_found);
     fs::remove(lock);
@@ -92,7 +92,7 @@ TEST_CASE("segments: a folder that is a link is refused, and nothing behind it i
   other.write("segment-000000.h5", diary);
   const std::string path = folder / "run.h5";
   fs::create_directory_symlink(other.path, segments_folder(path));
-  CHECK(contains(message_of([&] { run(path, 11, false); }), "run.h5.frames is in the way"));
+  CHECK(contains(message_of([&] { run(path, 11, false); }), "run.h5.frames exists and is not replaced"));
   remove_other_segments(path, {});
   CHECK(text_of(other / "segment-000000.h5") == diary);
   CHECK(fs::is_symlink(segments_folder(path)));

@@ -91,7 +91,7 @@ TEST_CASE("a run that another build has carried on last says so when it is resum
   write_sealed(path, *pages);
   {
     Recorder resumed = Recorder::resume(path, two_conductors());
-    CHECK_NE(resumed.warning().find("run.h5 was last carried on by lichtenberg 0.1.0 (0123456789ab), not 0.1.0 ("),
+    CHECK_NE(resumed.warning().find("run.h5 was last continued by lichtenberg 0.1.0 (0123456789ab), not 0.1.0 ("),
              std::string::npos);
     resumed.save(milestone(2));
   }
@@ -261,7 +261,7 @@ TEST_CASE("a full disk costs one sentence and leaves the last good version") {
       setrlimit(RLIMIT_FSIZE, &at_most);
       const std::string message = message_of([&] { recorder.save(milestone(39)); });
       if (message.empty()) return 0;
-      return message.find("run.h5 cannot be written (File too large); what was saved up to t = 1 s stands") !=
+      return message.find("run.h5 cannot be written (File too large); the state saved up to t = 1 s is intact") !=
                      std::string::npos
                  ? 3
                  : 4;
@@ -368,7 +368,7 @@ TEST_CASE("a run is resumed with the scene it was started with") {
   Scene other = two_conductors();
   other.text = "title = \"another pair\"\n";
   CHECK_THROWS_AS(Recorder::resume(folder / "run.h5", other), InputError);
-  CHECK_NE(message_of([&] { Recorder::resume(folder / "run.h5", other); }).find("pair.toml: key `title` is not what"),
+  CHECK_NE(message_of([&] { Recorder::resume(folder / "run.h5", other); }).find("pair.toml: key `title` has changed"),
            std::string::npos);
   other.text = "title = \"a pair\"\n[stop]\ntime = 2.0\n";
   CHECK_EQ(Recorder::resume(folder / "run.h5", other).saved_time(), 0);

@@ -185,7 +185,7 @@ TEST_CASE("where there is no room to put segments together they stay, and are th
     const rlimit at_most{200000, RLIM_INFINITY};  // of some 600000
     setrlimit(RLIMIT_FSIZE, &at_most);
     const std::string warning = recorder.save(milestone(600, true));
-    if (!contains(warning, "run.h5.frames stays beside")) throw Failure("no such warning: " + warning);
+    if (!contains(warning, "run.h5.frames belongs to")) throw Failure("no such warning: " + warning);
   });
   CHECK_EQ(status_of(child), 0);
   CHECK_GT(segments(path), 3);
@@ -226,7 +226,7 @@ TEST_CASE("a disk that is full while a segment is written costs a sentence and n
     const std::string message = message_of([&] {
       for (int k = 10; k < 20; ++k) recorder.add(frame(k));
     });
-    if (!contains(message, "cannot be written (File too large); what was saved up to t = 4.5 s stands"))
+    if (!contains(message, "cannot be written (File too large); the state saved up to t = 4.5 s is intact"))
       throw Failure(message);
   });
   CHECK_EQ(status_of(child), 0);
@@ -253,7 +253,7 @@ TEST_CASE("what stands is told in the run's own time") {
     const std::string message = message_of([&] {
       for (int k = 11; k < 20; ++k) recorder.add(timed(k));
     });
-    CHECK(contains(message, "what was saved up to " + told + " stands"));
+    CHECK(contains(message, "the state saved up to " + told + " is intact"));
   }
 }
 

@@ -91,7 +91,7 @@ inline std::string run_on_full_disk(const Folder& folder, rlim_t room) {
     setrlimit(RLIMIT_FSIZE, &at_most);
   });
   CHECK_EQ(child.wait(), 1);
-  CHECK_NE(child.messages().find("six.h5 cannot be written (File too large); what was saved up to t = "),
+  CHECK_NE(child.messages().find("six.h5 cannot be written (File too large); the state saved up to t = "),
            std::string::npos);
   for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(folder / "six.h5").parent_path()))
     CHECK(entry.path().string().find(".partial") == std::string::npos);

@@ -165,11 +165,11 @@ TEST_CASE("spheres: ratios out of reach are refused with what would do") {
     }
   };
   const std::string sentence = refusal(1e-6);
-  REQUIRE(sentence.find("would do for field.accuracy = ") != std::string::npos);
+  REQUIRE(sentence.find("suffices for field.accuracy = ") != std::string::npos);
   CHECK(refusal(std::stod(sentence.substr(sentence.find("accuracy = ") + 11))) == "");
   problem.spheres.pop_back();
   problem.spheres[1] = {{1 + 1e-5, 0, 0}, 1e-5, 0};
-  CHECK(refusal(1e-3).find("would do for no field.accuracy") != std::string::npos);
+  CHECK(refusal(1e-3).find("suffices for no field.accuracy") != std::string::npos);
 }
 
 }  // namespace spheres_ratios_test

@@ -450,7 +450,7 @@ def listed_frames(written, path, count):
         if word == "" and default is not None:
             return default
         if not re.fullmatch("-?[0-9]+", word):
-            raise InputError(f"`{word}` is no frame: indices and ranges are wanted, as in --frames 0,5,10:20,30:90:10")
+            raise InputError(f"`{word}` is not a frame: give indices and ranges, as in --frames 0,5,10:20,30:90:10")
         if not 0 <= int(word) < count:
             raise InputError(f"frame {word} is not in {path}: it has frames 0 to {count - 1}")
         return int(word)

@@ -79,9 +79,10 @@ void check(const Integration& self, int flag) {
   if (flag >= 0) return;
   if (self.thrown) std::rethrow_exception(self.thrown);
   if (flag == CV_TOO_MUCH_ACC)
-    throw Failure(fmt::format("a differential equation asks for an accuracy of {:g} where numbers so large round more",
-                              self.ode.relative));
-  throw Failure(fmt::format("CVODE gave up: {}", self.message));
+    throw Failure(
+        fmt::format("the accuracy {:g} of a differential equation is below the rounding error of such large values",
+                    self.ode.relative));
+  throw Failure(fmt::format("CVODE failed: {}", self.message));
 }
 
 void set_solver(Integration& self) {

@@ -453,8 +453,8 @@ class CudaExecutor {
   }
   [[noreturn]] static void refuse(std::size_t bytes, std::size_t room, std::size_t all) {
     const auto megabytes = [](std::size_t b) { return std::to_string(b >> 20) + " MiB"; };
-    throw Failure("the CUDA device has no room for " + megabytes(bytes) + " more: " + megabytes(room) + " of its " +
-                  megabytes(all) + " are free");
+    throw Failure("the CUDA device has not enough memory for " + megabytes(bytes) + " more: " + megabytes(room) +
+                  " of its " + megabytes(all) + " are free");
   }
 
   static constexpr std::size_t pinned_size = 1 << 16;

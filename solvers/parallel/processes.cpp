@@ -89,7 +89,7 @@ bool launched_with_others() {
 bool join_processes(const std::function<void(Message&)>& take_part) {
   if (!launched_with_others()) return true;
 #ifdef PETSC_HAVE_MPIUNI
-  throw InputError("this program stands on a PETSc without MPI and runs on one process: start it without mpirun");
+  throw InputError("this program uses a PETSc without MPI and runs as one process: start it without mpirun");
 #endif
   start_petsc();
   if (process_rank() > 0) {

@@ -38,7 +38,7 @@ Team::Team(int threads) {
     } catch (const std::exception& error) {
       dismiss();  // Stops the started threads: their destructors would wait for them
       throw Failure("thread " + std::to_string(k + 1) + " of " + std::to_string(threads) + " cannot be started (" +
-                    error.what() + "): ask for fewer threads");
+                    error.what() + "): use fewer threads");
     }
 }
 

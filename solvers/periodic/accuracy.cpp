@@ -169,7 +169,7 @@ void require_sensible(double accuracy, Vec3 lengths, double contact) {
   if (!(contact > 0))
     throw InputError(fmt::format("charges come as near as {} to each other: it must be positive", contact));
   if (!(accuracy >= 1e-8 && accuracy <= 0.1))
-    throw InputError(fmt::format("an accuracy of {} cannot be asked of a mesh: 1e-8 to 0.1 can", accuracy));
+    throw InputError(fmt::format("the accuracy {} is not possible for a mesh: it must be from 1e-8 to 0.1", accuracy));
 }
 
 double error_of(const MeshChoice& choice, const MeshRequest& request) {
@@ -316,7 +316,7 @@ MeshChoice in_double(double accuracy, const MeshRequest& request, int lowest_ord
         fmt::format("no mesh of up to 1024 points along a side reaches an accuracy of {} in a box of {} x "
                     "{} x {} with a cutoff of up to half of it{}",
                     accuracy, request.lengths.x, request.lengths.y, request.lengths.z,
-                    request.by_hand.any() ? ", with what is given by hand" : ""));
+                    request.by_hand.any() ? ", with the given parameters" : ""));
   best->error = error_of(*best, request);
   return *best;
 }
@@ -389,8 +389,8 @@ double induced_dipole2(double polarizability, double density, double contact) {
 
 std::string why_not_single(const MeshRequest& request) {
   const ByHand& by_hand = request.by_hand;
-  if (request.only_double || request.on_device) return "that is asked for";
-  if (request.polarizability) return "single knows no dipoles";
+  if (request.only_double || request.on_device) return "that is requested";
+  if (request.polarizability) return "single does not include dipoles";
   if (!by_hand.complete() && request.accuracy < finest_single)
     return fmt::format("single is good for an accuracy of {:g} and more", finest_single);
   if (by_hand.points.value_or(0) % 2 != 0) return "single needs an even number of points";

@@ -25,10 +25,10 @@ Vector applied(const DipoleField& field_of, const Vector& dipole) {
 }
 
 [[noreturn]] void refuse(const DipoleField& field_of, std::size_t components, double polarizability) {
-  throw InputError(fmt::format(
-      "at a polarizability of {:.6g} the dipoles at these places polarize each other without end: it must be "
-      "below {:.6g}",
-      polarizability, largest_polarizability(field_of, static_cast<int>(components / 3))));
+  throw InputError(
+      fmt::format("at a polarizability of {:.6g} the mutual polarization of the dipoles at these positions diverges: "
+                  "it must be below {:.6g}",
+                  polarizability, largest_polarizability(field_of, static_cast<int>(components / 3))));
 }
 
 /// Returns the largest eigenvalue of the symmetric tridiagonal matrix of Lanczos' method so far.
@@ -121,7 +121,7 @@ int solve_dipoles(const DipoleField& field_of, std::span<const double> field, do
   while (!(std::sqrt(square) <= goal)) {
     if (applications++ == most)
       throw Failure(
-          fmt::format("induced dipoles: the residual field is {:.3g} after {} steps, where {:.3g} is asked for",
+          fmt::format("induced dipoles: the residual field is {:.3g} after {} steps, where {:.3g} is required",
                       std::sqrt(square), most, goal));
     const Vector turned = direction / polarizability - applied(field_of, direction);
     const double curvature = direction.dot(turned);

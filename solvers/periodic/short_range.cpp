@@ -61,7 +61,7 @@ void MinimumImage::evaluate(const Sources& sources, std::span<const Pair>, paral
 void ShiftedForce::evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                             Response& response) {
   require_consistent(sources);
-  if (!sources.dipole.empty()) throw InputError("the shifted force is one of charges: it knows no dipoles");
+  if (!sources.dipole.empty()) throw InputError("the shifted force is defined for charges only, not for dipoles");
   if (!(cutoff_ > 0 && 2 * cutoff_ <= sources.shortest_length()))
     throw InputError(fmt::format(
         "the shifted force ends at {}: it must be above 0 and at most half of the box's shortest length, {}", cutoff_,

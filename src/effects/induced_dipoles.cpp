@@ -24,9 +24,8 @@ void check(const Draft& draft) {
   constexpr double most = 0.5;
   if (options.polarizability >= most)
     refuse(draft.scene.path, draft.line("effects.induced_dipoles.polarizability"),
-           fmt::format("effects.induced_dipoles.polarizability = {:g} is not allowed: two grains in contact "
-                       "would polarize each other without end; less than {:g} is allowed, and 0.125 is a "
-                       "conductor's",
+           fmt::format("effects.induced_dipoles.polarizability = {:g} is not allowed: two grains in contact would have "
+                       "a diverging mutual polarization; less than {:g} is allowed, and 0.125 is a conductor's",
                        options.polarizability, most));
   if (options.degree == 1) return;
   const int line = draft.line("effects.induced_dipoles.degree");

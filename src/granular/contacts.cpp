@@ -47,19 +47,19 @@ void check_damping(const Scene& scene, const GrainContactLaw& law) {
 
 void refuse_flight_through(const GrainContact& contact, double stiffer) {
   constexpr double margin = 1.1;  // the grains stop before that distance
-  const std::string how = stiffer > 0 ? fmt::format("about {:.1f} times its stiffness would hold", margin * stiffer)
+  const std::string how = stiffer > 0 ? fmt::format("about {:.1f} times its stiffness would suffice", margin * stiffer)
                                       : std::string("a larger stiffness is needed");
-  throw Failure(fmt::format(
-      "grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft for it "
-      "and for what else presses them together; {} (of a stage: stage.stiffness), or a lower temperature",
-      contact.pair.i, contact.pair.j, contact.impact_speed, how));
+  throw Failure(
+      fmt::format("grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft "
+                  "for it and for the other forces on them; {} (in a stage: stage.stiffness), or a lower temperature",
+                  contact.pair.i, contact.pair.j, contact.impact_speed, how));
 }
 
 GrainContactLaw contact_law(const Scene& scene, const Model& model) {
   const GrainContactLaw* law = nullptr;
   for (const auto& effect : model.effects)
     if (effect->grain_contact()) {
-      if (law) throw InputError(scene.path + ": two effects say how grains in contact push each other: one is allowed");
+      if (law) throw InputError(scene.path + ": two effects define the contact force of grains: one is allowed");
       law = effect->grain_contact();
     }
   if (!law)

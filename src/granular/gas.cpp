@@ -165,8 +165,8 @@ std::span<const Pair> Gas::near(double dt) {
 
 void Gas::refuse_travel(double dt, double fastest, double gain) const {
   throw Failure(fmt::format(
-      "{}: from t = {:.6g} t0 on a grain may come {:.3g} d0 far within a step of {:.3g} t0, with a speed of up to "
-      "{:.3g} v0 and up to {:.3g} v0 more by what acts on it, too far for the box: a shorter mechanics.step, smaller "
+      "{}: from t = {:.6g} t0 on a grain may move {:.3g} d0 within a step of {:.3g} t0, with a speed of up to {:.3g} "
+      "v0 and up to {:.3g} v0 more by the forces on it, too far for the box: a shorter mechanics.step, smaller "
       "charges, a smaller effects.coulomb.strength or a larger domain.size is needed",
       scene_.path, time_, 2 * (fastest + gain) * dt, dt, fastest, gain));
 }
@@ -225,7 +225,7 @@ Instant Gas::follow_contacts(const Instant& now, double end, Want want) {
   then.release = followed.fastest_release, then.kicked = 0;
   book_.contact_error += then.survey.kinetic + followed.record.dissipated - followed.work;
   if (!std::isfinite(book_.contact_error))
-    throw Failure(fmt::format("{}: from t = {:.6g} t0 on the grains' places are no numbers", scene_.path, time_));
+    throw Failure(fmt::format("{}: from t = {:.6g} t0 on the grains' positions are not finite", scene_.path, time_));
   wrap(model_.bodies);
   time_ = end;
   contact_steps += count;

@@ -21,8 +21,8 @@ class Multirate final : public GasIntegrator {
     const double asked = gas.scene().mechanics.step, hold = longest_hold(gas);
     if (!std::isinf(asked) && asked > hold && gas.steps == 0)  // later, as charges grow, steps become shorter
       throw InputError(
-          fmt::format("{}: mechanics.step = {:g} is too long: forces that are held so long would drive the swinging of "
-                      "grains that their charges hold together; {:.2g} is the longest",
+          fmt::format("{}: mechanics.step = {:g} is too long: forces that are constant over it would excite "
+                      "oscillations of grains bound by their charges; at most {:.2g} is allowed",
                       gas.scene().path, asked, 0.99 * hold));
     const double way = std::isinf(asked) ? way_by_accuracy(gas.scene()) : way_by_length(gas.scene());
     StepBounds bounds{.asked = asked, .hold = hold, .way = way, .speed = now.survey.fastest};

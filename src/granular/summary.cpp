@@ -83,9 +83,9 @@ std::string energy_line(const GasEnergy& e, double error) {
   if (e.exchanged != 0) text += fmt::format(", {:.4g} gained by exchange", e.exchanged);
   if (e.driven != 0) text += fmt::format(", {:.4g} by driving", e.driven);
   text += fmt::format(": off by {:.1e}", error);
-  if (e.dissipated > 0) text += fmt::format(", {:.1e} of what was dissipated", std::abs(error) / e.dissipated);
+  if (e.dissipated > 0) text += fmt::format(", {:.1e} of the dissipated energy", std::abs(error) / e.dissipated);
   if (e.contact_error != 0)  // integrators that separate the two
-    text += fmt::format("; {:.1e} by steps of contacts, {:.1e} by those of smooth forces", e.contact_error,
+    text += fmt::format("; {:.1e} by contact substeps, {:.1e} by steps of smooth forces", e.contact_error,
                         error - e.contact_error);
   return text;
 }
@@ -100,8 +100,8 @@ void add_restitution(const Gas& gas, Summary& summary) {
   if (all.collisions == 0) return;
   const bool charged = !gas.bodies().charge.empty();
   summary.lines.push_back(
-      {"restitution", in_words(all) + " collisions of lone pairs, turning by so little that it costs 1e-3 at most" +
-                          (charged ? "; charges change it, which the law alone does not know" : "")});
+      {"restitution", in_words(all) + " collisions of isolated pairs, with an error of at most 1e-3 by rotation" +
+                          (charged ? "; charges change it, which the contact law does not include" : "")});
   for (int k = 0; k < RestitutionCheck::decades; ++k)
     if (const auto& decade = gas.restitution.by_speed()[k]; decade.collisions > 0)
       summary.lines.push_back({fmt::format("  speed 1e{}", RestitutionCheck::first_decade + k), in_words(decade)});
@@ -159,12 +159,11 @@ std::string energy_warning(const Gas& gas, const GasEnergy& energy, double error
   if (std::abs(error) <= allowed * scale) return "";
   const IntegratorKind& integrator = gas.scene().mechanics.kind();
   const bool by_contacts = integrator.reads("contact_steps") && std::abs(energy.contact_error) > 0.5 * std::abs(error);
-  const char* advice = by_contacts                              ? "take more mechanics.contact_steps"
-                       : integrator.reads("relative_tolerance") ? "take a smaller mechanics.relative_tolerance"
-                                                                : "take a shorter mechanics.step";
+  const char* advice = by_contacts                              ? "use more mechanics.contact_steps"
+                       : integrator.reads("relative_tolerance") ? "use a smaller mechanics.relative_tolerance"
+                                                                : "use a shorter mechanics.step";
   return fmt::format(
-      "energy balance off by {:.2g} %: that is of what moves, was dissipated or was driven, where {:g} % is allowed; "
-      "{}",
+      "energy balance off by {:.2g} % of the kinetic, dissipated and driven energy, where {:g} % is allowed; {}",
       100 * std::abs(error) / scale, 100 * allowed, advice);
 }
 

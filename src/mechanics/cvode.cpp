@@ -336,11 +336,11 @@ void Cvode::Implementation::copy_to(SUNMatrix target) {
 void Cvode::Implementation::fail(double time, int flag) const {
   if (thrown) std::rethrow_exception(thrown);
   if (flag == CV_TOO_MUCH_ACC)
-    throw Failure(fmt::format(
-        "mechanics: at t = {:.9g} s mechanics.relative_tolerance = {:g} asks for more than rounding leaves of "
-        "places and momenta so large: a larger one is needed",
-        time, accuracy.relative));
-  throw Failure(fmt::format("mechanics: the integrator gave up at t = {:.9g} s: {}", time, message));
+    throw Failure(
+        fmt::format("mechanics: at t = {:.9g} s mechanics.relative_tolerance = {:g} is below the rounding error of "
+                    "such large positions and momenta: a larger one is needed",
+                    time, accuracy.relative));
+  throw Failure(fmt::format("mechanics: the integrator failed at t = {:.9g} s: {}", time, message));
 }
 
 Cvode::Cvode(Model& model, Accuracy accuracy) : shared_(std::make_unique<Shared>(*this, model, std::move(accuracy))) {}

@@ -112,8 +112,7 @@ std::string ResistorCurrents::sentence_about(const effects::Resistor& resistor, 
   const std::string who = partner < n ? fmt::format("conductors {} and {}", conductor, partner)
                                       : fmt::format("conductor {} and {}", conductor, terminals_[partner - n].name);
   const std::string remedy =
-      is_held_at_both_ends(resistor)
-          ? "both are held at their potentials, so that no contact makes them one: keep them apart"
+      is_held_at_both_ends(resistor) ? "both have fixed potentials, which no contact can equalize: keep them apart"
       : now_.carried.last_step == 0 && now_.time == 0
           ? "they touch at the start: begin with a gap between them, or let their contact be ideal"
           : fmt::format(

@@ -72,7 +72,7 @@ std::string imbalance_in_words(const Scene& scene, const Outcome& outcome) {
   const double noise = noise_of_solves(scene, outcome);
   const bool is_off = std::abs(relative_energy_imbalance(outcome)) > analysis::allowed_energy_imbalance(scene);
   if (is_off && std::abs(energy_imbalance(outcome)) <= noise)
-    return fmt::format("(within {:.1e} J, the noise of field solves; {:.1e} J was turned over)", noise,
+    return fmt::format("(within {:.1e} J, the noise of field solves; {:.1e} J was converted)", noise,
                        turned_over(outcome));
   return in_brackets(relative_energy_imbalance(outcome));
 }
@@ -268,7 +268,7 @@ std::string energy_warning(const Scene& scene, const Outcome& outcome) {
   const bool nothing = energy_scale(outcome) == 0 && energy_imbalance(outcome) == 0;
   if (nothing || found <= allowed) return "";
   return fmt::format(
-      "energy balance off by {:.2g} %: that is of what {}, where steps, grid and solves account for {:.2g} %; {}",
+      "energy balance off by {:.2g} % of the energy that {}, where steps, grid and solves explain {:.2g} %; {}",
       100 * found, turned_over(outcome) > 0 ? "was supplied or became heat" : "is stored", 100 * allowed,
       energy_advice(scene));
 }

@@ -77,7 +77,7 @@ void wrap(Bodies& bodies) { bodies.dimension == 3 ? wrap_all<3>(bodies) : wrap_a
 void check_dimension(const Bodies& bodies, int d) {
   if (bodies.dimension != d)
     throw InputError(
-        fmt::format("the bodies have {} dimensions, but what they are asked for is for {} only", bodies.dimension, d));
+        fmt::format("the bodies have {} dimensions, but this function is for {} only", bodies.dimension, d));
 }
 
 Bodies make_bodies(const Scene& scene) {

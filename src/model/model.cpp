@@ -35,7 +35,7 @@ void refuse_namesakes(const std::vector<std::unique_ptr<Effect>>& effects) {
   for (const auto& effect : effects)
     if (!names.insert(effect->name()).second)
       throw InputError(fmt::format(
-          "two effects are named \"{}\": their names must differ, since a checkpoint tells them apart by them",
+          "two effects are named \"{}\": their names must differ, because they identify the effects in a checkpoint",
           effect->name()));
 }
 

@@ -105,8 +105,8 @@ std::string warning_of_another_build(const hdf5::Handle& file, const std::string
   const Version here = lichtenberg_version();
   if (number == here.number && commit == here.commit) return "";
   return fmt::format(
-      "{} was last carried on by lichtenberg {} ({}), not {} ({}): what the scene leaves open may have another default "
-      "here, so the run may go on in another way than it would have there",
+      "{} was last continued by lichtenberg {} ({}), not {} ({}): defaults of keys that the scene omits may differ, so "
+      "that the run may continue differently",
       path, number, commit, here.number, here.commit);
 }
 

@@ -38,8 +38,8 @@ void check_scene(const hdf5::Handle& file, const std::string& path, const Scene&
   const std::string change = first_change(hdf5::get_text(file, "scene/text"), scene.text);
   if (!change.empty())
     throw InputError(
-        fmt::format("{}: key `{}` is not what it was when {} was started; to resume a run, only [stop], "
-                    "[output], [network] and minimize.max_iterations, force_tolerance and threads may change",
+        fmt::format("{}: key `{}` has changed since {} was started; to resume a run, only [stop], [output], [network] "
+                    "and minimize.max_iterations, force_tolerance and threads may change",
                     scene.path, change, path));
 }
 
@@ -58,7 +58,7 @@ constexpr const char* is_history = "history";
 void lengthen(Column& column, const std::vector<Column>& added) {
   const auto more = std::ranges::find(added, column.name, &Column::name);
   if (more == added.end() || more->unit != column.unit || more->values.index() != column.values.index())
-    throw InputError(fmt::format("column `{}` of a history is not what it was before", column.name));
+    throw InputError(fmt::format("column `{}` of a history has changed its type or unit", column.name));
   std::visit(
       [&]<class Number>(std::vector<Number>& numbers) {
         const auto& rows = std::get<std::vector<Number>>(more->values);
@@ -209,7 +209,7 @@ std::string Recorder::save(const Milestone& milestone) {
     frames_.put_together(all_but_frames(milestone));
     return "";
   } catch (const std::exception& error) {
-    return fmt::format("{} stays beside {} and belongs to it: they were not put together ({})", segments_folder(path_),
+    return fmt::format("{} belongs to {} and must stay with it: they could not be merged ({})", segments_folder(path_),
                        path_, error.what());
   }
 }
@@ -263,12 +263,12 @@ Failure Recorder::not_written(const std::exception& error) const {
 
 std::string Recorder::what_stands() const {
   if (saved_time_) {
-    const std::string saved = "what was saved up to " + instant_in_words(*saved_time_, frames_.time_unit());
+    const std::string saved = "the state saved up to " + instant_in_words(*saved_time_, frames_.time_unit());
     std::error_code error;
-    return std::filesystem::exists(path_, error) ? saved + " stands, and --resume goes on from there"
-                                                 : saved + " is gone with the file, which was removed during the run";
+    return std::filesystem::exists(path_, error) ? saved + " is intact, and --resume continues from there"
+                                                 : saved + " is lost, because the file was removed during the run";
   }
-  return std::filesystem::exists(path_) ? "the file that was to be overwritten stands" : "nothing was saved";
+  return std::filesystem::exists(path_) ? "the file to be overwritten is unchanged" : "nothing was saved";
 }
 
 }  // namespace lichtenberg

@@ -56,7 +56,7 @@ Scene Result::scene(const EffectKinds& kinds, const StopRequest& stop) const {
 std::vector<Conductor> Result::bodies(int index) const {
   const std::vector<double> radii = radius(), position = frame(index).reals("position");
   if (position.size() != 3 * radii.size())
-    throw InputError(fmt::format("{} is damaged and cannot be analysed (it has {} places of {} bodies)", path_,
+    throw InputError(fmt::format("{} is damaged and cannot be analysed (it has {} positions for {} bodies)", path_,
                                  position.size() / 3, radii.size()));
   std::vector<Conductor> bodies;
   for (std::size_t i = 0; i < radii.size(); ++i)

@@ -149,8 +149,8 @@ void check_segments_folder(const std::string& path) {
   std::error_code missing;
   if (fs::symlink_status(folder, missing).type() == fs::file_type::not_found || is_own_folder(folder)) return;
   throw InputError(fmt::format(
-      "{} is in the way and is left as it is: frames of {} go to a folder of that name, which must be no link", folder,
-      path));
+      "{} exists and is not replaced: frames of {} are written to a folder of that name, which must not be a link",
+      folder, path));
 }
 
 void make_segments_folder(const std::string& path) {

@@ -109,7 +109,7 @@ bool has_unit(const Series& series) {
 Values kind_of(hid_t dataset) {
   const hdf5::Handle type(H5Dget_type(dataset));
   if (H5Tget_class(type) == H5T_FLOAT) return std::vector<double>{};
-  if (H5Tget_class(type) != H5T_INTEGER) throw hdf5::Error("what should be numbers is none");
+  if (H5Tget_class(type) != H5T_INTEGER) throw hdf5::Error("the values are not numbers");
   if (H5Tget_size(type) == sizeof(std::int32_t)) return std::vector<std::int32_t>{};
   return std::vector<std::int64_t>{};
 }
@@ -216,7 +216,7 @@ void check_same(const Column& column, const Series& now, const Series& before) {
   const auto change = [&](const std::string& what) {
     refuse(column.name, fmt::format("{} is not that of the frames before", what));
   };
-  if (now.of != before.of) change("what its rows belong to");
+  if (now.of != before.of) change("the owner of its rows");
   if (now.unit != before.unit) change(fmt::format("its unit `{}`", now.unit));
   if (now.kind.index() != before.kind.index()) change("the type of its numbers");
   if (now.row != before.row) change("its width");

@@ -48,7 +48,7 @@ bool still_named(int descriptor, const std::string& lock) {
 
 [[noreturn]] void refuse_name(const std::string& lock) {
   throw InputError(
-      fmt::format("{} is in the way and is left as it is: it is no lock of this program, which needs that name", lock));
+      fmt::format("{} exists and is not replaced: it is not a lock of this program, which needs that name", lock));
 }
 
 /// Returns true if a file may be written and removed as a lock: a regular file with one name and no foreign content.

@@ -144,10 +144,10 @@ struct Minimization::Implementation {
   void look() {
     largest_force = longest(minimizer->point().gradient, scene.dimension(), energy);
     if (!std::isfinite(largest_force))
-      throw Failure(fmt::format(
-          "{}: after {} iterations a force on a particle is too large for a number: its centre all but lies on "
-          "another one or on a wall",
-          scene.path, iteration));
+      throw Failure(
+          fmt::format("{}: after {} iterations a force on a particle is not finite: its centre nearly coincides with "
+                      "another one or lies on a wall",
+                      scene.path, iteration));
   }
 
   void change_to(MinimizeMethod other) {

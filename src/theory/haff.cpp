@@ -101,8 +101,8 @@ double impact_mean(double temperature, const std::function<double(double speed, 
                                 0.0, std::numeric_limits<double>::infinity(), 1e-13);
   } catch (const std::runtime_error&) {  // boost's exception for a result that is not a number
     throw Failure(
-        fmt::format("theory: what impacts do on average at the temperature {:g} is no number; grains that are "
-                    "less stiff, less charged or less warm have one",
+        fmt::format("theory: the mean over impacts at the temperature {:g} is not finite: reduce the stiffness, charge "
+                    "or temperature of the grains",
                     temperature));
   }
 }

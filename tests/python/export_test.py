@@ -468,7 +468,7 @@ class RefusedTest(unittest.TestCase):
         self.refused("frames 0 to 3", "export", result, "--to", "csv", "--frames", "4")
         self.refused("frames 0 to 3", "export", result, "--to", "csv", "--frames", "0:9")
         self.refused("is reversed", "export", result, "--to", "csv", "--frames", "3:1")
-        self.refused("`first` is no frame", "export", result, "--to", "csv", "--frames", "first")
+        self.refused("`first` is not a frame", "export", result, "--to", "csv", "--frames", "first")
         self.refused("`-1` must be a whole number", "export", result, "--to", "csv", "--frames", "::-1")
         self.refused("more than FIRST:LAST:STEP", "export", result, "--to", "csv", "--frames", "0:1:1:1")
         self.refused("there is no folder", "export", result, "--to", "xyz", "--out", "nowhere/x.xyz")

@@ -55,7 +55,7 @@ class Lammps(Method):
             found = re.search(r"Loop time of (\S+) on[\s\S]*?([0-9.]+)% CPU use", ended.stdout)
             rows = [line.split()[1:] for line in (path / "forces").read_text(encoding="utf-8").splitlines()[HEAD:]] if found else []
             if ended.returncode != 0 or len(rows) != count:
-                raise Failure("LAMMPS did not get through it")
+                raise Failure("LAMMPS failed")
             seconds = float(found[1]) * float(found[2]) / 100 / steps
             return {"force": [float(component) for row in rows for component in row]}, seconds
 

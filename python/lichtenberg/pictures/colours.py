@@ -145,7 +145,7 @@ def scale_of(quantity, own_range, found, cmap=None):
     """Returns the colour scale of a quantity. `own_range`: [low, high] of the user, or None for `found`, the run's range."""
     if quantity.kind == "category":
         if own_range or cmap:
-            raise InputError(f"--range and --cmap say nothing of the colour {quantity.name}, which has no order")
+            raise InputError(f"--range and --cmap do not apply to the colour {quantity.name}, which has no order")
         return Scale(quantity, 0, 1, None, None)
     low, high = own_range or (found.low, found.high)
     if quantity.kind == "decades" and low <= 0:

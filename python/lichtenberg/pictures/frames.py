@@ -40,7 +40,7 @@ def read_range(text):
     try:
         low, high = (float(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"--range {text} is not understood: two numbers are wanted, as in --range=-200,200") from None
+        raise InputError(f"--range {text} is not valid: it must be two numbers, as in --range=-200,200") from None
     if not abs(low) < float("inf") or not abs(high) < float("inf"):
         raise InputError(f"--range {text} is not allowed: both ends must be finite numbers")
     if low >= high:
@@ -54,7 +54,7 @@ def check_colour(run, colour):
         return
     known = ", ".join(run.quantities) or "none"
     if colour == "current" and "order" in run.quantities:
-        where = "that is known where effects.current_source feeds all alike"
+        where = "that needs effects.current_source with equal currents"
         raise InputError(f"{run.path} has no current by conductor: {where}; it has {known}")
     raise InputError(f"{run.path} has no {colour} to colour by: it has {known}")
 

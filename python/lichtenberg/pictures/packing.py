@@ -84,7 +84,7 @@ class Packing:
     def read(self, file, index, name, field=None):
         if name and index != len(self.times) - 1:
             last = len(self.times) - 1
-            raise drawing.InputError(f"{self.path} has contact forces of its last frame alone, {last}, not of {index}")
+            raise drawing.InputError(f"{self.path} has contact forces of its last frame only, {last}, not of {index}")
         packing = DrawnPacking(file, index)
         return packing, packing.pressing() if name else None
 

@@ -201,7 +201,7 @@ def panels_of(runs, names):
     panels = [p for p in runs[0].panels if all(name in run.columns for run in runs for name, _ in p.columns)]
     if not panels:
         names = " and ".join(run.name for run in runs)
-        raise InputError(f"there is nothing over time that {names} recorded{' in common' if len(runs) > 1 else ''}")
+        raise InputError(f"there is no time series that {names} recorded{' in common' if len(runs) > 1 else ''}")
     return panels
 
 
@@ -324,7 +324,7 @@ def draw_table(folder, names):
     points = read_table(folder)["points"]
     keys = [key for key in (points[0]["settings"] if points else {})]
     if not keys:
-        raise InputError(f"the ensemble in {folder} varies only seeds: `plot --series {folder}` draws its course")
+        raise InputError(f"the ensemble in {folder} varies only seeds: `plot --series {folder}` draws its time series")
     along = max(keys, key=lambda key: len({str(p["settings"][key]) for p in points}))
     known = set.intersection(*(set(p["quantities"]) for p in points))
     for name in names or []:

@@ -245,7 +245,7 @@ double differences_over_level(const LaplaceProblem& problem, const LaplaceSoluti
 std::string instead_of_grids(const LaplaceProblem& problem, double accuracy, const LaplaceSolution& solution) {
   std::string text;
   if (share_of_largest_force(problem, solution) < 1)
-    text = "; the largest force on a conductor is small beside what it is left of";
+    text = "; the largest force on a conductor is a small remainder of much larger contributions";
   if (multipoles_possible(problem, accuracy)) text += "; field.method = \"multipole\" can do it";
   return text;
 }

@@ -186,8 +186,8 @@ void Arrangement::check_overlap(const LaplaceProblem& problem, int i, int j, dou
     throw InputError(pair + " touch or overlap: the multipole method needs a gap between disks of different groups");
   if (depth > deepest_overlap)
     throw InputError(pair +
-                     " overlap by more than a hundredth of the smaller radius: the multipole method needs disks "
-                     "of one group apart or in contact");
+                     " overlap by more than 1 % of the smaller radius: the multipole method needs disks of one group "
+                     "apart or in contact");
 }
 
 void Arrangement::find_orders(const LaplaceProblem& problem, Truncation truncation) {

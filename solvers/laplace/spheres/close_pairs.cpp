@@ -58,8 +58,8 @@ int tail_degree(const NearPair& gap, double width, double degree) {
   const std::string who = gap.source == gap.target ? fmt::format("sphere {} and its image in a side are", gap.target)
                                                    : fmt::format("spheres {} and {} are", gap.target, gap.source);
   throw Failure(fmt::format(
-      "{} {:.2g} m apart at different potentials, and their field takes harmonics up to degree {:.2g} where "
-      "{:g} can be done: join them sooner, keep them apart or ask for less accuracy",
+      "{} {:.2g} m apart at different potentials, and their field needs harmonics up to degree {:.2g}, where at most "
+      "{:g} is possible: connect them at a larger gap, keep them apart or reduce the accuracy",
       who, width, degree, largest_tail));
 }
 

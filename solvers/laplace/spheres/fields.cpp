@@ -25,8 +25,8 @@ WallPotential::WallPotential(const SphereProblem& problem) {
   if (equal) return;
   if (held.size() != 2 || held[0] / 2 != held[1] / 2)
     throw InputError(
-        fmt::format("sides {} and {} have different potentials where they meet: the solver of spheres knows "
-                    "different potentials of two opposite sides only",
+        fmt::format("sides {} and {} have different potentials where they meet: the solver of spheres permits "
+                    "different potentials only on two opposite sides",
                     side_names[held[0]], side_names[held[1]]));
   axis = held[0] / 2;
   slope[axis] = (problem.side_potential[held[1]] - constant) / problem.box.lengths[axis];
@@ -245,8 +245,8 @@ void Fields::take(const std::vector<Wanted>& wanted) {
     const auto [degree, possible] = wanted[i];
     if (degree > largest_degree)
       throw InputError(
-          fmt::format("the gap beside sphere {} would take harmonics of degree {:.0f} for an accuracy of "
-                      "{:.3g}: {} is the largest, which would do for {}",
+          fmt::format("the gap at sphere {} would need harmonics of degree {:.0f} for an accuracy of {:.3g}: {} is the "
+                      "largest, which suffices for {}",
                       i, std::ceil(degree), accuracy_, largest_degree, in_words(possible)));
     sites_[i].degree = static_cast<int>(std::ceil(degree));
   }

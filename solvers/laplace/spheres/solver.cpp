@@ -44,9 +44,8 @@ SphereSolver::SphereSolver(SphereOptions options, parallel::Team& team)
   if (!(options.accuracy >= 1e-12 && options.accuracy <= 0.1))
     throw InputError(fmt::format("accuracy = {}: the solver of spheres takes 1e-12 to 0.1", options.accuracy));
   if (options.degree < 0 || options.degree > largest_degree)
-    throw InputError(
-        fmt::format("degree = {}: the solver of spheres takes 1 to {}, or 0 for what the accuracy asks for",
-                    options.degree, largest_degree));
+    throw InputError(fmt::format("degree = {}: the solver of spheres takes 1 to {}, or 0 to choose it by the accuracy",
+                                 options.degree, largest_degree));
   implementation_->options = options;
   implementation_->team = &team;
 }
@@ -107,10 +106,10 @@ SphereForecast SphereSolver::forecast(const SphereProblem& problem) const {
 
 std::vector<PointField> SphereSolver::field(std::span<const Vec3> points) const {
   const Implementation& my = *implementation_;
-  if (!my.system) throw Failure("the field of spheres is asked for before anything has been solved");
+  if (!my.system) throw Failure("the field of spheres is not available before a solve");
   const System& system = *my.system;
   if (!system.fields().reflections().empty())
-    throw Failure("the field at points is not known beside a sphere that is this much larger than its neighbour");
+    throw Failure("the field at points is not available near a sphere that is much larger than its neighbour");
   std::vector<PointField> result(points.size());
   std::vector<Vec3> places;
   std::vector<std::size_t> outside;

@@ -47,7 +47,7 @@ class Fft<parallel::CudaExecutor> {
 
  private:
   static void check(cufftResult code) {
-    if (code == CUFFT_ALLOC_FAILED) throw Failure("the CUDA device has no room for a Fourier transform");
+    if (code == CUFFT_ALLOC_FAILED) throw Failure("the CUDA device has not enough memory for a Fourier transform");
     if (code != CUFFT_SUCCESS) throw Failure("CUDA device: cuFFT fails with code " + std::to_string(code));
   }
   const parallel::CudaExecutor* run_;

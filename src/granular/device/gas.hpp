@@ -420,7 +420,7 @@ class GasImpl final : public DeviceGas {
                     "stiffness, of a stage its stage.stiffness, or a lower temperature is needed");
     if (found_.host().lost)
       throw Failure(gas_.options.path + ": from t = " + std::to_string(gas_.time) +
-                    " t0 on the grains' places are no numbers");
+                    " t0 on the grains' positions are not finite");
   }
 
   std::unique_ptr<Executor> run_;

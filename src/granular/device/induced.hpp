@@ -80,8 +80,8 @@ inline void check_dipoles(const periodic::device::DipoleSolve& solve, const GasO
       options.path + ": effects.induced_dipoles: at a polarizability of " + std::to_string(options.polarizability);
   if (solve.unstable)
     throw Failure(which +
-                  " the dipoles at these places polarize each other without end; a lower temperature or a stiffer "
-                  "contact keeps grains from overlapping so deeply");
+                  " the mutual polarization of the dipoles at these positions diverges; a lower temperature or a "
+                  "stiffer contact reduces the overlaps");
   if (solve.unsolved)
     throw Failure(which + " single precision keeps the residual field above " +
                   std::to_string(options.dipole_tolerance) +

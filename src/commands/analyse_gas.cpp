@@ -257,7 +257,7 @@ nlohmann::ordered_json missing_reasons(const AnalysedGas& run) {
       json[name] = "no grain is charged";
   }
   for (const char* name : {"induced_dipole", "bound_induced_dipole"})
-    json[name] = run.polarized ? "no cluster of so many grains" : "the scene is without [effects.induced_dipoles]";
+    json[name] = run.polarized ? "no cluster of this size" : "the scene is without [effects.induced_dipoles]";
   return json;
 }
 

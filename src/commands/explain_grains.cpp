@@ -90,7 +90,7 @@ void explain_contacts(const Scene& scene, const GrainContactLaw& law, double tem
              restitution(law, 1), restitution(law, 2 * std::sqrt(temperature)), 2 * std::sqrt(temperature));
   if (scene.dimension() == 2) return;
   const double part = crowding(scene, law, temperature);
-  fmt::print("  crowding             a contact lasts {:.2g} of the time between collisions{}\n", part,
+  fmt::print("  contact time         a contact lasts {:.2g} of the time between collisions{}\n", part,
              part > 0.05 ? ": collisions of three grains are frequent, which theory neglects; grains charge more" : "");
 }
 

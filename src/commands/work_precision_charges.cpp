@@ -207,8 +207,8 @@ Method dipole_variant(const ChargedSubject& subject, periodic::DipoleSum variant
 }
 
 std::vector<Method> all_methods(const ChargedSubject& subject) {
-  const std::string to = "with the parameters that an accuracy asks for";
-  Method quick = mesh(subject, "mesh", "what a run takes: near pairs, all else on a mesh, " + to, {});
+  const std::string to = "with the parameters chosen by an accuracy";
+  Method quick = mesh(subject, "mesh", "the sum of a run: near pairs, the rest on a mesh, " + to, {});
   Method gauss = mesh(subject, "mesh-gauss", "the same with Ewald's splitting", {.gauss = true});
   if (subject.dipoles)
     return {quick,

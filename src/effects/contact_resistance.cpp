@@ -42,7 +42,7 @@ const EffectKind& ContactResistanceOptions::kind() {
                 .unit = "m",
                 .range = ranges::not_negative,
                 .help = "radius of the contact area"}},
-      .needs = {{"contact_discharge", "which says who is in contact"}},
+      .needs = {{"contact_discharge", "which defines contacts"}},
       .dimensions = {2, 3},
       .periodic = true,
       .check = check,

@@ -89,7 +89,7 @@ void add_network(const Outcome& outcome, Lines& lines) {
 
 std::string charges(const Outcome& outcome) {
   const ConductorFrame& frame = outcome.frame;
-  std::string text = fmt::format("{:.6g} C held + {:.6g} C drained - {:.6g} C fed", frame.charge_held,
+  std::string text = fmt::format("{:.6g} C stored + {:.6g} C collected - {:.6g} C injected", frame.charge_held,
                                  frame.charge_drained, frame.charge_fed);
   if (frame.charge_leaked != 0) text += fmt::format(" + {:.6g} C leaked", frame.charge_leaked);
   if (outcome.initial_charge != 0) text += fmt::format(" - {:.6g} C at the start", outcome.initial_charge);

@@ -27,8 +27,8 @@ from . import argument
 HELP = "Runs or continues a scene in many variants on all cores: means with confidence intervals"
 SET = argument(
     "--set",
-    "KEY=VALUE: a key of the scene set otherwise than in its file, as in mechanics.position_tolerance=1e-6 or "
-    "electrode[0].potential=2e3; again for another key",
+    "KEY=VALUE: replaces a key of the scene, as in mechanics.position_tolerance=1e-6 or electrode[0].potential=2e3; "
+    "repeat it for other keys",
     "texts",
     repeated=True,
 )
@@ -46,24 +46,24 @@ ARGUMENTS = [
     SET,
     argument(
         "--out",
-        "folder of the result files, one a member, of their scenes and of ensemble.json (ensemble-2.json beside that of "
-        "another sweep); what is finished there is not run again (default: the scene's name with -ensemble)",
+        "folder of the members' result files and scenes and of ensemble.json (ensemble-2.json next to that of "
+        "another sweep); finished members are not run again (default: the scene's name with -ensemble)",
     ),
     argument(
         "--device",
-        "where the field is solved or grains are moved, cpu or cuda (default: field.device of the scene, cpu for grains)",
+        "device for the field solver or for grains, cpu or cuda (default: field.device of the scene, cpu for grains)",
         allowed=["cpu", "cuda"],
     ),
     argument("--jobs", "members that run at the same time (default: one per core)", "int", positive=True),
     argument(
         "--share",
-        "K/N: run the Kth of N shares of the members only, as in 3/8, so that N machines on one file system work side by "
-        "side; the same command without it makes the table",
+        "K/N: run the Kth of N shares of the members only, as in 3/8, so that N machines on one file system work concurrently; "
+        "the same command without it makes the table",
     ),
     argument(
         "--json",
-        "print JSON in place of the table, or write it to a FILE beside the table: what ensemble.json in the folder holds "
-        "as well",
+        "print JSON instead of the table, or write it to a FILE in addition to the table: the contents of ensemble.json "
+        "in the folder",
         value_optional=True,
         value_follows=True,
     ),

@@ -5,7 +5,7 @@ from . import argument, frames_argument
 HELP = "Writes particles, field, observables and tables for ParaView, ASE or a spreadsheet"
 FORMATS = (
     "vtk: a folder with .pvd and .vtp of particles, contacts and tree and the last frame's field as .vti; xyz: one "
-    "extended XYZ file; csv: a folder with one file a table"
+    "extended XYZ file; csv: a folder with one file per table"
 )
 ARGUMENTS = [
     argument(

@@ -10,7 +10,7 @@ HELP = "Makes an mp4 of a run, on all cores, in one colour scale and layout; nee
 ARGUMENTS = [
     argument("FILE", "result file of a run (.h5)", required=True, result="drawn"),
     frames_argument("all"),
-    argument("--rate", "frames a second", "float", positive=True, default=15),
+    argument("--rate", "frames per second", "float", positive=True, default=15),
     argument("--out", "film to write (default: FILE.mp4, with a --colour FILE-COLOUR.mp4)"),
     argument("--quiet", "show no progress", "flag"),
     *OF_FRAMES,

@@ -9,7 +9,7 @@ OF_FRAMES = [
     argument(
         "--colour",
         "quantity of the colours; conductors: potential, charge, force, cluster (of those in contact), "
-        "current (to the ground), order (of the branch, by Strahler), joined (the tree, when), speed; gases: charge, "
+        "current (to the ground), order (Strahler number), joined (time of connection to the tree), speed; gases: charge, "
         "cluster, force, speed; packings: force; any other column of particles by its name (default: potential or charge, "
         "unless all is 0 or the same)",
         offered=["potential", "charge", "force", "cluster", "current", "order", "joined", "speed"],
@@ -24,13 +24,13 @@ OF_FRAMES = [
     argument("--overwrite", "replace files that exist", "flag"),
 ]
 HELP = (
-    "Draws frames of results as PNG, PDF or SVG, or with --series what they record over time; a name that is free says "
-    "what a picture shows, and nothing is replaced unless told"
+    "Draws frames of results as PNG, PDF or SVG, or with --series time series of runs. The default name of a picture states "
+    "its contents, and existing files are not replaced without --overwrite"
 )
 ARGUMENTS = [
     argument(
         "FILE",
-        "result file of a run (.h5); several are drawn beside each other in the same colours; with --series in the same "
+        "result file of a run (.h5); several are drawn side by side in the same colours; with --series in the same "
         "axes, and the folder of an ensemble (or a table in it, as ensemble-2.json), whose means are drawn without "
         "--series",
         "texts",
@@ -41,11 +41,11 @@ ARGUMENTS = [
     frames_argument("the last"),
     argument(
         "--out",
-        "picture to write, its kind by its end: .png, .pdf or .svg; of several frames each name gets its index "
+        "picture to write, its format by its ending: .png, .pdf or .svg; of several frames each name gets its index "
         "(default: FILE-frame-N-COLOUR.png, FILE-series.png)",
     ),
-    argument("--series", "curves of what the runs record over time, in place of a frame", "flag"),
-    argument("--observables", "names of such, as in energy,connected; one that a result lacks gets the list of those it has"),
+    argument("--series", "draw time series of the runs instead of a frame", "flag"),
+    argument("--observables", "names of time series, as in energy,connected; an unknown name prints the list of those present"),
     *OF_FRAMES,
 ]
 

@@ -132,7 +132,7 @@ class Conductors:
         drawing.draw_scale(axes, snapshot)
         marks = scale.legend(values) if scale else []
         if len(edges) > 0:
-            marks.append(Line2D([], [], color=INK, linewidth=1.5, label=f"way to {self.all_supplies}"))
+            marks.append(Line2D([], [], color=INK, linewidth=1.5, label=f"path to {self.all_supplies}"))
         draw_legend(axes, marks)
 
 
@@ -175,7 +175,7 @@ class ConductorsInSpace(Conductors):
             marks.append(Patch(color=self.ELECTRODE, label=", ".join(map(name_and_potential, self.electrodes))))
         if snapshot.connected.any() and not self.cut:
             self.draw_ways(axes, position, snapshot.successor)
-            marks.append(Line2D([], [], color=INK, linewidth=1.0, label=f"way to {self.all_supplies}"))
+            marks.append(Line2D([], [], color=INK, linewidth=1.0, label=f"path to {self.all_supplies}"))
         draw_legend(axes, marks)
 
     def draw_ways(self, axes, position, successor):

@@ -318,7 +318,7 @@ TEST_CASE("what an effect cannot do in three dimensions it refuses, in a program
   std::vector<std::unique_ptr<Effect>> tether = effects::made(std::make_unique<Tether>(scene));
   const Bodies space{.dimension = 3, .position = {0, 0, 0}, .momentum = {0, 0, 0}, .mass = {1}, .radius = {1}};
   CHECK_THROWS_WITH_AS(Model(space, std::move(tether), {}),
-                       "effects.tether is not allowed in 3 dimensions: it can do 2", InputError);
+                       "effects.tether is not allowed in 3 dimensions: it supports 2", InputError);
 }
 
 }  // namespace added_effect_test

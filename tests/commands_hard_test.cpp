@@ -157,7 +157,7 @@ TEST_CASE("a terminated run ends between two steps, with its last checkpoint") {
       std::filesystem::remove(folder / "x.h5");
       const Ended ended = run_with_signal(folder, signal, file, later);
       CHECK_MESSAGE(ended.status == status, ended.err);
-      CHECK_MESSAGE(contains(ended.err, "stopped at t = 0 s; the same command with --resume goes on from there"),
+      CHECK_MESSAGE(contains(ended.err, "stopped at t = 0 s; the same command with --resume continues from there"),
                     ended.err);
       CHECK_FALSE(std::filesystem::exists(folder / "x.h5.lock"));
     }

@@ -305,7 +305,7 @@ TEST_CASE("a command that cannot be used is one sentence and status 2, before an
   };
   check_refused("nowhere.toml", "nowhere.toml");
   check_refused("neutral.toml --vary population.cuont=1", "population.count");
-  check_refused("neutral.toml --vary population.count", "a key and its values");
+  check_refused("neutral.toml --vary population.count", "it must be KEY=VALUE,VALUE");
   check_refused("neutral.toml --vary population.count=many", "no list of values");
   check_refused("neutral.toml --conductors 1,1", "given twice");
   check_refused("neutral.toml --vary stop.time=0.01,nan", "neutral.toml: stop.time = nan is not allowed");

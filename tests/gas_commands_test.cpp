@@ -320,7 +320,7 @@ TEST_CASE("what cannot be done with grains is refused with a sentence") {
     refused("theory haff damaged.h5", "damaged.h5 is damaged: ");
   }
   for (const auto& [lines, sentence] : std::vector<std::pair<std::string, std::string>>{
-           {"f['network/contacts_of_all_frames'][0, 1] = -1", "touches the ground, which a gas has not"},
+           {"f['network/contacts_of_all_frames'][0, 1] = -1", "touches the ground, which a gas does not have"},
            {"f['particles/conductors/velocity/value'][1, 5, 0] = 1e300", "in frame 1 positions, velocities or charges"},
            {"f['particles/conductors/position/value'][1, 5, 0] = float('nan')",
             "in frame 1 positions, velocities or"}}) {

@@ -142,7 +142,7 @@ TEST_CASE("what a model cannot be is refused in a sentence") {
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 0}); }), "greater than 0"));
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = -2}); }), "greater than 0"));
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 1, .spot = 1}); }),
-                 "no use for spot"));
+                 "does not use spot"));
   const ParticlePacking packing = column();
   const Contacts contacts = find_contacts(packing);
   CHECK(contains(message_of([&] {

@@ -326,7 +326,7 @@ TEST_CASE("what cannot be measured is refused in a sentence") {
   CHECK(contains(refused({.parameters = {.resistance = -1}}), "greater than 0"));
   CHECK(contains(refused({.parameters = {.resistance = INFINITY}}),
                  "inf Ohm is not allowed: it must be greater than 0 and finite"));
-  CHECK(contains(refused({.parameters = {.spot = 0.1}}), "\"constant\" has no use for spot"));
+  CHECK(contains(refused({.parameters = {.spot = 0.1}}), "\"constant\" does not use spot"));
   for (const NetworkModel model : {NetworkModel::particle, NetworkModel::contact}) {
     const NetworkOptions wide{.resistor = "constriction", .parameters = {.resistivity = 1, .spot = 0.5}};
     CHECK(contains(message_of([&] { solve_network(frame, model, wide, 1); }),

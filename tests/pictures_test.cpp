@@ -207,7 +207,7 @@ TEST_CASE("nothing is replaced in silence") {
   // What a run leaves takes the place of nothing but its own.
   folder.write("other.toml", replaced(replaced(plates, "picture = false", ""), "time = 0.02", "time = 0.004"));
   folder.write("other.png", "mine");
-  check_refused(folder, "run other.toml --quiet", "other.png exists, where the run leaves its picture");
+  check_refused(folder, "run other.toml --quiet", "other.png exists, where the run writes its picture");
   CHECK(text_of(folder / "other.png") == "mine");
   CHECK_FALSE(fs::exists(folder / "other.h5"));
   run_well(folder, "run other.toml --quiet --overwrite");

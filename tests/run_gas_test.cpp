@@ -85,7 +85,7 @@ TEST_CASE("a gas that is killed or stopped while a frame is written goes on bit 
       const bool saved = fs::exists(folder / "six.h5");
       CHECK_EQ(saved, signal == SIGTERM || call > 1);  // one that is stopped writes what it has begun to
       if (saved) CHECK_LT(gas_frames(folder / "six.h5"), 41);
-      if (signal == SIGTERM) CHECK_NE(child.messages().find("--resume goes on from there"), std::string::npos);
+      if (signal == SIGTERM) CHECK_NE(child.messages().find("--resume continues from there"), std::string::npos);
       REQUIRE_EQ(run(folder, "six.h5", {"--quiet", saved ? "--resume" : "--overwrite"}), 0);
       check_same_numbers(folder / "six.h5", folder / "reference.h5");
     }

@@ -211,7 +211,7 @@ TEST_CASE("a signal that comes while a method is chosen stops the run before it 
   folder.write("six.toml", replaced(scene_text, "cells = 64", "accuracy = 1e-4"));
   Child child(folder, "six.h5", {}, terminate_once_handled);
   CHECK_EQ(child.wait(), 128 + SIGTERM);
-  CHECK_NE(child.messages().find("stopped before the run began: it left nothing"), std::string::npos);
+  CHECK_NE(child.messages().find("stopped before the run began: nothing was written"), std::string::npos);
   CHECK_FALSE(fs::exists(folder / "six.h5"));
 }
 
@@ -221,7 +221,7 @@ TEST_CASE("a signal that comes while conductors are placed stops the run before 
   folder.write("six.toml", replaced(replaced(scene_text, "count = 6\n", "count = 9000\n"), "0.775e-3", "0.04e-3"));
   Child child(folder, "six.h5", {}, terminate_once_handled);
   CHECK_EQ(child.wait(), 128 + SIGTERM);
-  CHECK_NE(child.messages().find("stopped before the run began: it left nothing"), std::string::npos);
+  CHECK_NE(child.messages().find("stopped before the run began: nothing was written"), std::string::npos);
   CHECK_EQ(child.messages().find("after this step"), std::string::npos);  // there is none
 }
 
@@ -297,7 +297,7 @@ TEST_CASE("SIGINT and SIGTERM stop at the next checkpoint or at once, and the ru
       disk_calls::before = [](long) { at_look.looks = at_look.signal == 0 ? 0 : 30; };  // from the last of a save on
     });
     REQUIRE_EQ(child.wait(), 128 + signal);
-    CHECK_NE(child.messages().find("--resume goes on from "), std::string::npos);
+    CHECK_NE(child.messages().find("--resume continues from "), std::string::npos);
     const size_t left = frames(folder / "six.h5");
     if (signal == SIGINT) CHECK_EQ(left, 21);
     if (signal == SIGTERM) CHECK((left > 1 && left < 21));

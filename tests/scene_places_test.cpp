@@ -272,7 +272,7 @@ TEST_CASE("charge needs a ground in an insulated box") {
 TEST_CASE("a charge whose square is no number is refused by its key") {
   const std::string start = box + electrostatics + grounded;
   check_refused(start + disk("[0.01, 0.01]", "charge = -1e308\n"),
-                {"test.toml:13: conductor.charge = -1e+308", "neither 0 nor from 1e-50 to 1e+50"});
+                {"test.toml:13: conductor.charge = -1e+308", "must be 0 or from 1e-50 to 1e+50"});
   check_refused(start + "[[population]]\ncount = 1\nradius = 0.001\ncharge = 1e200\n", {"population.charge = 1e+200"});
   check_refused(start + "[[group]]\nname = \"g\"\ncharge = 1e200\n" + disk("[0.01, 0.01]", "group = \"g\"\n"),
                 {"group.charge = 1e+200"});
@@ -385,7 +385,7 @@ TEST_CASE("packings") {
     check_network("between = \"0,6\"\n", {"network.between", "no particle 6; allowed are 0 to 5"});
     check_network("model = \"particle\"\nresistor = \"disk\"\nsheet_resistance = 1.0\nspot = 0.01\n",
                   {"test.toml:9: network.model = \"particle\"", "\"contact\""});
-    check_network("spot = 0.01\n", {"network.spot", "\"constant\" has no use for it", "needs resistance"});
+    check_network("spot = 0.01\n", {"network.spot", "\"constant\" does not use it", "needs resistance"});
     check_network("resistor = \"length\"\nresistance_per_length = 1.0\nresistivity = 0.01\n",
                   {"test.toml:11: network.resistivity", "\"length\" has no use"});
     check_network("resistor = \"constriction\"\nresistivity = 1.0\nspot = 0.5\n",
@@ -423,7 +423,7 @@ TEST_CASE("packings") {
                   {"minimize.step is not allowed", "\"lbfgs-newton\"", "\"gradient-descent\""});
     parse(start + contact + some + "[minimize]\nmethod = \"gradient-descent\"\nstep = 1e-3\n");
     for (const std::string effect : {"leakage]\nconductivity = 1e-12\n", "contact_resistance]\nresistance = 1.0\n"})
-      check_refused(start + contact + some + "[effects." + effect, {"under which nothing else acts: leave one out"});
+      check_refused(start + contact + some + "[effects." + effect, {"which permits no other effect: leave one out"});
     check_refused(one + "group = \"a\"\n", {"conductor.group = \"a\" is unknown"});
     parse(start + contact + some + "[output]\nfile = \"p.h5\"\ncheckpoint_every = 3\npicture = false\n");
   }

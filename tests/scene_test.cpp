@@ -373,10 +373,10 @@ TEST_CASE("tolerances: defaults by method, and no finer than rounding") {
   CHECK(parse(box + "effects.floating_conductors = {}\nfield = { cells = 64, moving_tolerance = 1e-6 }\n" + grounded)
             .field()
             .moving_tolerance == 1e-6);
-  check_refused(with("tolerance = 1e-15"), {"field.tolerance = 1e-15", "rounding ends at 1e-14", "\"cut-cell\""});
+  check_refused(with("tolerance = 1e-15"), {"field.tolerance = 1e-15", "it must be at least 1e-14", "\"cut-cell\""});
   check_refused(with("moving_tolerance = 1e-15"), {"field.moving_tolerance = 1e-15"});
-  check_refused(with("method = \"multipole\", tolerance = 1e-14"), {"rounding ends at 1e-13"});
-  check_refused(with("method = \"relaxation\", tolerance = 1e-12"), {"rounding ends at 1e-10"});
+  check_refused(with("method = \"multipole\", tolerance = 1e-14"), {"it must be at least 1e-13"});
+  check_refused(with("method = \"relaxation\", tolerance = 1e-12"), {"it must be at least 1e-10"});
 }
 
 TEST_CASE("a tolerance of places is no finer than they are told apart") {

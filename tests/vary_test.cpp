@@ -98,9 +98,10 @@ TEST_CASE("a number on the command line may begin or end with its point, which T
 TEST_CASE("a key without a place is refused in a sentence") {
   CHECK(has(refusal({{"effects.contact_discharge.gup", "1"}}), "nearest known key is effects.contact_discharge.gap"));
   CHECK(has(refusal({{"effects.contact_discharge", "1"}}), "is no key of a scene but a table: name a key of it"));
-  CHECK(has(refusal({{"domain.left.potential", "5"}}), "domain.left is one, and is set as a whole: it must be "));
+  CHECK(has(refusal({{"domain.left.potential", "5"}}),
+            "domain.left is a single value and is set as a whole: it must be "));
   CHECK(has(refusal({{"domain.left.potential", "5"}}), "{ potential = a number } in V"));
-  CHECK(has(refusal({{"seed.x", "5"}}), "seed is one, and is set as a whole: it must be an integer"));
+  CHECK(has(refusal({{"seed.x", "5"}}), "seed is a single value and is set as a whole: it must be an integer"));
   CHECK(has(refusal({{"electrode.radius", "1e-3"}}), "say which, from electrode[0] to electrode[1]"));
   CHECK(has(refusal({{"electrode[2].radius", "1e-3"}}), "has 2 [[electrode]]"));
   CHECK(has(refusal({{"electrode[x].radius", "1e-3"}}), "is no key of a scene"));

@@ -21,11 +21,11 @@ def check_output(path, overwrite, folder=False, otherwise="give --out another na
         return
     kind, right_kind = ("folder", os.path.isdir) if folder else ("file", os.path.isfile)
     if os.path.islink(path) or not right_kind(path):
-        raise InputError(f"{path} is no plain {kind}, and is left as it is: {otherwise}")
+        raise InputError(f"{path} is no plain {kind} and is not overwritten: {otherwise}")
     if str(path).lower().endswith(".toml"):
-        raise InputError(f"{path} is a scene, and is left as it is: {otherwise}")
+        raise InputError(f"{path} is a scene and is not overwritten: {otherwise}")
     if not folder and holds_hdf5(path):
-        raise InputError(f"{path} is a result, and is left as it is: {otherwise}")
+        raise InputError(f"{path} is a result and is not overwritten: {otherwise}")
     if not overwrite:
         raise InputError(f"{path} exists: {otherwise}" + (f", or allow {option}" if option else ""))
 

@@ -190,7 +190,7 @@ void check(const ResistorModel& model, const Parameters& parameters) {
     if (needs(model, entry) && !value)
       throw InputError(fmt::format("the resistor model \"{}\" needs {} in {}", model.name, entry.name, entry.unit));
     if (value && !needs(model, entry))
-      throw InputError(fmt::format("the resistor model \"{}\" has no use for {}: leave it out; allowed is {}",
+      throw InputError(fmt::format("the resistor model \"{}\" does not use {}: leave it out; allowed is {}",
                                    model.name, entry.name, fmt::join(model.needs, " and ")));
   }
 }

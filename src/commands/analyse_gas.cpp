@@ -135,8 +135,8 @@ void print_shapes(const ClusterState& state) {
 }
 
 void print_clusters(const std::string& kind, const ClusterState& state) {
-  fmt::print("{:<15}{}, the largest of {}, by mass of {:.3g}; T = {} and <q^2> = {} of them as bodies\n", kind,
-             state.sizes.number, state.sizes.largest, state.sizes.mean, shown(state.temperature, 4),
+  fmt::print("{:<15}{}, the largest of {}, by mass of {:.3g}; T = {} and <q^2> = {} of clusters as single bodies\n",
+             kind, state.sizes.number, state.sizes.largest, state.sizes.mean, shown(state.temperature, 4),
              shown(state.square_charge, 4));
   if (std::isfinite(state.bjerrum))
     fmt::print("{:<15}B = {:.4g}, with T = {:.4g} relative to the flow\n", "", state.bjerrum, state.local_temperature);
@@ -331,8 +331,8 @@ Bodies GasAnalyser::bodies(int index) const {
        {std::span(position), std::span(velocity), std::span<const double>(bodies.charge)})
     if (!std::ranges::all_of(values, [](double value) { return std::abs(value) < no_quantity; }))
       throw InputError(
-          fmt::format("{} is damaged and cannot be analysed (in frame {} positions, velocities or charges are no "
-                      "numbers, or too large for any)",
+          fmt::format("{} is damaged and cannot be analysed (in frame {} positions, velocities or charges are not "
+                      "finite or too large)",
                       result_.path(), index));
   const std::vector<double> image = frame.reals("image");
   for (int i = 0; i < bodies.size() && image.size() == position.size(); ++i)
@@ -350,10 +350,9 @@ std::vector<Pair> GasAnalyser::contacts(int index) const {
   std::vector<Pair> pairs;
   for (const auto& [i, j] : *recorded) {
     if (j < 0)
-      throw InputError(
-          fmt::format("{} is damaged and cannot be analysed (in frame {} grain {} touches the ground, which "
-                      "a gas has not)",
-                      result_.path(), index, i));
+      throw InputError(fmt::format(
+          "{} is damaged and cannot be analysed (in frame {} grain {} touches the ground, which a gas does not have)",
+          result_.path(), index, i));
     pairs.push_back({i, j});
   }
   std::ranges::sort(pairs);

@@ -32,8 +32,8 @@ Variation read_variation(const std::string& written) {
   const std::size_t equals = written.find('=');
   if (equals == std::string::npos)
     throw InputError(
-        fmt::format("--vary {}: a key and its values are wanted, as in "
-                    "--vary effects.contact_discharge.gap=0.4e-3,0.775e-3",
+        fmt::format("--vary {} is not valid: it must be KEY=VALUE,VALUE,..., as in --vary "
+                    "effects.contact_discharge.gap=0.4e-3,0.775e-3",
                     written));
   std::string key = written.substr(0, equals);
   while (key.ends_with(' ')) key.pop_back();

@@ -54,7 +54,8 @@ void explain_effect(const effects::EffectSummary& effect) {
 
 void explain_effects(const Summaries& effects) {
   for (const bool in_scene : {true, false}) {
-    fmt::print("\n{}\n", in_scene ? "effects in the run" : "effects left out, since the scene has no table for them");
+    fmt::print("\n{}\n",
+               in_scene ? "effects in the run" : "effects neglected, because the scene has no table for them");
     for (const effects::EffectSummary& effect : effects)
       if (effect.in_scene == in_scene) explain_effect(effect);
     if (std::none_of(effects.begin(), effects.end(), [&](const auto& effect) { return effect.in_scene == in_scene; }))
@@ -84,7 +85,8 @@ void explain_circuit(const Scene& scene) {
   fmt::print("\ncircuit\n");
   for (const effects::Terminal& terminal : effects::terminals_of(scene))
     if (terminal.node >= 0)
-      fmt::print("  {:<20} charged through its resistor with the field; its error limits the steps\n", terminal.name);
+      fmt::print("  {:<20} charged through its resistor, coupled to the field; the error limits the steps\n",
+                 terminal.name);
   fmt::print("  recorded             current and potential by terminal, structure resistance, power and entropy\n");
 }
 
@@ -150,9 +152,10 @@ double explain_unknowns(const Scene& scene, const laplace::LaplaceProblem& probl
 /// Prints the expected choice for an accuracy, without a solve.
 void explain_accuracy(const Scene& scene) {
   if (!scene.field_accuracy()) return;
-  fmt::print("  accuracy             {:g}: {} will do; `solve` and `run` measure the error and take more if need be\n",
-             scene.field_accuracy()->asked,
-             scene.field().method->on_grid ? fmt::format("some {} cells", scene.field().cells) : "this tolerance");
+  fmt::print(
+      "  accuracy             {:g}: {} should suffice; `solve` and `run` measure the error and refine if necessary\n",
+      scene.field_accuracy()->asked,
+      scene.field().method->on_grid ? fmt::format("some {} cells", scene.field().cells) : "this tolerance");
 }
 
 /// Prints the field method. Returns the size that determines the cost: cells or unknowns.

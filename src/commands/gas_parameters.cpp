@@ -24,10 +24,9 @@ double mass(const Scene& scene, const Conductor& grain) {
 
 void check_homogeneous(const Scene& scene) {
   const auto refuse = [&](const std::string& why) {
-    throw InputError(
-        fmt::format("{}: theories of gases are for equal grains of diameter and mass 1 in space that cool "
-                    "down by themselves, and {}",
-                    scene.path, why));
+    throw InputError(fmt::format(
+        "{}: theories of gases are for equal grains of diameter and mass 1 in space that cool freely, and {}",
+        scene.path, why));
   };
   if (!scene.reference) refuse("this scene has no [reference]");
   if (scene.dimension() != 3) refuse("this one is plane");
@@ -119,8 +118,7 @@ GasParameters gas_parameters(const Scene& scene) {
                           .mean_charge = mean_charge(scene),
                           .exchange = exchange_of(scene)};
   if (!(gas.temperature > 0)) throw InputError(scene.path + ": theories of gases are for grains that move, T > 0");
-  if (!(gas.end > 0))
-    throw InputError(scene.path + ": the run ends before its warm-up does, after which theory begins");
+  if (!(gas.end > 0)) throw InputError(scene.path + ": the run ends before its warm-up, after which theory begins");
   return gas;
 }
 

@@ -42,7 +42,7 @@ std::vector<network::PackingWall> read_walls(const hdf5::Handle& file) {
   const std::vector<std::string> names = hdf5::text_attribute(group, "names");
   const auto point = points(hdf5::get<double>(group, "point")), normal = points(hdf5::get<double>(group, "normal"));
   if (point.size() != names.size() || normal.size() != names.size())
-    throw hdf5::Error("scene/walls has not one point and one normal for each name");
+    throw hdf5::Error("scene/walls must have one point and one normal for each name");
   std::vector<network::PackingWall> walls;
   for (std::size_t k = 0; k < names.size(); ++k) walls.push_back({names[k], point[k], normal[k]});
   return walls;
@@ -99,8 +99,8 @@ std::vector<double> resistances_between_contacts(const PackingFrame& frame, cons
   constexpr int most = 20'000;  // takes about an hour
   if (frame.packing.size() > most)
     throw InputError(
-        fmt::format("--between {},all has an elimination for each of {} particles in the contact-centred network, and "
-                    "at most {} are allowed: --model particle needs a single one",
+        fmt::format("--between {},all needs one elimination per particle in the contact-centred network, for {} "
+                    "particles, and at most {} are allowed: --model particle needs a single one",
                     options.between, frame.packing.size(), most));
   std::vector<double> resistance;
   for (int i = 0; i < frame.packing.size(); ++i) {

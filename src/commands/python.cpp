@@ -236,19 +236,19 @@ std::optional<Command> added_python_command(const std::string& name) {
   if (!plain || name.starts_with('-') || std::ranges::none_of(folders_of_commands(), holds)) return {};
   const int output = memfd_create("table", MFD_CLOEXEC);
   if (output < 0 || !run_package({"--describe", name}, output))
-    throw Failure(fmt::format("{} is no command in Python (Python says above why)", module));
+    throw Failure(fmt::format("{} is not a valid Python command (see Python's message above)", module));
   std::ifstream text(fmt::format("/proc/self/fd/{}", output));
   try {
     return command_of(json::parse(json::parse(text).get<std::string>()).at(0));
   } catch (const json::exception&) {
-    throw Failure(
-        fmt::format("{} is no command in Python: its ARGUMENTS must come from lichtenberg.commands.argument", module));
+    throw Failure(fmt::format(
+        "{} is not a valid Python command: its ARGUMENTS must come from lichtenberg.commands.argument", module));
   }
 }
 
 void draw(const std::string& function, std::vector<std::string> words) {
   words.insert(words.begin(), {"--draw", function});
-  if (!run_package(std::move(words))) throw Failure("the picture was not drawn (the plot script says above why)");
+  if (!run_package(std::move(words))) throw Failure("the picture was not drawn (see the plot script's message above)");
 }
 
 void draw_picture(const std::string& file, double& seconds) {

@@ -164,7 +164,7 @@ void check_bytes(const std::string& path, const std::string& done) {
 void warn_if_changed(const ResultFile& result) {
   constexpr int without_checksums = 1;
   if (result.is_sealed() || result.format() == without_checksums) return;
-  fmt::print(stderr, "lichtenberg: {} was changed by another program after its run: no checksum vouches for it\n",
+  fmt::print(stderr, "lichtenberg: {} was changed by another program after its run and has no valid checksum\n",
              printable(result.path()));
 }
 

@@ -50,7 +50,7 @@ Scene requested_scene(const RunArguments& request) {
   };
   Scene scene = read_started(request.from, request.frame, read, Interruption::requested);
   if (scene.conductors.empty())
-    throw InputError(scene.path + " has no conductors, so that nothing moves: `lichtenberg solve` solves its field");
+    throw InputError(scene.path + " has no conductors, so there is no motion: `lichtenberg solve` solves its field");
   if (!request.file.empty()) scene.output.file = request.file;
   effects::check_processes(scene.effects.has(&EffectKind::field) ? &scene.field_table : nullptr);
   effects::check_device(scene);
@@ -59,7 +59,7 @@ Scene requested_scene(const RunArguments& request) {
 }
 
 [[noreturn]] void stop_before_start() {
-  fmt::print(stderr, "lichtenberg: stopped before the run began: it left nothing\n");
+  fmt::print(stderr, "lichtenberg: stopped before the run began: nothing was written\n");
   Interruption::obey();
 }
 
@@ -90,7 +90,7 @@ void check_pictures(const RunArguments& request, const Scene& scene) {
   for (const char* end : {".png", "-series.png"})
     if (std::filesystem::exists(stem + end) && (*end == '.' || scene.reference))
       throw InputError(fmt::format(
-          "{}{} exists, where the run leaves its picture: give another name with --out, or allow --overwrite", stem,
+          "{}{} exists, where the run writes its picture: give another name with --out, or allow --overwrite", stem,
           end));
 }
 
@@ -111,7 +111,7 @@ void check_finite(const Frame& frame) {
     const Column* column = frame.find(name);
     const auto* values = column ? std::get_if<std::vector<double>>(&column->values) : nullptr;
     if (values && !std::ranges::all_of(*values, [](double value) { return std::isfinite(value); }))
-      throw Failure(fmt::format("at {} a {} is no number any more: the scene's numbers are too large or too small",
+      throw Failure(fmt::format("at {} a {} is not finite: the scene's numbers are too large or too small",
                                 instant_in_words(frame.time, frame.time_unit), name));
   }
 }
@@ -197,8 +197,8 @@ class Run {
       progress.end_line();
       save_last_state(failure);
       throw Failure(
-          fmt::format("{}; {} holds the run up to {}, and --resume goes on from there; where the scene is to "
-                      "change, --from {} --out ANOTHER does",
+          fmt::format("{}; {} holds the run up to {}, and --resume continues from there; to change the scene, use "
+                      "--from {} --out ANOTHER",
                       failure.what(), scene_.output.file, instant(*recorder_.saved_time()), scene_.output.file));
     }
     if (backlog_.has_failed()) backlog_.finish();
@@ -304,7 +304,7 @@ class Run {
     backlog_.finish();
     recorder_.save_frames_alone();
     const std::string last = instant(recorder_.last_time()), saved = instant(*recorder_.saved_time());
-    fmt::print(stderr, "lichtenberg: stopped at {}; the same command with --resume goes on from {}\n", last,
+    fmt::print(stderr, "lichtenberg: stopped at {}; the same command with --resume continues from {}\n", last,
                last == saved ? "there" : "its checkpoint at " + saved);
     unlock();
     Interruption::obey();

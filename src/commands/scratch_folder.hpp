@@ -15,7 +15,7 @@ class ScratchFolder {
  public:
   /// Throws Failure if the folder cannot be created.
   ScratchFolder() : path_((std::filesystem::temp_directory_path() / "lichtenberg-XXXXXX").string()) {
-    if (mkdtemp(path_.data()) == nullptr) throw Failure("no folder for files in passing can be made at " + path_);
+    if (mkdtemp(path_.data()) == nullptr) throw Failure("no folder for temporary files can be made at " + path_);
   }
   ScratchFolder(const ScratchFolder&) = delete;
   ScratchFolder& operator=(const ScratchFolder&) = delete;

@@ -169,7 +169,7 @@ void print_table(const Answer& answer) {
   print_terminals(answer);
   fmt::print("\nenergy      {:.7g} J\n", answer.energy());
   if (!answer.in_space())
-    fmt::print("depth       {:g} m: charges, forces and energy are those of a slab so deep\n", answer.depth());
+    fmt::print("depth       {:g} m: charges, forces and energy are those of a slab of this depth\n", answer.depth());
   fmt::print("method      {}\n", method_in_words(answer.scene.field()));
   if (answer.scene.field().chosen_for) fmt::print("chosen      {}\n", choice_in_words(answer.scene.field()));
   fmt::print("unknowns    {}\n", solution.unknowns);
@@ -439,7 +439,7 @@ void check_files(const SolveArguments& request) {
   check_not_read(request.field, {request.scene});
   check_output("--field", request.field, request.overwrite);
   if (is_result(request.field))
-    throw InputError(request.field + " is a result, and is left as it is: give --field another name");
+    throw InputError(request.field + " is a result and is not overwritten: give --field another name");
 }
 
 Answer solve(const SolveArguments& request, Scene scene) {

@@ -22,7 +22,7 @@ int frame_of(const Result& result, std::optional<int> asked) {
 
 void check_bodies(const Result& result, const Scene& scene, const StopRequest& stop) {
   const auto refuse_it = [&](const std::string& why) {
-    throw InputError(fmt::format("--from {}: {}; only the same bodies can start where those are", result.path(), why));
+    throw InputError(fmt::format("--from {}: {}; only equal bodies can start from that result", result.path(), why));
   };
   if (result.radius().size() != scene.conductors.size())
     refuse_it(fmt::format("it has {} bodies, {} has {}", result.radius().size(), scene.path, scene.conductors.size()));
@@ -98,7 +98,7 @@ void start_from(const std::string& path, std::optional<int> asked, Scene& scene,
 
 Scene read_started(const std::string& result, std::optional<int> frame,
                    const std::function<Scene(const std::vector<Conductor>&)>& read, const StopRequest& stop) {
-  if (result.empty() && frame) throw InputError("--frame is one of the result that --from names");
+  if (result.empty() && frame) throw InputError("--frame needs --from, because it is a frame of that result");
   if (result.empty()) return read({});
   try_reading(result, [&] { bodies_in(result, frame); });
   Scene scene = read(bodies_in(result, frame));

@@ -205,7 +205,8 @@ TheoryAnswer restitution_theory(const GasParameters& gas) {
   const auto duration = [&](double v) { return contact_duration(gas.law, v); };
   add(table, 0, {"restitution", "1", "true", values_of(speeds, [&](double v) { return restitution(gas.law, v); })});
   add(table, 1, {"duration", "t0", "of the force", values_of(speeds, duration)});
-  TheoryAnswer answer{"restitution", "The collision of two grains, G 3.9, 3.10 with the clamp", {}, {}};
+  TheoryAnswer answer{
+      "restitution", "The collision of two grains, G 3.9, 3.10 with the non-attractive cut-off", {}, {}};
   const auto* soft = std::get_if<ViscoelasticLaw>(&gas.law);
   if (soft && soft->dissipative > 0) {
     const theory::ViscoelasticPair pair{soft->elastic, soft->dissipative};
@@ -230,7 +231,7 @@ TheoryAnswer restitution_theory(const GasParameters& gas) {
          std::isfinite(negative)
              ? fmt::format("of the first-order law, which is negative above a speed of {:.4g}", negative)
              : "of the first-order law, which is negative at no speed"},
-        {"piercing_speed", "v0", theory::piercing_speed(pair), "from which on elastic grains pass through each other"}};
+        {"piercing_speed", "v0", theory::piercing_speed(pair), "above which elastic grains pass through each other"}};
   }
   answer.tables = {table};
   return answer;
@@ -298,16 +299,15 @@ GasCourse::GasCourse(const std::string& path, double warm_up) : path_(path) {
   try {
     const ResultFile file(path, "compared with theory");
     if (!hdf5::exists(file.file(), "gas/time"))
-      throw InputError(path + " holds no course of a gas that a theory could be compared with");
+      throw InputError(path + " holds no time series of a gas to compare with a theory");
     for (const std::string group : {"gas", "analysis"})
       if (hdf5::exists(file.file(), group + "/time")) read(file.file(), group, warm_up);
     warn_if_changed(file);
   } catch (const hdf5::Error& error) {
-    throw InputError(fmt::format("{} is damaged: the course of its gas cannot be read ({}); run its scene again", path,
-                                 error.what()));
+    throw InputError(fmt::format("{} is damaged: the time series of its gas cannot be read ({}); run its scene again",
+                                 path, error.what()));
   }
-  if (series_["time"].time.empty())
-    throw InputError(path + " holds nothing of the time after the warm-up, in which theory begins");
+  if (series_["time"].time.empty()) throw InputError(path + " holds no data after the warm-up, where theory begins");
 }
 
 void GasCourse::read(const hdf5::Handle& file, const std::string& of, double warm_up) {

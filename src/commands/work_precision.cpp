@@ -115,7 +115,7 @@ Json errors_of(const Diagram& diagram, const Json& answer) {
     return {{"failed", error.what()}};
   } catch (const std::exception& error) {  // of json for a wrong type, of at() for too few values
     return {{"failed",
-             fmt::format("its answer is not of the shape that methods/__init__.py describes ({})", error.what())}};
+             fmt::format("its answer does not have the form that methods/__init__.py describes ({})", error.what())}};
   }
 }
 

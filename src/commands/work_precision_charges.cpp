@@ -310,7 +310,7 @@ void find_reference(ChargedSubject& subject, Diagram& diagram) {
 }
 
 std::vector<double> ChargedSubject::errors(const std::vector<double>& force) const {
-  if (force.size() != bodies.position.size()) throw InputError("an answer needs three components of force a charge");
+  if (force.size() != bodies.position.size()) throw InputError("an answer needs three force components per charge");
   double squares = 0, largest = 0;
   for (std::size_t s = 0; s < sample.size(); ++s) {
     double square = 0;

@@ -172,10 +172,9 @@ void sweep_time(const Scene& scene, const Request& request) {
                     scene.path));
   MovingSubject subject{.scene = effects::with_field_chosen(scene), .radius = scene.smallest_radius()};
   choose(all_methods(subject), request);  // names are checked before anything is computed
-  Diagram diagram{
-      .quantities = {"positions"},
-      .measure = "the largest distance of a conductor from where it should be at the end, in smallest radii",
-      .work = "field solves"};
+  Diagram diagram{.quantities = {"positions"},
+                  .measure = "the largest final distance of a conductor from the reference, in smallest radii",
+                  .work = "field solves"};
   request.begin();
   choose_field(subject, diagram);
   diagram.title = fmt::format("motion of {} conductors over {:g} s, {} contacts made or lost; {}",

@@ -165,7 +165,7 @@ void check_writable(const std::string& path) {
   const fs::file_type type = fs::symlink_status(path, error).type();
   if (type == fs::file_type::directory) refuse_it("it is a folder");
   if (type != fs::file_type::regular && type != fs::file_type::not_found)
-    throw InputError(fmt::format("{} is no plain file, and is left as it is: name another one", path));
+    throw InputError(fmt::format("{} is no plain file and is not overwritten: name another one", path));
   if (access(folder.c_str(), W_OK | X_OK) == 0) return;
   if (errno == EROFS) refuse_it("folder " + folder + " is on a file system that is read-only");
   refuse_it("folder " + folder + " may not be written");

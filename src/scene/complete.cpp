@@ -109,7 +109,7 @@ int fitting_cells(const Draft& draft) {
   if (more > 0) return more;
   refuse(draft.scene.path, draft.line("domain.size"),
          fmt::format("domain.size = [{:g}, {:g}] m does not give square cells: with field.cells = {} along the longer "
-                     "side the shorter one would have {:g}, and a whole number is allowed; {}",
+                     "side the shorter one would have {:g}, which must be a whole number; {}",
                      size.x, size.y, cells, cells * std::min(size.x, size.y) / std::max(size.x, size.y),
                      fitting(size, cells)));
 }
@@ -138,8 +138,9 @@ void fill_in_tolerances(const Draft& draft, FieldOptions& field) {
     value = given.value_or(usual);
     if (value < method.least)
       refuse(draft.scene.path, draft.line(key),
-             fmt::format("{} = {:g} is not allowed: rounding ends at {:g} with field.method = \"{}\"", key, value,
-                         method.least, field.method->name));
+             fmt::format(
+                 "{} = {:g} is not allowed: it must be at least {:g}, because of rounding, with field.method = \"{}\"",
+                 key, value, method.least, field.method->name));
   };
   fill_in("field.tolerance", draft.field.tolerance, method.single, field.tolerance);
   fill_in("field.moving_tolerance", draft.field.moving_tolerance, method.moving, field.moving_tolerance);
@@ -272,7 +273,7 @@ void check_network(const Draft& draft, const Scene& scene) {
   for (const network::ParameterEntry& entry : network::parameter_entries())
     if (const std::string key = std::string("network.") + entry.name; draft.line(key) > 0 && !needs(model, entry))
       refuse(scene.path, draft.line(key),
-             fmt::format("{} is not allowed: the resistor model \"{}\" has no use for it; it needs {}", key, model.name,
+             fmt::format("{} is not allowed: the resistor model \"{}\" does not use it; it needs {}", key, model.name,
                          fmt::join(model.needs, " and ")));
   if (options.resistor) check("network.resistor", [&] { network::check(model, options.parameters); });
   if (options.model == NetworkModel::particle && model.path == nullptr)

@@ -153,7 +153,7 @@ void check_sphere(const Draft& draft, const ElectrodeDraft& written, const std::
                                          : "\"disk\", \"half-disk\", \"bar\" and \"ring\" are"));
   if (dimension == 2) return;
   if (written.position.count != 3)
-    refuse_it("electrode.position has 2 numbers, but the domain has 3: as many are allowed");
+    refuse_it("electrode.position has 2 numbers, but the domain has 3: both must have the same number");
   const Vec3 p = written.position.value, size = draft.scene.domain.size;
   const Box<3> box = draft.scene.domain.box();
   for (int k = 0; k < 3; ++k)

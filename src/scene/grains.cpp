@@ -102,7 +102,7 @@ void check_keys(const Draft& draft) {
     if (!mechanics.kind().reads(key))
       refuse_if_given(
           draft, "mechanics." + key,
-          fmt::format("is not allowed with {}: it is not read then; leave it out",
+          fmt::format("is not allowed with {}, where it has no effect: leave it out",
                       monolithic ? std::string("mechanics.coupling = \"monolithic\"")
                                  : fmt::format("mechanics.integrator = \"{}\"", name_of(mechanics.integrator))));
   };
@@ -159,7 +159,7 @@ void check_grains(const Draft& draft) {
                          "scenes of conductors or packings; leave one out",
                          entry.kind->name));
   for (const char* table : {"electrode", "wall", "group", "medium", "field", "minimize", "network"})
-    refuse_if_given(draft, table, "is not allowed with [reference]: grains have none of that; leave it out");
+    refuse_if_given(draft, table, "is not allowed with [reference], because it does not apply to grains: leave it out");
   const int sides = 2 * draft.scene.dimension();
   for (int s = 0; s < sides; ++s)
     if (!draft.scene.domain.sides[s].periodic)
@@ -221,7 +221,7 @@ void check_charges(const Draft& draft, const PopulationDraft& population) {
   if (drawn && population.count == 1) refuse_it("needs more than one grain: the charges of all add up to 0");
   if (exponential && !population.charge_exponent) refuse_it("needs population.charge_exponent: add it");
   if (!exponential && population.charge_exponent)
-    refuse_it("has no use for population.charge_exponent, which is for \"exponential-power\": leave it out");
+    refuse_it("does not use population.charge_exponent, which is for \"exponential-power\": leave it out");
 }
 
 /// Throws InputError if a grain could be in contact with two images of another.

@@ -70,11 +70,10 @@ void check_content(const Scene& scene) {
   const bool spheres = scene.dimension() == 3;
   const double room = domain.size.x * domain.size.y * (spheres ? domain.size.z : 1), filled = content(scene) / room;
   if (filled > 1)
-    refuse(
-        scene.path, 0,
-        fmt::format("the particles cannot fit: their {0} together are {1:.3g} times that of the domain, and at most 1 "
-                    "is allowed; fewer or smaller ones, or a larger domain.size",
-                    spheres ? "volumes" : "areas", filled));
+    refuse(scene.path, 0,
+           fmt::format("the particles cannot fit: their total {0} is {1:.3g} times that of the domain, and at most 1 "
+                       "is allowed; use fewer or smaller ones, or a larger domain.size",
+                       spheres ? "volumes" : "areas", filled));
 }
 
 /// Throws InputError for two centres at the same position, between which the force has no direction. Positions are
@@ -137,7 +136,7 @@ void check_packing_keys(const Draft& draft) {
     return;
   }
   const std::string why =
-      " is not allowed with effects.contact_potential, under which nothing else acts: leave one out";
+      " is not allowed with effects.contact_potential, which permits no other effect: leave one out";
   check_idle_keys(draft);
   const MinimizeMethod method = draft.scene.minimize.method;
   if (method != MinimizeMethod::gradient_descent)

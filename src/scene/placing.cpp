@@ -187,8 +187,8 @@ void check_density(const Draft& draft, const PopulationDraft& population) {
 
 std::string wrong_radius(std::size_t body, double radius, const std::string& key) {
   return fmt::format(
-      "body {} has a radius of {:g} in the result of --from, which {} does not give it; only the same "
-      "bodies can start where those are",
+      "body {} has a radius of {:g} in the result of --from, but another one in {}: only equal bodies can start from "
+      "that result",
       body, radius, key);
 }
 
@@ -311,8 +311,7 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
 std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Conductor>& bodies) {
   if (bodies.size() != count_of(draft))
     throw InputError(
-        fmt::format("{} has {} bodies, the result of --from has {}; only the same bodies can start where "
-                    "those are",
+        fmt::format("{} has {} bodies, the result of --from has {}: only equal bodies can start from that result",
                     draft.scene.path, count_of(draft), bodies.size()));
   std::vector<Conductor> conductors;
   for (const ConductorDraft& given : draft.conductors) {

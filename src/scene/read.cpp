@@ -38,7 +38,7 @@ std::string found(const toml::node& node) {
 /// Describes the keys of a floating conductor of any shape.
 constexpr const char* floating_shape =
     "a floating conductor of this shape is an [[electrode]] with potential = 0 and series_resistance = 1e30 (ohm), "
-    "which no charge passes";
+    "which blocks the current";
 
 /// True for vectors, whose components may have any size below smallest_size.
 template <class T>
@@ -97,7 +97,7 @@ class Reader {
       if (!std::ranges::all_of(numbers(value), has_size))
         refuse_value(
             path, key, node,
-            fmt::format("is not allowed, as its size is neither 0 nor from {:g} to {:g}", smallest_size, largest_size));
+            fmt::format("is not allowed: its magnitude must be 0 or from {:g} to {:g}", smallest_size, largest_size));
     };
     std::visit(Overloaded{[&](const AtChoice& at) {
                             std::string name;

@@ -118,8 +118,8 @@ std::vector<Key> electrode_supply() {
        .place = [](Draft& d) { return &d.electrodes.back().shape; },
        .texts = {"disk", "half-disk", "bar", "ring", "sphere"},
        .required = true,
-       .help = "half-disk: a disk centred on a side of the domain; ring: conducting outside its circle; "
-               "sphere: in three dimensions, where no other shape is"},
+       .help = "half-disk: a disk centred on a side of the domain; ring: conducting outside its circle; sphere: the "
+               "only shape in three dimensions"},
       {.name = "potential",
        .place = [](Draft& d) { return &d.electrodes.back().potential; },
        .unit = "V",
@@ -287,27 +287,28 @@ Table conductor() {
 }
 
 Table group() {
-  return {
-      .path = "group",
-      .kind = repeated,
-      .help = "Conductors wired together: one potential, whether they touch or not. Give its charge or its potential.",
-      .open = [](Draft& d, int line) { d.groups.push_back({.line = line}); },
-      .keys = {
-          {.name = "name",
-           .place = [](Draft& d) { return &d.groups.back().name; },
-           .required = true,
-           .help = "name that its conductors refer to"},
-          {.name = "charge",
-           .place = [](Draft& d) { return &d.groups.back().charge; },
-           .unit = "C",
-           .computed_default = "none",
-           .help = "charge of all its conductors together; their potential floats"},
-          {.name = "potential",
-           .place = [](Draft& d) { return &d.groups.back().potential; },
-           .unit = "V",
-           .computed_default = "none",
-           .help = "fixed potential; the charge follows"},
-      }};
+  return {.path = "group",
+          .kind = repeated,
+          .help =
+              "Electrically connected conductors: one potential, whether they touch or not. Give its charge or its "
+              "potential.",
+          .open = [](Draft& d, int line) { d.groups.push_back({.line = line}); },
+          .keys = {
+              {.name = "name",
+               .place = [](Draft& d) { return &d.groups.back().name; },
+               .required = true,
+               .help = "name that its conductors refer to"},
+              {.name = "charge",
+               .place = [](Draft& d) { return &d.groups.back().charge; },
+               .unit = "C",
+               .computed_default = "none",
+               .help = "charge of all its conductors together; their potential floats"},
+              {.name = "potential",
+               .place = [](Draft& d) { return &d.groups.back().potential; },
+               .unit = "V",
+               .computed_default = "none",
+               .help = "fixed potential; the charge follows"},
+          }};
 }
 
 std::vector<Key> population_radii() {

@@ -51,10 +51,9 @@ void check_open(const Draft& draft, int dimension) {
     refuse(draft.scene.path, draft.line(key), sentence);
   };
   if (dimension == 2)
-    refuse_it(
-        "domain.open",
-        "domain.open = true is not allowed in two dimensions, where potentials of charges have no limit far away: "
-        "it needs a domain.size of three numbers");
+    refuse_it("domain.open",
+              "domain.open = true is not allowed in two dimensions, where the potential of charges has no limit at "
+              "infinity: it needs a domain.size of three numbers");
   if (!draft.scene.effects.has(&EffectKind::field))
     refuse_it("domain.open",
               "domain.open = true needs the table [effects.floating_conductors]: add it, or leave the key out");
@@ -65,8 +64,8 @@ void check_open(const Draft& draft, int dimension) {
 
 /// Throws InputError for keys that need a field, apart from effects, in a scene without one.
 void check_without_field(const Draft& draft, const std::string& where) {
-  const std::string effects = "effects.floating_conductors, which has none of that";
-  const std::string walls = "effects.wall_contact or effects.floating_conductors, which have none of that";
+  const std::string effects = "effects.floating_conductors, which does not use it";
+  const std::string walls = "effects.wall_contact or effects.floating_conductors, which do not use it";
   struct PlaneOnly {
     std::string key, header, used_by;
   };
@@ -89,8 +88,8 @@ void check_effects(const Draft& draft, int dimension) {
     entry.kind->check_periodic(where);
     if (entry.kind->field && dimension == 2)
       throw InputError(
-          fmt::format("{}effects.{} is not allowed with a periodic side of a domain of two dimensions: it can do walls "
-                      "and electrodes there",
+          fmt::format("{}effects.{} is not allowed with a periodic side of a domain of two dimensions: it supports "
+                      "walls and electrodes there",
                       where, entry.kind->name));
   }
 }
@@ -118,7 +117,8 @@ void settle_dimension(Draft& draft) {
   const auto check = [&](const Coordinates& given, int line, const std::string& key) {
     if (given.count != dimension)
       refuse(draft.scene.path, line,
-             fmt::format("{} has {} numbers, but the domain has {}: as many are allowed", key, given.count, dimension));
+             fmt::format("{} has {} numbers, but the domain has {}: both must have the same number", key, given.count,
+                         dimension));
   };
   for (ConductorDraft& conductor : draft.conductors) {
     check(conductor.position, conductor.line, "conductor.position");
@@ -134,7 +134,7 @@ void settle_dimension(Draft& draft) {
   for (const PopulationDraft& population : draft.populations)
     if (population.region && population.region->axes() > dimension)
       refuse(draft.scene.path, population.line,
-             "population.region has corners of 3 numbers, but the domain has 2: as many are allowed");
+             "population.region has corners of 3 numbers, but the domain has 2: both must have the same number");
 }
 
 }  // namespace lichtenberg

@@ -57,10 +57,10 @@ void check_touching(const Draft& draft, const Scene& scene) {
   const auto refuse_it = [&](std::size_t i, const std::string& other) {
     refuse(
         scene.path, draft.conductors[i].line,
-        fmt::format("conductor.position = {} m is not allowed: this conductor touches {}, and the force "
-                    "between two potentials that touch has no limit; leave a gap, or let [effects.contact_discharge] "
-                    "or a [[group]] make them one",
-                    place_of(scene, scene.conductors[i]), other));
+        fmt::format(
+            "conductor.position = {} m is not allowed: this conductor touches {}, and the force between two potentials "
+            "that touch has no limit; leave a gap, or connect them by [effects.contact_discharge] or a [[group]]",
+            place_of(scene, scene.conductors[i]), other));
   };
   check_pairs(draft, scene, refuse_it);
   const Vec3 size = scene.domain.size;

@@ -38,7 +38,7 @@ std::string what_may_be_set(const Schema& schema, const std::string& path) {
   const std::size_t dot = path.rfind('.');
   const Table* table = schema.find_table(dot == std::string::npos ? "" : path.substr(0, dot));
   const Key* key = table ? find_key(*table, path.substr(dot + 1)) : nullptr;
-  return key ? fmt::format("{} is one, and is set as a whole: it must be {}", path, key->allowed()) : "";
+  return key ? fmt::format("{} is a single value and is set as a whole: it must be {}", path, key->allowed()) : "";
 }
 
 KeyPlace place_of(const Schema& schema, const std::string& key) {
@@ -132,7 +132,7 @@ Setting setting_of(const std::string& written) {
   const std::size_t equals = written.find('=');
   if (equals == std::string::npos || equals == 0)
     throw InputError(
-        fmt::format("{}: a key and its value are wanted, as in effects.contact_discharge.gap=0.4e-3", written));
+        fmt::format("{} is not valid: it must be KEY=VALUE, as in effects.contact_discharge.gap=0.4e-3", written));
   std::string key = written.substr(0, equals), value = written.substr(equals + 1);
   while (key.ends_with(' ')) key.pop_back();
   try {

@@ -100,5 +100,5 @@ TEST_CASE("added field method: refusals follow from its properties") {
   CHECK(contains(refusal(scene_text(field + "field.cells = 64\n")),
                  "field.cells is not allowed with field.method = \"images\""));
   CHECK(contains(refusal(scene_text(field + "field.accuracy = 1e-3\n")), "its error is not estimated"));
-  CHECK(contains(refusal(scene_text(field + "field.tolerance = 1e-16\n")), "rounding ends at 1e-15"));
+  CHECK(contains(refusal(scene_text(field + "field.tolerance = 1e-16\n")), "it must be at least 1e-15"));
 }

@@ -487,8 +487,8 @@ class RefusedTest(unittest.TestCase):
         link.symlink_to("elsewhere")
         for out in (result, runs.gas(), link, runs.FOLDER):
             for command in (["view"], ["export", "--to", "xyz"]):
-                self.refused("is left as it is", *command, result, "--out", out, "--overwrite")
-        self.refused("is left as it is", "export", result, "--to", "csv", "--out", result, "--overwrite")
+                self.refused("is not overwritten", *command, result, "--out", out, "--overwrite")
+        self.refused("is not overwritten", "export", result, "--to", "csv", "--out", result, "--overwrite")
         self.assertEqual(len(load(result)), 4)
 
     def test_nothing_is_left_of_what_failed(self):

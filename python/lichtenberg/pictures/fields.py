@@ -24,7 +24,7 @@ class Fields:
     def values(self):
         """[frames, ny, nx] V, NaN in a frame that cannot be solved; None of a run that has no field. Throws Failure."""
         if self.process.wait() != 0:
-            raise Failure("the fields of the frames were not solved (the program says above why)")
+            raise Failure("the fields of the frames were not solved (see the program's message above)")
         path = f"/proc/self/fd/{self.memory}"
         if os.path.getsize(path) == 0:
             return None

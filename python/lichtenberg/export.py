@@ -35,9 +35,9 @@ def export(source, to, out=None, frames=None, overwrite=False):
 
 
 def write_folder(out, to, write):
-    """Writes a folder whole or not at all. In an existing folder it replaces the files that it writes and those that an earlier export
-    listed. Throws InputError for a folder that holds anything else."""
-    out = Path(out)  # which has no slash at its end
+    """Writes a folder completely or not at all. In an existing folder it replaces the files that it writes and those
+    that an earlier export listed. Throws InputError for a folder with any other contents."""
+    out = Path(out)  # without a slash at the end
     check_plain(out)
     partial, before = Path(f"{out}.partial-{os.getpid()}"), Path(f"{out}.before-{os.getpid()}")
     make_folder(partial)
@@ -52,7 +52,7 @@ def write_folder(out, to, write):
 
 
 def check_plain(folder):
-    """Throws InputError unless the folder holds plain files only."""
+    """Throws InputError unless the folder contains only plain files."""
     try:
         entries = list(os.scandir(folder))
     except FileNotFoundError:
@@ -63,7 +63,8 @@ def check_plain(folder):
 
 
 def check_replaced(folder, to, written):
-    """Throws InputError if it holds a file that is neither among those `written` nor listed there by an earlier export."""
+    """Throws InputError if the folder contains a file that is neither among those `written` nor listed there by an
+    earlier export."""
     check_plain(folder)
     known = written | (formats[to].earlier_files(folder) if folder.is_dir() else set())
     strange = sorted(set(os.listdir(folder)) - known) if folder.is_dir() else []
@@ -77,7 +78,7 @@ def replace_folder(out, partial, before):
     try:
         names = os.listdir(out)
         os.rename(out, before)
-    except FileNotFoundError:  # there is none, or another export is replacing it
+    except FileNotFoundError:  # there is no such folder, or another export is replacing it
         names = None
     try:
         os.rename(partial, out)
@@ -92,7 +93,7 @@ def replace_folder(out, partial, before):
 
 
 def remove_files(folder, names):
-    """Removes the folder with these files, unless it holds others too; None: there is no folder."""
+    """Removes these files of the folder, and the folder if it is then empty. None: there is no folder."""
     if names is None:
         return
     for name in names:
@@ -102,7 +103,7 @@ def remove_files(folder, names):
 
 
 def make_folder(path):
-    """Makes a folder. Throws Failure, also if it exists."""
+    """Creates a folder. Throws Failure, also if it exists."""
     try:
         if os.path.islink(path):  # files would go to where it leads
             os.unlink(path)
@@ -115,8 +116,8 @@ def make_folder(path):
 
 
 def export_ensemble(source, to, out, frames, overwrite):
-    """members.csv, a row a run, and points.csv, a row a setting with means and half widths of 95 % confidence; with -2 and so
-    on of further sweeps in the folder."""
+    """Writes members.csv (one row per run) and points.csv (one row per setting, with means and half widths of the 95
+    % confidence intervals). Files of further sweeps in the folder have names with -2 and so on."""
     tables = [path for path in sorted(Path(source).glob("ensemble*.json")) if path.is_file()]
     if not tables:
         raise InputError(f"{source} is a folder without ensemble.json: give a result file, or the folder of an ensemble")
@@ -136,7 +137,7 @@ def write_ensemble(tables, folder):
 
 
 def flat(entry, before=""):
-    """Returns nested tables as one; the names of their keys are joined by points."""
+    """Flattens nested tables into one; the names of their keys are joined by dots."""
     record = {}
     for key, value in entry.items():
         record.update(flat(value, f"{before}{key}.") if isinstance(value, dict) else {before + key: value})

@@ -10,8 +10,8 @@ def default_output(path, suffix):
 
 
 def check_output(path, overwrite, folder=False, otherwise="give --out another name", option="--overwrite"):
-    """Throws InputError if the file (or folder) exists and is not to be replaced or never may be. Throws it also if its parent
-    folder is missing or cannot be written. `option`: the command's option that allows to replace a file; empty without one."""
+    """Throws InputError if the file (or folder) exists and must not be replaced, or if its parent folder is missing
+    or not writable. `option`: the command's option that allows a file to be replaced; empty if there is none."""
     parent = os.path.dirname(os.path.abspath(path))
     if not os.path.isdir(parent):
         raise InputError(f"{path} cannot be written: there is no folder {parent}")
@@ -31,20 +31,21 @@ def check_output(path, overwrite, folder=False, otherwise="give --out another na
 
 
 def holds_hdf5(path):
-    import h5py  # which takes a while, and most files are new
+    import h5py  # the check takes time, and most files are new
 
     return h5py.is_hdf5(path)
 
 
 def created(path):
-    """Returns a descriptor of a new, empty file. A file or link of this name is removed: an earlier process of the same number
-    left it. The target of a link stays. Throws OSError."""
+    """Returns a descriptor of a new, empty file. A file or link of this name, which an earlier process with the same
+    number left, is removed; the target of a link stays. Throws OSError."""
     Path(path).unlink(missing_ok=True)
     return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
 
 
 def write_whole(path, parts):
-    """Writes a file whole or not at all. `parts`: a text, or several that are written in sequence. Throws Failure."""
+    """Writes a file completely or not at all. `parts`: a text, or several that are written in sequence. Throws
+    Failure."""
     partial = f"{path}.partial-{os.getpid()}"
     try:
         with open(created(partial), "w", encoding="utf-8", newline="") as file:

@@ -6,8 +6,8 @@ from .result import text_of
 
 
 def electrodes_of(result):
-    """As dictionaries, lengths in metres: shape, name, potential, and `ends` of a side, `low` and `high` corners of one in
-    space, else the shape's own geometry."""
+    """Returns the electrodes as dictionaries with shape, name and potential, lengths in metres. A side has `ends`, a
+    face in space the corners `low` and `high`, any other shape its own geometry."""
     return electrodes_in(result.file["scene"])
 
 
@@ -25,7 +25,7 @@ def electrodes_in(scene):
 
 
 def side(size, k):
-    """The k-th of a box: left, right, bottom, top, and so on along the axes."""
+    """Returns the geometry of the k-th side of a box: left, right, bottom, top, and so on along the axes."""
     low, high = np.zeros(len(size)), np.array(size, float)
     (high if k % 2 == 0 else low)[k // 2] = (low if k % 2 == 0 else high)[k // 2]
     if len(size) == 2:
@@ -40,14 +40,14 @@ def nearest_on_segments(points, start, end):
 
 
 def towards(start, points, length):
-    """From the start that far in the direction of the points."""
+    """Returns the points at this distance from `start` in the direction of `points`."""
     offset = points - start
-    distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-300)  # any direction from the start itself
+    distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-300)  # any direction if a point coincides with start
     return start + length * offset / distance[:, None]
 
 
 def nearest_on(shape, points):
-    """[K, D] on the surface of one, nearest to points [K, D]."""
+    """Returns the points [K, D] on the surface of a shape that are nearest to `points` [K, D]."""
     if shape["shape"] == "face":
         return np.clip(points, shape["low"], shape["high"])
     if shape["shape"] == "side":
@@ -60,7 +60,8 @@ def nearest_on(shape, points):
 
 
 def nearest_ground(points, electrodes):
-    """[K, D] on the nearest of all surfaces, or the points [K, D] themselves where there is none."""
+    """Returns the points [K, D] of all surfaces that are nearest to `points`; without electrodes, `points`
+    themselves."""
     if not electrodes or len(points) == 0:
         return points
     candidates = np.array([nearest_on(shape, points) for shape in electrodes])

@@ -16,14 +16,14 @@ os.environ.pop("MPLBACKEND", None)  # pictures are files, and an unknown name wo
 
 
 def end_with(parent):
-    """Ends this process when the parent process ends. Has no effect except on Linux."""
+    """Makes the system end this process when the parent process ends. Has no effect except on Linux."""
     import ctypes
     try:
         prctl = ctypes.CDLL(None).prctl
     except (AttributeError, OSError, TypeError):
         return
     prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG of linux/prctl.h
-    if os.getppid() != parent:  # it has ended before
+    if os.getppid() != parent:  # the parent has already ended
         os.kill(os.getpid(), signal.SIGTERM)
 
 

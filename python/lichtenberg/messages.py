@@ -40,12 +40,12 @@ def escaped(words):
 
 
 def printable(sentence):
-    """Returns the text in one line and with control characters escaped: names of files may contain any."""
+    """Returns the text in one line with control characters escaped, because file names may contain any."""
     return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in " ".join(sentence.split()))
 
 
 def tell(words, end="\n"):
-    """Prints on standard error; an error of writing is ignored."""
+    """Prints on standard error; a write error is ignored."""
     written(sys.stderr, words, end)
 
 

@@ -22,8 +22,8 @@ def call(*arguments):
 
 
 def options_of(settings):
-    """accuracy=1e-3 as --accuracy=1e-3, capacitance=True as --capacitance, range=(-1, 1) as --range=-1,1, and
-    set={"field.cells": 64, ...} or set=["field.cells=64", ...] as --set=field.cells=64 and so on."""
+    """Formats options: accuracy=1e-3 as --accuracy=1e-3, capacitance=True as --capacitance, range=(-1, 1) as
+    --range=-1,1, and set={"field.cells": 64, ...} or set=["field.cells=64", ...] as --set=field.cells=64 and so on."""
     words = []
     for name, value in settings.items():
         option = "--" + name.replace("_", "-")
@@ -41,7 +41,7 @@ def options_of(settings):
 
 
 def toml(value):
-    """A value of Python or numpy as TOML writes it, tables in one line."""
+    """Formats a Python or numpy value as TOML, a table in one line."""
     if isinstance(value, (np.ndarray, np.generic)):
         value = value.tolist()
     if isinstance(value, dict):
@@ -56,7 +56,8 @@ def toml(value):
 
 
 def conductors(position, **columns):
-    """Arrays as a scene's list of conductors: position [N, 2] or [N, 3], and radius, charge and so on, [N] or one for all."""
+    """Returns arrays as a scene's list of conductors: position [N, 2] or [N, 3], and radius, charge and so on, [N]
+    or one value for all."""
     position = np.asarray(position)
     if position.ndim != 2 or position.shape[1] not in (2, 3):
         raise InputError(f"positions of conductors are [N, 2] or [N, 3], and these have the shape {list(position.shape)}")
@@ -108,14 +109,14 @@ def solve(scene, **options):
 
 
 def run(scene, out, **options):
-    """Runs a scene (as of `solve`) as `lichtenberg run --out` does, and returns its Result."""
+    """Runs a scene (given as for `solve`) like `lichtenberg run --out` and returns its Result."""
     with SceneFile(scene) as path:
         call("run", path, "--out", str(out), "--quiet", *options_of(options))
     return load(out)
 
 
 class Picture:
-    """A picture that Jupyter shows; `save` keeps it."""
+    """A picture that Jupyter displays; `save` writes it to a file."""
 
     def __init__(self, data):
         self.data = data

@@ -1,4 +1,4 @@
-"""A process of the program that answers questions, in lines of JSON."""
+"""A process of the program that answers requests as lines of JSON."""
 import json
 import signal
 import subprocess
@@ -8,8 +8,8 @@ from .installation import find_program
 
 
 class Program:
-    """`words`: a command of the program that is for this (src/commands/json_output.hpp), and its arguments. `apart`: an
-    interruption from the keyboard does not reach it."""
+    """`words`: a command of the program for requests (src/commands/json_output.hpp), and its arguments. `apart`: an
+    interruption from the keyboard does not reach the process."""
 
     def __init__(self, *words, apart=False):
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "encoding": "utf-8"}
@@ -32,5 +32,5 @@ class Program:
             self.process.stdin.write(json.dumps(question) + "\n")
             self.process.stdin.flush()
         except BrokenPipeError:
-            pass  # read() finds out why
+            pass  # read() determines the cause
         return self.read()

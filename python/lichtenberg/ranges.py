@@ -8,11 +8,11 @@ import colorsys
 
 import numpy as np
 
-SIGNED = {"potential", "charge"}  # by nature, also where all have one sign
+SIGNED = {"potential", "charge"}  # quantities whose range has both signs, even if all values have one
 
 
 def reach(magnitudes):
-    """Of [N] numbers of one sign."""
+    """Returns the range of [N] values of one sign."""
     largest = magnitudes.max(initial=0)
     typical = np.quantile(magnitudes, 0.995) if len(magnitudes) else 0
     return typical if 0 < 2 * typical < largest else largest
@@ -25,7 +25,7 @@ def reaches(values):
 
 
 def colour_range(name, values):
-    """Lowest and highest of a column with that name."""
+    """Returns the lowest and highest colour value of a column of this name."""
     values = np.asarray(values, float)
     values = values[np.isfinite(values)]
     below, above = reaches(values)
@@ -38,8 +38,9 @@ def colour_range(name, values):
 
 
 def set_colours(numbers):
-    """[N, 3] colours of sets by their numbers, no two of hundreds the same: hues a golden section of the circle apart, of
-    which those of neighbouring numbers, and of those that come near again, differ in lightness too."""
+    """[N, 3] colours of sets by their numbers, distinct for hundreds of sets. Hues of successive numbers are a
+    golden section of the circle apart; sets whose numbers are close, or whose hues nearly coincide, also differ in
+    lightness."""
     numbers = np.asarray(numbers, int)
     colours = {n: colorsys.hls_to_rgb(0.6 + n * 0.6180339887 % 1, (0.5, 0.68, 0.34)[n % 3], 0.6) for n in set(numbers.tolist())}
     return np.array([colours[n] for n in numbers.tolist()]).reshape(-1, 3)

@@ -11,13 +11,14 @@ from .errors import InputError
 from .ranges import colour_range
 from .seal import check_seal
 
-TO_GROUND, UNCONNECTED = -1, -2  # of successors
-WITHOUT_CHECKSUMS = 1  # the format of early results
-GROUPS = ("gas", "relaxation", "packing", "analysis", "network/particle", "network/contact", "summary")  # of tables
+TO_GROUND, UNCONNECTED = -1, -2  # value in the column of successors
+WITHOUT_CHECKSUMS = 1  # the format of the oldest results
+GROUPS = ("gas", "relaxation", "packing", "analysis", "network/particle", "network/contact", "summary")  # groups of tables
 
 
 class Array(np.ndarray):
-    """An array with a unit (text; "1" for pure numbers), which parts of it keep and results of arithmetic do not."""
+    """An array with a unit (text; "1" for pure numbers). Parts of the array have the unit too; results of arithmetic
+    do not."""
 
     def __new__(cls, values, unit):
         array = np.asarray(values).view(cls)
@@ -48,7 +49,7 @@ def unit_of(dataset):
 
 
 def value_of(element):
-    """The dataset of an H5MD element: `value` of those that change with time, itself of the others."""
+    """Returns the dataset of an H5MD element: `value` if it depends on time, else the element itself."""
     return element["value"] if isinstance(element, h5py.Group) else element
 
 
@@ -72,7 +73,7 @@ DAMAGE = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, Ru
 
 
 def names_damage(read):
-    """`read`, which throws InputError where the file is damaged."""
+    """Wraps `read` so that it throws InputError if the file is damaged."""
 
     @wraps(read)
     def checked(self, *arguments, **named):
@@ -88,8 +89,8 @@ WRITERS = ("close", "plot", "view", "export", "_repr_png_", "__enter__", "__exit
 
 
 def all_name_damage(kind):
-    """Makes methods and properties of a class throw InputError where the file is damaged. WRITERS are left out: they read
-    nothing themselves."""
+    """Makes methods and properties of a class throw InputError if the file is damaged. WRITERS are excluded because
+    they read nothing themselves."""
     for name, member in vars(kind).copy().items():
         if isinstance(member, property):
             setattr(kind, name, property(names_damage(member.fget)))
@@ -101,28 +102,30 @@ def all_name_damage(kind):
 
 
 class Frame:
-    """One frame of a result: `frame["position"]` and so on are the arrays of that moment."""
+    """One frame of a result: `frame["position"]` and so on are the arrays of this frame."""
 
     def __init__(self, result, index):
         self.result, self.index = result, index
 
     @property
     def time(self):
-        """In units of result.time.unit; of a packing, the number of the iteration."""
+        """In units of result.time.unit; for a packing, the number of the iteration."""
         return float(self.result.time[self.index])
 
     def __getitem__(self, name):
-        """[N] or [N, 3] a column of the particles. Throws InputError if the result has no such column."""
+        """[N] or [N, 3] values of a column of the particles. Throws InputError if the result has no such column."""
         return self.result.read_column(name, self.index)
 
     @property
     def contacts(self):
-        """[E, 2] a particle, and one of larger index or -1, the ground (of a packing, a wall from N on)."""
+        """[E, 2] pairs of a particle and one of larger index, or of a particle and -1, the ground (for a packing, a
+        wall from N on)."""
         return self.result.read_contacts(self.index)
 
     @property
     def tree(self):
-        """[M, 2] each connected particle and the next one on the path to the ground, -1 the ground itself."""
+        """[M, 2] each connected particle and the next one on its path to the ground, or -1 if that is the ground
+        itself."""
         successor = np.asarray(self["successor"])
         connected = np.flatnonzero(successor != UNCONNECTED)
         return np.column_stack([connected, successor[connected]])
@@ -152,7 +155,7 @@ class Result:
 
     @property
     def file(self):
-        """As h5py has it. Throws InputError once it is closed."""
+        """The file as an h5py object. Throws InputError after close()."""
         if not self._file:
             raise InputError(f"{self.path} has been closed: load it again")
         return self._file
@@ -178,28 +181,30 @@ class Result:
         return f"<{self.path}: {self.title or 'untitled'}, {self.count} particles, {len(self)} frames until {until}>"
 
     def frame(self, index=-1):
-        """The frame of that index, negative from the end. Throws InputError if it is not there."""
+        """Returns the frame of this index; a negative one counts from the end. Throws InputError if there is no such
+        frame."""
         return Frame(self, checked_index(index, len(self), self.path))
 
     # Particles
 
     @property
     def columns(self):
-        """Names of the columns of particles, with and without a dependence on time."""
+        """Names of the columns of particles, time-dependent or constant."""
         return [name for name in self.file["particles/conductors"] if name != "box"]
 
     def colour_range(self, name):
-        """Lowest and highest value that colours span in the whole run (ranges.py)."""
+        """Returns the lowest and highest value of the colour scale of the whole run (ranges.py)."""
         if name not in self._ranges:
             self._ranges[name] = colour_range(name, np.asarray(self[name]))
         return self._ranges[name]
 
     def changes(self, name):
-        """Whether a column has a row a frame."""
+        """Returns true if a column has one row per frame."""
         return isinstance(self._column(name), h5py.Group)
 
     def __getitem__(self, name):
-        """[T, N], [T, N, 3] a column of all frames, or [N] of one that does not change; of a number, that frame. Throws InputError."""
+        """[T, N] or [T, N, 3] values of a column in all frames, or [N] of a constant column; with the index of a
+        frame, only that frame. Throws InputError."""
         if isinstance(name, (int, np.integer)):
             return self.frame(name)
         return self._read(value_of(self._column(name)))
@@ -215,7 +220,7 @@ class Result:
 
     def _read(self, dataset, selection=()):
         stored = dataset.id.get_storage_size()
-        # Deflate shortens by a factor of 1032 at most; a larger size in a damaged file would fill the memory.
+        # The compression ratio of Deflate is at most 1032; a larger size in a damaged file would fill the memory.
         if selection == () and not dataset.is_virtual and dataset.nbytes > 1032 * stored + 2**20:
             raise InputError(f"{self.path} is damaged ({dataset.name} claims {dataset.nbytes} bytes, and {stored} are stored)")
         values = Array(dataset[selection], unit_of(dataset))
@@ -226,7 +231,7 @@ class Result:
 
     @cached_property
     def time(self):
-        """[T]"""
+        """[T] times of the frames."""
         times = self.file["particles/conductors/position/time"]
         return Array(times[()], unit_of(times))
 
@@ -242,16 +247,16 @@ class Result:
 
     @cached_property
     def size(self):
-        """[2] or [3] of the domain, whose lower corner is the origin."""
+        """[2] or [3] size of the domain, whose lower corner is the origin."""
         domain = self.file["scene/domain"]
         lengths = [*domain["size"][()]]
-        if len(lengths) < self.dimension:  # older files store the third separately
+        if len(lengths) < self.dimension:  # older files store the third component separately
             lengths.append(domain["height"][()])
         return Array(lengths, unit_of(domain["size"]))
 
     @cached_property
     def periodic(self):
-        """[3] True along axes that are."""
+        """[3] True for periodic axes."""
         return [text_of(kind) == "periodic" for kind in self.file["particles/conductors/box"].attrs["boundary"]]
 
     @property
@@ -271,7 +276,7 @@ class Result:
 
     @property
     def frames_with_contacts(self):
-        """All, of a packing the last alone, or none."""
+        """Indices of the frames with contacts: all, for a packing the last only, or none."""
         if "network/contacts_of_all_frames" in self.file:
             return range(len(self))
         has_last = "network/contacts" in self.file or "packing/contacts" in self.file
@@ -281,12 +286,12 @@ class Result:
 
     @cached_property
     def observables(self):
-        """By name, [T] or [T, K], a row a frame."""
+        """Observables by name, [T] or [T, K], one row per frame."""
         return {name: self._read(value_of(data)) for name, data in self.file.get("observables", {}).items()}
 
     @cached_property
     def terminals(self):
-        """For each observable, the names of its K numbers in a frame."""
+        """For each observable with K values per frame, their names."""
         named = self.file.get("observables", {}).items()
         return {name: [text_of(word) for word in data.attrs["terminals"]] for name, data in named if "terminals" in data.attrs}
 
@@ -300,7 +305,7 @@ class Result:
 
     @property
     def summary(self):
-        """By name, numbers of the run as a whole; empty until it is over."""
+        """Results of the whole run by name; empty until the run has ended."""
         return {name: float(value) for name, value in self.tables.get("summary", {}).items()}
 
     @property
@@ -310,19 +315,19 @@ class Result:
 
     @property
     def field(self):
-        """The potential of the last frame, [ny, nx] at the centres of square cells from the domain's lower left corner on;
-        None if the file has none."""
+        """The potential of the last frame, [ny, nx] at the centres of square cells from the domain's lower left
+        corner on; None if the file has none."""
         return field_of(self.file)
 
     @property
     def field_cell(self):
-        """The edge of one of the field's cells (m)."""
+        """Edge length of a cell of the field (m)."""
         grid = self.file["VTKHDF"]
         return float(grid["cell_edge"][()] if "cell_edge" in grid else grid.attrs["Spacing"][0])
 
     @property
     def changed(self):
-        """Whether another program has changed the file after its run."""
+        """True if another program has changed the file after its run."""
         return not self.sealed and bool(self.file.attrs["lichtenberg_result"] != WITHOUT_CHECKSUMS)
 
     @property
@@ -336,7 +341,8 @@ class Result:
 
     @property
     def provenance(self):
-        """A list, one entry for the start and each `--resume`: version, commit, machine, command line and so on."""
+        """A list with one entry for the start and for each `--resume`: version, commit, machine, command line and so
+        on."""
         sessions = self.file["provenance"]
         ordered = sorted(sessions, key=lambda name: int(name.split("-")[1]))
         return [{key: plain(value) for key, value in sessions[name].attrs.items()} for name in ordered]
@@ -344,7 +350,8 @@ class Result:
     # Pictures, pages and exports
 
     def plot(self, frame=None, **options):
-        """The picture that `lichtenberg plot` draws, which Jupyter shows; options are its own, as colour="charge"."""
+        """Returns the picture that `lichtenberg plot` draws, for display in Jupyter. The options are those of the
+        command, as colour="charge"."""
         from .program import plot
 
         return plot(self.path, frame, options)
@@ -353,20 +360,20 @@ class Result:
         return self.plot()._repr_png_()
 
     def view(self, out=None, frames=None, overwrite=False):
-        """Writes an HTML page that shows the run (view.py), and returns its path."""
+        """Writes an HTML page that shows the run (view.py). Returns its path."""
         from .view import write_page
 
         return write_page(self, out or default_output(self.path, ".html"), frames, overwrite)
 
     def export(self, to, out=None, frames=None, overwrite=False):
-        """Writes "vtk", "xyz" or "csv" (export.py), and returns the path of the file or folder."""
+        """Writes the formats "vtk", "xyz" or "csv" (export.py). Returns the path of the file or folder."""
         from .export import export
 
         return export(self, to, out, frames, overwrite)
 
 
 def load(path):
-    """The Result in that file. Throws InputError. Warns of a file that another program has changed."""
+    """Returns the Result in the file. Throws InputError. Warns if another program has changed the file."""
     if not isinstance(path, (str, os.PathLike)):
         raise InputError(f"{path!r} is no path of a result file")
     result = Result(path)
@@ -436,15 +443,17 @@ def checked_index(index, count, path):
 
 
 def chosen_frames(result, written):
-    """Indices, ascending, of the frames that are written as in "0,5,10:20,30:90:10"; all for None. Throws InputError."""
+    """Returns the ascending indices of the frames in a list such as "0,5,10:20,30:90:10"; all frames for None.
+    Throws InputError."""
     if written is None:
         return range(len(result))
     return sorted(set(listed_frames(str(written), result.path, len(result))))
 
 
 def listed_frames(written, path, count):
-    """Indices, in the order in which they are written: frames, and FIRST:LAST:STEP with LAST among them, which without FIRST
-    or LAST goes from the first or to the last. Throws InputError unless all are frames of `path`, which has `count`."""
+    """Returns the indices of a list in the order in which they are written. The list has single frames, and
+    FIRST:LAST:STEP with LAST included, where FIRST and LAST default to the first and last frame. Throws InputError
+    unless all are frames of `path`, which has `count`."""
 
     def number(word, default=None):
         if word == "" and default is not None:

@@ -63,7 +63,8 @@ def has_endless_heap(path):
 
 
 def beyond_end(file):
-    """Returns the error in the length of a file without a seal, or None. HDF5's superblock has the end."""
+    """Returns an error message if a file without a seal has the wrong length, else None. HDF5's superblock states
+    the length."""
     file.seek(0)
     head = file.read(52).ljust(52, b"\0")
     version = head[8]

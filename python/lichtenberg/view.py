@@ -19,12 +19,13 @@ from .files import check_output, write_whole
 from .result import TO_GROUND, UNCONNECTED, chosen_frames
 
 STEPS = 65535
-MANTISSA = 12  # binary digits kept of 23, and the hidden one: 1e-4 of the value
-INTEGERS = {"group", "cluster", "species"}  # names of sets, not amounts
+MANTISSA = 12  # stored binary digits of a value's 23, without the leading one: a relative precision of 1e-4
+INTEGERS = {"group", "cluster", "species"}  # numbers that name sets; they are not amounts
 
 
 def packed(rows):
-    """[T, ...] integers of 2 or 4 bytes as base64 of deflated planes of bytes; each row as its difference from the last."""
+    """Returns [T, ...] integers of 2 or 4 bytes as base64 of deflated byte planes; each row is stored as the
+    difference from the previous one."""
     rows = np.ascontiguousarray(rows).view(f"u{rows.itemsize}").reshape(len(rows), -1)
     rows = np.diff(rows, axis=0, prepend=np.zeros((1, rows.shape[1]), rows.dtype))
     planes = rows.astype(f"<u{rows.itemsize}").reshape(-1, 1).view(np.uint8).T
@@ -32,20 +33,20 @@ def packed(rows):
 
 
 def rounded(values):
-    """As 32-bit floats of MANTISSA digits, whose bytes compress; the bits as integers."""
+    """Returns 32-bit floats with MANTISSA digits, so that their bytes compress, as integers with the same bits."""
     bits = np.asarray(values, np.float32).view(np.uint32).astype(np.uint64)
     drop = 23 - MANTISSA
     return ((bits + (1 << (drop - 1))) >> drop << drop).astype(np.uint32)
 
 
 def places(positions, low, high):
-    """[T, N, 3] as whole steps of the box from low to high."""
+    """Returns [T, N, 3] positions as integer steps of the box from low to high."""
     extent = np.where(high > low, high - low, 1)
     return np.round((positions - low) / extent * STEPS).astype(np.uint16)
 
 
 class Page:
-    """Collects the data of the page: numbers as they are in `about`, arrays packed in `arrays`."""
+    """Collects the data of the page: numbers in `about`, compressed arrays in `arrays`."""
 
     def __init__(self, result, frames):
         self.result, self.frames = result, list(frames)
@@ -111,7 +112,7 @@ class Page:
         yield self.column("first joined the tree at", self.about["timeUnit"], joined[None])
 
     def column(self, name, unit, values, sets=None):
-        """Adds the values of all frames, or one row if they do not change. Returns the description of the column."""
+        """Adds the values of all frames, or one row if they are constant. Returns the description of the column."""
         sets = name in INTEGERS if sets is None else sets
         low, high = (0, 0) if sets else colour_range(name, values)
         changes = len(values) == len(self.result)
@@ -120,7 +121,7 @@ class Page:
         return {"name": name, "unit": unit, "sets": sets, "changes": changes, "low": float(low), "high": float(high)}
 
     def add_edges(self):
-        """Adds contacts and the tree's edges: pairs of particles, and for the edges also points on the ground."""
+        """Adds contacts and the tree's edges as pairs of particles, and for the edges also points on the ground."""
         known = self.result.frames_with_contacts
         if known:
             none = np.empty((0, 2), np.int32)
@@ -130,7 +131,7 @@ class Page:
             self.add_ground_points()
 
     def add_pairs(self, name, lists):
-        self.about[name] = np.cumsum([len(pairs) for pairs in lists]).tolist()  # where each frame's end
+        self.about[name] = np.cumsum([len(pairs) for pairs in lists]).tolist()  # end index of each frame
         self.arrays[name] = packed(np.concatenate(lists).astype(np.int32).T)
 
     def add_ground_points(self):
@@ -159,14 +160,14 @@ class Page:
 
 
 def numbers(values):
-    """Returns a list for JSON with six digits, and null for values that are not finite."""
+    """Returns a list for JSON with six digits; values that are not finite are null."""
     if np.ndim(values) > 1:
         return [numbers(row) for row in values]
     return [float(f"{value:.6g}") if np.isfinite(value) else None for value in np.asarray(values, float)]
 
 
 def curves_of(result):
-    """Each: name, unit, time, values."""
+    """Returns the curves: name, unit, time and values of each."""
     time = numbers(result.time)
     for name, values in result.observables.items():
         columns = values.reshape(len(values), -1).T if values.ndim > 1 else values[None]
@@ -182,7 +183,7 @@ def curves_of(result):
 
 
 def write_page(result, out, frames=None, overwrite=False):
-    """Writes the page of those frames (as in "0:100:10") and returns its path. Throws InputError and Failure."""
+    """Writes the page of the frames (given as in "0:100:10") and returns its path. Throws InputError and Failure."""
     check_output(out, overwrite)
     write_whole(out, Page(result, chosen_frames(result, frames)).html())
     return out

@@ -10,7 +10,8 @@ DEFLATED = ' compressor="vtkZLibDataCompressor"'
 
 
 def encoded(values):
-    """One block: how many, its length, that of the last (0: as the others), that when deflated; then the block."""
+    """Returns an array as one compressed block: number of blocks, block length, length of the last block (0: same as
+    the others), compressed length; then the block."""
     data = values.tobytes()
     if not data:
         return base64.b64encode(np.zeros(1, "<u8").tobytes()).decode()
@@ -33,13 +34,14 @@ def arrays(tag, columns, **marks):
 
 
 def cells(tag, points):
-    """[M, k] indices of points, those of a cell in a row."""
+    """Returns cells of VTK from [M, k] indices of points, one row per cell."""
     ends = np.arange(1, len(points) + 1, dtype=np.int64) * points.shape[1]
     return arrays(tag, {"connectivity": points.reshape(-1).astype(np.int64), "offsets": ends})
 
 
 def poly_data(positions, columns, lines, time):
-    """A vertex at each of the positions [N, 3], with columns by name; lines [M, 2] between points, maybe none."""
+    """Returns a file of points [N, 3] with columns by name, and lines [M, 2] between points; without lines each
+    point is a vertex."""
     vertices = np.arange(len(positions))[:, None] if len(lines) == 0 else np.empty((0, 1))
     piece = f'NumberOfPoints="{len(positions)}" NumberOfVerts="{len(vertices)}" NumberOfLines="{len(lines)}"'
     return (
@@ -58,7 +60,7 @@ def time_value(time):
 
 
 def image_data(cell, values, name):
-    """Square cells with edges of that length from the origin on, each with one of values [ny, nx]."""
+    """Returns a file of square cells with edges of this length from the origin on; each has one value of [ny, nx]."""
     rows, columns = values.shape
     extent = f"0 {columns} 0 {rows} 0 0"
     spacing = f"{cell:.17g} {cell:.17g} 1"
@@ -71,6 +73,6 @@ def image_data(cell, values, name):
 
 
 def collection(files):
-    """[(time, file name)]"""
+    """Returns a file that lists files as [(time, file name)]."""
     listed = "".join(f'<DataSet timestep="{time:.17g}" part="0" file="{name}"/>\n' for time, name in files)
     return HEAD.format("Collection", "") + f"<Collection>\n{listed}</Collection>\n</VTKFile>\n"

@@ -4,17 +4,18 @@ from itertools import groupby
 
 from .messages import printable
 
-MOST_DECADES = 16  # or errors of 0 would go on for ever
+MOST_DECADES = 16  # limit of the loop if errors are 0
 
 
 def in_words(settings):
-    """S = 512, tolerance = 1e-06"""
+    """Formats settings: S = 512, tolerance = 1e-06"""
     return ", ".join(f"{name} = {value:g}" for name, value in settings.items())
 
 
 def price_list(points, quantity, reference_error):
-    """The cheapest point whose error is at most 1e-1, 1e-2, ... in the quantity of that index, to the first that no point
-    reaches: (error, point or None). An error counts as no smaller than the reference's own."""
+    """Returns (error, point or None): the cheapest point whose error is at most 1e-1, 1e-2, ... in the quantity of
+    that index, down to the first error that no point reaches. Errors below the uncertainty of the reference count as
+    equal to it."""
     prices = []
     for decade in range(1, MOST_DECADES + 1):
         good = [point for point in points if max(point["errors"][quantity], reference_error) <= 10.0**-decade]
@@ -25,7 +26,7 @@ def price_list(points, quantity, reference_error):
 
 
 def prices_of(sweep):
-    """By quantity."""
+    """Returns the errors by quantity."""
     errors = zip(sweep.about["quantities"], sweep.about["reference_errors"])
     return {name: price_list(sweep.points, k, error) for k, (name, error) in enumerate(errors)}
 
@@ -77,7 +78,7 @@ def lines_of_points(sweep):
 
 
 def lines_of_left_out(sweep):
-    """One line a method and reason."""
+    """Returns one line per method, with the reason."""
     text = "\nleft out\n" if sweep.left_out else ""
     measured = {point["method"] for point in sweep.points}
     for (method, reason), entries in groupby(sweep.left_out, lambda entry: (entry["method"], entry["reason"])):

@@ -4,7 +4,7 @@ import os
 from ..errors import InputError
 from . import argument, frames_argument
 
-# Arguments of plot and film for pictures of frames.
+# Arguments that plot and film share for pictures of frames.
 OF_FRAMES = [
     argument(
         "--colour",
@@ -51,7 +51,7 @@ ARGUMENTS = [
 
 
 def is_ensemble(path):
-    """The folder of one, or a table in it."""
+    """Returns true if a path is an ensemble's folder or its table."""
     return os.path.isdir(path) or path.endswith(".json")
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 
 def columns_of(frame):
-    """The arrays of a frame by name, without positions."""
+    """Returns the columns of a frame by name, without positions."""
     return {name: np.asarray(frame[name]) for name in frame.result.columns if name != "position"}
 
 

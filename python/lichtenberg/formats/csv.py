@@ -1,4 +1,4 @@
-"""CSV, for spreadsheets: a folder with a file a table."""
+"""CSV, for spreadsheets: a folder with one file per table."""
 import csv
 import io
 import os
@@ -13,13 +13,13 @@ ENDING, IS_FOLDER = "-csv", True
 
 
 def write(result, frames, folder):
-    """particles.csv, contacts.csv, observables.csv of the frames, and one file a table."""
+    """Writes particles.csv, contacts.csv and observables.csv of the frames, and one file per table."""
     chosen = list(frames)
     write_table(folder / "particles.csv", (particle_rows(result.frame(index)) for index in chosen))
     contacts = [index for index in chosen if index in result.frames_with_contacts]
     if contacts:
         write_table(folder / "contacts.csv", (contact_rows(result.frame(index)) for index in contacts))
-    elif result.frames_with_contacts:  # of other frames: the file is there whichever are chosen
+    elif result.frames_with_contacts:  # contacts of other frames only: the set of files does not depend on the chosen frames
         write_table(folder / "contacts.csv", {"frame": [], "particle": [], "other": []})
     observables = {"time": result.time[chosen], **{name: values[chosen] for name, values in result.observables.items()}}
     write_table(folder / "observables.csv", {"frame": np.array(chosen), **spread(observables, result.terminals)})
@@ -28,14 +28,14 @@ def write(result, frames, folder):
 
 
 def particle_rows(frame):
-    """A row a particle."""
+    """Returns the columns of a table with one row per particle."""
     count = frame.result.count
     columns = {name: frame[name] for name in frame.result.columns}
     return {"frame": np.full(count, frame.index), "particle": np.arange(count), **spread(columns, {})}
 
 
 def contact_rows(frame):
-    """A row a contact."""
+    """Returns the columns of a table with one row per contact."""
     first, other = frame.contacts.T
     return {"frame": np.full(len(first), frame.index), "particle": first, "other": other}
 
@@ -45,7 +45,8 @@ def titled(name, values):
 
 
 def spread(table, labels):
-    """Each [R] or [R, K] as K columns with their unit, called x, y, z where there are three, or by their labels."""
+    """Splits each array [R] or [R, K] into K columns, whose titles state the unit. The titles of several end in x,
+    y, z if there are three, else in their labels."""
     columns = {}
     for name, values in table.items():
         if values.ndim == 1:
@@ -90,13 +91,13 @@ def write_table(path, tables):
 
 
 def as_list(values):
-    """A number that is not defined (NaN) is an empty cell."""
+    """Returns the values as a list, in which an undefined number (NaN) is an empty cell."""
     values = values.tolist() if isinstance(values, np.ndarray) else values
     return ["" if isinstance(value, float) and value != value else value for value in values]
 
 
 def earlier_files(folder):
-    """The tables of an earlier export to csv, of a run of any kind or of an ensemble."""
+    """Returns the names of the tables of an earlier export to csv, of any kind of run or of an ensemble."""
     names = set(os.listdir(folder)) if folder.is_dir() else set()
     if {"particles.csv", "observables.csv"} <= names:
         return {name for name in names if is_table(folder / name)}
@@ -106,7 +107,8 @@ def earlier_files(folder):
 
 
 def is_table(path):
-    """Whether write() names a file so. A file for one column of a table begins with the title of that column."""
+    """Returns true if write() uses this file name. A file for one column of a table begins with the title of that
+    column."""
     groups = [name.replace("/", "-") for name in GROUPS]
     if path.name in {f"{name}.csv" for name in ("particles", "contacts", "observables", *groups)}:
         return True

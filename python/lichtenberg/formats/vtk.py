@@ -1,4 +1,5 @@
-"""VTK's XML files, for ParaView: a folder with a file a frame of particles, contacts and tree, and the last frame's field."""
+"""VTK's XML files, for ParaView: a folder with one file per frame for particles, contacts and tree, and the last
+frame's field."""
 import re
 
 import numpy as np
@@ -12,7 +13,7 @@ KINDS = ("particles", "contacts", "tree")  # of collections and their files
 
 
 def write(result, frames, folder):
-    """particles.pvd, contacts.pvd and tree.pvd with a .vtp a frame, field.vti of the last frame."""
+    """Writes particles.pvd, contacts.pvd and tree.pvd with one .vtp file per frame, and field.vti of the last frame."""
     write_steps(result, frames, folder, "particles", lambda frame: [])
     contacts = [index for index in frames if index in result.frames_with_contacts]
     write_steps(result, contacts, folder, "contacts", lambda frame: between_particles(frame.contacts, result.count))
@@ -23,7 +24,8 @@ def write(result, frames, folder):
 
 
 def write_steps(result, frames, folder, kind, lines_of):
-    """A file a frame of particles, with the lines that `lines_of(frame)` returns, and one that lists them, if there are any."""
+    """Writes one file of particles per frame, with the lines that `lines_of(frame)` returns, and a file that lists
+    them, if there are any."""
     listed = []
     for frame in map(result.frame, frames):
         name = f"{kind}-{frame.index:06}.vtp"
@@ -34,12 +36,13 @@ def write_steps(result, frames, folder, kind, lines_of):
 
 
 def between_particles(pairs, count):
-    """Without those to the ground or to walls, which are no points of the file."""
+    """Returns the pairs of particles only: the ground and walls are not points of the file."""
     return pairs[(pairs >= 0).all(axis=1) & (pairs < count).all(axis=1)]
 
 
 def earlier_files(folder):
-    """The collections of an earlier export to vtk, the files that they list, and its field."""
+    """Returns the names of files of an earlier export to vtk: the collections, the files that they list, and the
+    field."""
     found = set()
     for kind in KINDS:
         path = folder / f"{kind}.pvd"

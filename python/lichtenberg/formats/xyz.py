@@ -10,7 +10,7 @@ OVITO = {"position": "pos", "velocity": "velo", "image": "map_shift", "dipole": 
 
 
 def write(result, frames, out):
-    """One line a particle, each frame with its box, time and units before it."""
+    """Writes one line per particle; each frame begins with its box, time and units."""
     write_whole(out, (xyz_frame(result.frame(index)) for index in frames))
 
 
@@ -18,7 +18,7 @@ def xyz_frame(frame):
     result = frame.result
     columns = {"species": np.full(result.count, "X"), "position": np.asarray(frame["position"])}
     columns.update(columns_of(frame))
-    columns.pop("species")  # a number of ours
+    columns.pop("species")  # the number of the species in lichtenberg
     columns["color"] = colours(frame)
     kinds = {"f": "R", "i": "I", "U": "S"}
     named = {"species": np.full(result.count, "X"), **{OVITO.get(name, name): values for name, values in columns.items()}}
@@ -34,21 +34,21 @@ def xyz_frame(frame):
 
 
 def as_words(block):
-    """[K] lists of [N] words."""
+    """Returns K lists of N words."""
     if block.dtype.kind == "f":
         return [[f"{value:.10g}" for value in column] for column in block.T.tolist()]
     return [[str(value) for value in column] for column in block.T.tolist()]
 
 
 def lattice(result):
-    """The box, a plane one as deep as the largest particle is thick."""
+    """Returns the box vectors; the depth of a plane box is the largest particle diameter."""
     lengths = [*np.asarray(result.size), 2 * float(result["radius"].max(initial=0))][:3]
     return " ".join(f"{lengths[i]:.10g}" if i == j else "0" for i in range(3) for j in range(3))
 
 
 def colours(frame):
-    """[N, 3] red for positive, blue for negative potential (or charge, where there is none), of one scale in the whole run;
-    grey where there is neither."""
+    """[N, 3] red for positive, blue for negative potential (or charge, if there is no potential), on the same scale
+    in the whole run; grey if there is neither."""
     result = frame.result
     shown = next((name for name in ("potential", "charge") if name in result.columns), None)
     if shown is None:

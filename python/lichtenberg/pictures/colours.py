@@ -20,17 +20,17 @@ class Quantity:
     1), category (names without an order)."""
 
     name: str
-    label: str  # with "{}" where the unit's prefix goes, if it is of SI
+    label: str  # with "{}" in place of the prefix of an SI unit
     kind: str
-    column: str  # of the result file
+    column: str  # name of the column in the result file
     pale: str = ""  # name of particles without a value
 
 
-NOT_DRAWN = {"position", "image", "successor", "species", "box"}  # columns of particles that are no quantity
+NOT_DRAWN = {"position", "image", "successor", "species", "box"}  # columns of particles that are not coloured
 
 
 def quantities_in(particles, known):
-    """Quantities by name: those of `known` whose column the result has, then every other column that it has."""
+    """Returns the quantities by name: those of `known` whose column the result has, then all its other columns."""
     found = {quantity.name: quantity for quantity in known if quantity.column in particles}
     drawn = NOT_DRAWN | {quantity.column for quantity in known}
     for name, group in particles.items():
@@ -40,7 +40,8 @@ def quantities_in(particles, known):
 
 
 def plain_quantity(name, values):
-    """A column without a description: integers are categories, all else are amounts; of vectors the magnitude."""
+    """Describes a column that has no description: integers are categories, other numbers amounts; of vectors the
+    magnitude."""
     unit = values.attrs.get("unit", "1")
     unit = unit.decode() if isinstance(unit, bytes) else unit
     label = name.replace("_", " ") + ("" if unit == "1" else f" ({unit})")
@@ -55,21 +56,21 @@ def read_column(file, quantity, index):
 
 @dataclass
 class Scale:
-    """Colours of a quantity, the same for all that is drawn with it."""
+    """Colour scale of a quantity, shared by everything that is drawn with it."""
 
     quantity: Quantity
     low: float
     high: float
-    norm: Normalize | None  # of categories: none
+    norm: Normalize | None  # None for categories
     cmap: object
-    beyond: str = "neither"  # on which sides there are values outside
+    beyond: str = "neither"  # which ends of the range have values outside
 
     def has_colour(self, values):
-        """[N] whether there is one for a value: decades have none for 0."""
+        """[N] True where a value has a colour: a logarithmic scale has none for 0."""
         return values > 0 if self.quantity.kind == "decades" else np.isfinite(values)
 
     def colours(self, values):
-        """[N, 4]; pale where there is no value."""
+        """[N, 4] colours; pale where there is no value."""
         if self.norm is None:
             return category_colours(values)
         coloured = self.has_colour(values)
@@ -90,14 +91,14 @@ def disk_mark(colour, label):
 
 
 def draw_legend(axes, marks):
-    """Below the panel, on the right."""
+    """Draws the legend below the panel, on the right."""
     if marks:
         where = {"loc": "upper right", "bbox_to_anchor": (1.01, 0), "borderaxespad": 0.35, "handletextpad": 0.4}
         axes.legend(handles=marks, frameon=False, fontsize=8, ncols=len(marks), columnspacing=1.2, **where)
 
 
 def category_colours(numbers):
-    """A colour a number, the same in all frames."""
+    """Returns one colour per number, the same in all frames."""
     known = np.isfinite(numbers)
     faces = np.tile(to_rgba(PALE), (len(numbers), 1))
     faces[known, :3] = set_colours(numbers[known])
@@ -110,8 +111,8 @@ class Range:
 
     low: float
     high: float
-    typical: float = 0.0  # median magnitude of a signed quantity where it is not 0
-    least: float = np.inf  # outliers included
+    typical: float = 0.0  # median magnitude of the non-zero values of a signed quantity
+    least: float = np.inf  # minimum with outliers
     largest: float = -np.inf
 
     def joined(self, other):
@@ -165,8 +166,8 @@ def norm_of(quantity, low, high, cmap, typical):
     if quantity.kind != "signed":
         return Normalize(low, high)
     reach = max(-low, high)
-    ends = (low, high) if cmap else (-reach, reach)  # white is 0, and both signs are equally strong
-    if 0 < typical < reach / 8:  # or most of the run were white: linear to there, then by decades
+    ends = (low, high) if cmap else (-reach, reach)  # white is 0, and both signs have equal weight
+    if 0 < typical < reach / 8:  # otherwise most of the run would be white: linear up to the typical value, then logarithmic
         return AsinhNorm(typical, *ends)
     return Normalize(*ends)
 
@@ -180,7 +181,8 @@ def map_of(quantity, cmap):
 
 
 def draw_bar(figure, place, scale):
-    """The bar in `place`, [left, bottom, width, height] of the figure; of categories, their meaning in words."""
+    """Draws the colour bar at `place`, [left, bottom, width, height] in the figure; for categories, a text that
+    explains them."""
     quantity = scale.quantity
     axes = figure.add_axes(place)
     if scale.norm is None:
@@ -209,7 +211,7 @@ def draw_bar(figure, place, scale):
 
 
 def set_decades(bar, scale):
-    """Ticks that can be read: powers of ten, and where there are few of them 2 and 5 between."""
+    """Returns readable ticks: powers of ten, and with few of them also their multiples by 2 and 5."""
     few = scale.high < 1000 * scale.low
     bar.ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if few else (1,)))
     if few:
@@ -218,7 +220,8 @@ def set_decades(bar, scale):
 
 
 def signed_decades(scale, factor):
-    """0 and powers of ten of both signs, from the linear part on; where there are few, 2 and 5 between."""
+    """Returns 0 and powers of ten of both signs outside of the linear part; with few of them also their multiples by
+    2 and 5."""
     first = np.floor(np.log10(scale.norm.linear_width * factor))
     powers = 10.0 ** np.arange(first, np.log10(max(-scale.low, scale.high) * factor) + 1e-9)
     if len(powers) < 4:
@@ -229,7 +232,7 @@ def signed_decades(scale, factor):
 
 
 def bar_norm(scale, factor):
-    """The norm in the unit that the bar shows."""
+    """Returns the norm in the unit that the colour bar shows."""
     norm = scale.norm
     if isinstance(norm, BoundaryNorm):
         return norm

@@ -39,7 +39,7 @@ class Conductors:
         self.terminals = terminal_potentials(file)
         self.quantities = quantities_in(particles, QUANTITIES)
         self.highest_supply = np.abs(self.terminals).max(initial=0)
-        self.reach = self.highest_supply  # V, of all that the run has
+        self.reach = self.highest_supply  # V, largest magnitude in the run
         if "potential" in particles:
             self.reach = max(self.reach, np.abs(particles["potential/value"][()]).max(initial=0))
         self.fed = self.scene.get("effects", {}).get("current_source", {}).get("current", 0)
@@ -55,7 +55,7 @@ class Conductors:
         return read_column(file, self.quantities[name], index)
 
     def values(self, file, name, index):
-        """[N]; nan where there is none."""
+        """Returns [N] values of a quantity in a frame; nan where it is undefined."""
         column = self.column(file, name, index)
         if name == "cluster":
             numbers, inverse, size = np.unique(column, return_inverse=True, return_counts=True)
@@ -69,7 +69,7 @@ class Conductors:
         return column
 
     def joined(self, successor, index):
-        """Since when each has had a path to the ground without a break, s."""
+        """Returns the time (s) since which each conductor has had an uninterrupted path to the ground."""
         connected = successor != UNCONNECTED
         broken = np.where(~connected, np.arange(len(connected))[:, None], -1).max(axis=0)
         first = np.minimum(broken + 1, index)
@@ -82,7 +82,8 @@ class Conductors:
             return run_range(quantity, self.column(file, name).ravel(), self.terminals)
         if name == "joined":
             return Range(0, self.times[-1])
-        if name in ("current", "order"):  # most are reached when the tree is complete, but one that broke had more
+        # The range usually ends at the complete tree, but a tree that broke had larger values before.
+        if name in ("current", "order"):
             frames = np.unique(np.linspace(0, len(self.times) - 1, 25).astype(int))
             return run_range(quantity, np.concatenate([self.values(file, name, k) for k in frames]))
         return run_range(quantity, self.column(file, name).ravel())
@@ -121,7 +122,7 @@ class Conductors:
         drawing.set_frame(axes, snapshot)
         if field is not None:
             extent = (0, snapshot.size[0], 0, snapshot.size[1])
-            # A norm of its own: many images that come and go with one leave it callbacks that are gone.
+            # A separate norm per image: removed images leave their callbacks in a shared norm.
             style = {"cmap": scale.cmap, "norm": bar_norm(scale, 1), "interpolation": "bilinear", "aspect": "auto"}
             axes.imshow(field, origin="lower", extent=extent, **style)
         faces = scale.colours(values) if scale else np.tile([0.91, 0.91, 0.91, 1], (len(snapshot.radius), 1))
@@ -203,7 +204,8 @@ def terminal_potentials(file):
 
 
 def in_order(successor):
-    """Conductors with a path, each before its successor; of a damaged file with a cycle, those that are in none."""
+    """Returns the conductors with a path, each before its successor. In a damaged file with a cycle, conductors of
+    the cycle are omitted."""
     connected = successor != UNCONNECTED
     waiting = np.bincount(successor[successor >= 0], minlength=len(successor))
     ready = list(np.flatnonzero(connected & (waiting == 0)))
@@ -217,7 +219,8 @@ def in_order(successor):
 
 
 def carried(successor):
-    """[N] how many conductors' current passes through each, its own among them; nan of those without a path."""
+    """[N] number of conductors whose current passes through each one, including its own; nan of those without a
+    path."""
     count = np.where(successor != UNCONNECTED, 1.0, np.nan)
     for i in in_order(successor):
         if successor[i] >= 0:

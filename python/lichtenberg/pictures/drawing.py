@@ -22,7 +22,7 @@ from ..result import TO_GROUND, UNCONNECTED, check_result, identity, opened
 
 STEEL, INK, ISOLATED, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
 WARNING = "#b00020"
-MM = 1e3  # millimetres a metre: all drawings are in millimetres
+MM = 1e3  # millimetres per metre: all drawings are in millimetres
 
 
 @dataclass
@@ -166,7 +166,7 @@ def points_a_unit(axes):
     if axes.figure.get_layout_engine() is None:
         axes.apply_aspect()
     else:
-        axes.figure.canvas.draw()  # decides it
+        axes.figure.canvas.draw()  # the layout is computed here
     (left, _), (right, _) = axes.transData.transform([(0, 0), (1, 0)])
     return (right - left) * 72 / axes.figure.dpi
 
@@ -179,7 +179,7 @@ def draw_disks(axes, snapshot, chosen, **style):
 
 
 def draw_conductors(axes, snapshot):
-    """Connected ones as steel, the others in a colour that no potential has."""
+    """Draws connected conductors in a steel colour, the others in a colour that is not on the potential scale."""
     draw_disks(axes, snapshot, snapshot.connected, facecolor=STEEL)
     draw_disks(axes, snapshot, ~snapshot.connected, facecolor=ISOLATED)
 
@@ -215,7 +215,7 @@ def electrode_patch(axes, electrode, size, **style):
 
 def draw_electrodes(axes, snapshot):
     for electrode in snapshot.electrodes:
-        style = {"facecolor": ELECTRODE, "edgecolor": INK, "linewidth": 0.6, "zorder": 4.5}  # lines end at them
+        style = {"facecolor": ELECTRODE, "edgecolor": INK, "linewidth": 0.6, "zorder": 4.5}  # the lines end at the electrodes
         axes.add_patch(electrode_patch(axes, electrode, snapshot.size, **style))
     for side in snapshot.sides:
         style = {"color": ELECTRODE, "linewidth": 4, "solid_capstyle": "butt", "clip_on": False, "zorder": 5}
@@ -239,13 +239,13 @@ def draw_length(axes, width, words):
 
 
 def in_metres(length):
-    """A length as people write it, with a prefix: 5 mm, 200 µm."""
+    """Formats a length with an SI prefix: 5 mm, 200 µm."""
     factor, prefix = prefixed(length)
     return f"{length * factor:.4g} {prefix}m"
 
 
 def prefixed(largest):
-    """A factor that brings numbers up to this one into 1 ... 1000, and the prefix that their unit then has."""
+    """Returns a factor that scales numbers up to this one to 1 ... 1000, and the matching SI prefix of the unit."""
     prefixes = "qryzafpnµm kMGTPEZYRQ"
     if not (largest > 0 and np.isfinite(largest)):
         return 1.0, ""
@@ -273,14 +273,14 @@ def warning_line(warnings):
 
 def set_style():
     plt.rcParams.update({"font.size": 9, "axes.titlesize": 10, "savefig.dpi": 200, "figure.dpi": 200})
-    plt.rcParams["svg.fonttype"] = "none"  # words stay words
+    plt.rcParams["svg.fonttype"] = "none"  # text is stored as text, not as outlines
 
 
 FORMATS = ("png", "pdf", "svg")
 
 
 def check_picture(path, overwrite):
-    """Before the work: throws InputError for a picture that could not be written, or would replace another."""
+    """Throws InputError, before any work, for a picture that could not be written or would replace another."""
     path = Path(path)
     if path.suffix[1:] not in FORMATS:
         raise InputError(f"{path} is no picture that can be drawn: its name must end in .png, .pdf or .svg")
@@ -288,7 +288,7 @@ def check_picture(path, overwrite):
 
 
 def save(figure, path):
-    """Writes a picture whole or not at all. Throws Failure."""
+    """Writes a picture completely or not at all. Throws Failure."""
     partial = f"{path}.partial-{os.getpid()}"
     try:
         with open(created(partial), "wb") as file:

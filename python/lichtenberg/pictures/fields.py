@@ -10,19 +10,20 @@ from ..installation import find_program
 
 
 class Fields:
-    """The program solves them (frame_fields.cpp) while this process goes on. `frames`: indices, which it
-    reads from its standard input."""
+    """Potentials of several frames, which the program computes (frame_fields.cpp) in parallel with this process.
+    `frames`: indices, which it reads from its standard input."""
 
     def __init__(self, path, frames, quiet=True):
         self.memory = os.memfd_create("fields")
         words = [find_program(), "frame-fields", *["--quiet"] * quiet, "--", path]
-        with tempfile.TemporaryFile("w+", encoding="ascii") as indices:  # an argument has a limited length
+        with tempfile.TemporaryFile("w+", encoding="ascii") as indices:  # not as an argument, whose length is limited
             indices.write("\n".join(map(str, frames)))
             indices.seek(0)
             self.process = subprocess.Popen(words, stdin=indices, stdout=self.memory)
 
     def values(self):
-        """[frames, ny, nx] V, NaN in a frame that cannot be solved; None of a run that has no field. Throws Failure."""
+        """Returns [frames, ny, nx] V, with NaN for a frame that cannot be solved; None for a run without a field.
+        Throws Failure."""
         if self.process.wait() != 0:
             raise Failure("the fields of the frames were not solved (see the program's message above)")
         path = f"/proc/self/fd/{self.memory}"

@@ -12,18 +12,19 @@ from .drawing import InputError, messages
 from .fields import Fields
 
 DPI = 170
-CRF = "20"  # ffmpeg's x264: loss that is hardly visible
+CRF = "20"  # quality of ffmpeg's x264: hardly visible loss
 
 
 class Studio:
-    """Data with which each process draws."""
+    """Data that each process needs to draw frames."""
 
     def __init__(self, run, colour, scale):
         self.pictures = frames.Pictures([run], scale, colour)
         self.fields = None
         self.figure = self.pictures.sheet.figure
         self.figure.set_dpi(DPI)
-        even = [2 * round(inches * DPI / 2) / DPI + 1e-6 for inches in self.figure.get_size_inches()]  # as x264 wants
+        # x264 needs even numbers of pixels.
+        even = [2 * round(inches * DPI / 2) / DPI + 1e-6 for inches in self.figure.get_size_inches()]
         self.figure.set_size_inches(even)
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -34,17 +35,17 @@ class Studio:
         return self.canvas.get_width_height()
 
     def draw(self, place, frame):
-        """The pixels of a frame, RGBA. `place`: which of those that are drawn."""
+        """Returns the pixels of a frame, RGBA. `place`: its index among the chosen frames."""
         self.pictures.draw([frame], None if self.fields is None else [self.fields[place]])
         self.canvas.draw()
         return bytes(self.canvas.buffer_rgba())
 
 
-studio = None  # of this process
+studio = None  # one per process
 
 
 def draw(task):
-    """Returns the frame, or an error message: exceptions of other processes lose their text."""
+    """Returns the frame or an error message, because exceptions of other processes lose their text."""
     try:
         return studio.draw(*task)
     except InputError as error:
@@ -52,14 +53,15 @@ def draw(task):
 
 
 class Ffmpeg:
-    """Takes frames and leaves a film, whole or not at all."""
+    """Passes frames to ffmpeg and writes a film completely or not at all."""
 
     def __init__(self, path, pixels, rate):
         self.path, self.partial = path, f"{path}.partial-{os.getpid()}"
         size = f"{pixels[0]}x{pixels[1]}"
         frames = ["-f", "rawvideo", "-pix_fmt", "rgba", "-s", size, "-r", f"{rate:g}", "-i", "-"]
         film = ["-c:v", "libx264", "-crf", CRF, "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"]
-        command = ["ffmpeg", "-y", "-loglevel", "error", *frames, *film, f"file:{self.partial}"]  # a name with a colon is no protocol
+        # With file:, because a name may contain a colon, which would denote a protocol.
+        command = ["ffmpeg", "-y", "-loglevel", "error", *frames, *film, f"file:{self.partial}"]
         try:
             os.close(drawing.created(self.partial))
         except OSError as error:
@@ -90,7 +92,7 @@ class Ffmpeg:
 
 
 class Progress:
-    """A line on standard error, redrawn on a terminal, else every ten seconds."""
+    """Progress line on standard error: rewritten on a terminal, else printed every ten seconds."""
 
     def __init__(self, count, quiet):
         self.count, self.quiet = count, quiet
@@ -103,7 +105,7 @@ class Progress:
             return
         self.shown = now
         line = f"frame {done} of {self.count} drawn"
-        if 10 * done >= self.count:  # earlier estimates are too rough
+        if 10 * done >= self.count:  # earlier estimates are too inaccurate
             line += f", about {(now - self.began) * (self.count - done) / done:.0f} s left"
         messages.tell(f"\r{line}\033[K" if self.terminal else f"{line}\n", end="")
 
@@ -113,7 +115,7 @@ class Progress:
 
 
 def undisturbed_pool(jobs):
-    """Processes that leave an interruption to this one, which ends them."""
+    """Returns a pool of processes that ignore interruptions; this process handles them and ends the pool."""
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         return multiprocessing.get_context("fork").Pool(jobs)
@@ -140,7 +142,7 @@ def make(request):
 
 
 def write(film, chosen, progress):
-    """Whole or not at all."""
+    """Writes the film completely or not at all."""
     try:
         with undisturbed_pool(min(len(os.sched_getaffinity(0)), len(chosen))) as pool:
             for done, picture in enumerate(pool.imap(draw, enumerate(chosen)), 1):

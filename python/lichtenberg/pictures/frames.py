@@ -34,7 +34,7 @@ def read_run(path):
 
 
 def read_range(text):
-    """ "LOW,HIGH" as numbers; None for None. Throws InputError."""
+    """Parses "LOW,HIGH" to two numbers. Returns None for None. Throws InputError."""
     if text is None:
         return None
     try:
@@ -60,7 +60,7 @@ def check_colour(run, colour):
 
 
 def common_scale(runs, colour, own_range=None, cmap=None):
-    """One scale for all runs: from the lowest to the highest of their ranges."""
+    """Returns a common scale for all runs: from the lowest to the highest value of their ranges."""
     for run in runs:
         check_colour(run, colour)
     if colour is None:
@@ -95,12 +95,12 @@ def picture_names(request, runs, frames, colour):
 
 
 def words(frames):
-    """ "10" of all runs, or "128-13"."""
+    """Formats the frame of each run for the file name: "10" if it is the same for all, else "128-13"."""
     return "-".join(str(frame) for frame in (frames if len(set(frames)) > 1 else frames[:1]))
 
 
 class Pictures:
-    """Draws frames one by one on one sheet; their common parts are drawn once."""
+    """Draws frames in sequence on one sheet; their common parts are drawn once."""
 
     def __init__(self, runs, scale, colour):
         from .sheet import Sheet
@@ -113,7 +113,7 @@ class Pictures:
         self.heads = []
 
     def draw(self, frames, fields=None):
-        """A frame of each run; returns the figure."""
+        """Draws one frame of each run. Returns the figure."""
         for head in self.heads:
             head.remove()
         self.heads = []
@@ -138,7 +138,7 @@ def set_cut(runs, cut):
 
 
 def frames_of(request, runs):
-    """The frame of each run, picture by picture."""
+    """Returns the frame of each run, for each picture."""
     written = request.frames if request.frame is None else str(request.frame)
     if written is None:
         return [[len(run.times) - 1 for run in runs]]
@@ -158,7 +158,7 @@ def plot_frames(request):
     for name in names:
         drawing.check_picture(name, request.overwrite)
     first = Fields(runs[0].path, [of[0] for of in frames]) if colour == "potential" else None
-    pictures = Pictures(runs, scale, colour)  # while the program solves the fields of the first run
+    pictures = Pictures(runs, scale, colour)  # in parallel with the program, which computes the fields of the first run
     fields = []
     if first:
         fields = [first.values()]
@@ -175,7 +175,7 @@ def draw_last(run, colour, picture):
 
 
 def draw_run(path):
-    """The pictures of a run that has just ended, which replace those that it left before."""
+    """Draws the pictures of a run that has just ended; they replace its earlier pictures."""
     stem, run = Path(path).with_suffix(""), read_run(path)
     draw_last(run, default_colour([run], [len(run.times) - 1]), f"{stem}.png")
     if drawing.read_file(path, lambda file: "gas" in file):

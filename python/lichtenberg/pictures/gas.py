@@ -6,8 +6,8 @@ from . import drawing, space
 from .colours import Quantity, Range, draw_legend, quantities_in, read_column, run_range
 
 EDGE = "#4d4d4d"
-FEW = 100  # particles that may be lost in a large box
-SAMPLE = 5_000_000  # numbers that the range of a run is found from; of more, frames are left out evenly
+FEW = 100  # largest number of spheres for which only a part of a large box is shown
+SAMPLE = 5_000_000  # maximum number of values for the range of a run; above it, frames are omitted at regular intervals
 
 
 class Grains:
@@ -65,7 +65,7 @@ class Grains:
 
     def range(self, file, name):
         step = max(1, -(-len(self.times) * len(self.radius) // SAMPLE))
-        chosen = np.arange(len(self.times))[::-1][::step][::-1]  # the last frame is one of them
+        chosen = np.arange(len(self.times))[::-1][::step][::-1]  # including the last frame
         quantity = self.quantities[name]
         found = run_range(quantity, np.concatenate([self.column(file, name, k) for k in chosen]))
         if quantity.kind == "signed" and found.low < 0 < found.high:
@@ -74,7 +74,7 @@ class Grains:
         return found
 
     def default_colour(self, file, index):
-        """The charge, unless all have the same."""
+        """Returns charge, unless all grains have the same charge."""
         if "charge" in self.quantities and np.ptp(self.column(file, "charge", index)) > 0:
             return "charge"
         return next((name for name in ("cluster", "speed", "charge") if name in self.quantities), None)

@@ -12,9 +12,9 @@ from . import drawing, space
 from .sheet import Sheet
 
 COLOURS = "viridis"
-ISOLATED = "#f2d7d5"  # particles that no path joins to an electrode
+ISOLATED = "#f2d7d5"  # particles without a path to an electrode
 PALE = "#f0f0f0"
-MOST_LINES = 4000  # in space: more are a block
+MOST_LINES = 4000  # limit in space: more resistors would hide each other
 
 
 @dataclass
@@ -56,7 +56,8 @@ def walls(file):
 
 
 def wall_line(point, normal, size):
-    """Returns the line of a wall in the picture: through the point, as long as the domain is wide and high."""
+    """Returns the line of a wall in the picture, long enough to cross the domain; None of a wall parallel to the
+    picture."""
     along = np.array([-normal[1], normal[0]])
     if np.hypot(*along) < 1e-12:
         return None
@@ -67,7 +68,7 @@ def wall_line(point, normal, size):
 
 
 def resistor_ends(group, position, radius, electrode_walls):
-    """[L, 2, 3]; a resistor that ends at a wall ends at the particle's foot on it."""
+    """[L, 2, 3] ends of the resistors; one at a wall is the projection of the particle's centre onto it."""
     links, particles = group["links"][()], group["link_particles"][()]
     ends = group["position"][()][links]
     for node, wall in zip(group["electrode"][()], electrode_walls):
@@ -133,10 +134,11 @@ def draw_particles(axes, network):
 
 
 def draw_resistors(axes, network, colours, widest=4.0):
-    """The widest line carries the largest current; a resistor without a current is a hairline."""
+    """The line width is proportional to the current: the largest current has the widest line, a resistor without a
+    current a hairline."""
     dead = network.segments[~network.carries]
     axes.add_collection(LineCollection(dead, colors="#909090", linewidths=0.3, zorder=2))
-    order = np.argsort(network.current[network.carries])  # the strongest on top
+    order = np.argsort(network.current[network.carries])  # the largest currents on top
     segments = network.segments[network.carries][order]
     current = network.current[network.carries][order]
     width = 0.3 + (widest - 0.3) * current / current.max() if len(current) else []
@@ -153,7 +155,7 @@ def draw_resistors(axes, network, colours, widest=4.0):
 
 
 def draw_electrodes(axes, network, clip):
-    """Walls as bars, particles as rings; `clip`: cut at the frame, on which walls lie."""
+    """Draws walls as bars and particles as rings. `clip`: walls on the frame are cut at it."""
     for electrode in network.electrodes:
         if isinstance(electrode, int):
             place = network.position[electrode]

@@ -34,17 +34,18 @@ class DrawnPacking:
         self.rattler = file["packing/rattler"][()] == 1 if self.contacts is not None else np.zeros(count, bool)
 
     def foot(self, i, wall):
-        """The point of a wall nearest to a particle."""
+        """Returns the point of a wall that is nearest to a particle."""
         normal = self.wall_normal[wall]
         return self.position[i] - np.dot(self.position[i] - self.wall_point[wall], normal) * normal
 
     def force_lines(self):
-        """[E, 2, 2] from centre to centre, or to the wall."""
+        """[E, 2, 2] lines from centre to centre or to the wall."""
         n = len(self.radius)
         return np.array([[self.position[i], self.position[j] if j < n else self.foot(i, j - n)] for i, j in self.contacts])
 
     def pressing(self):
-        """[N] N, sum of the magnitudes of the forces on each particle; nan of rattlers, and where none are stored."""
+        """[N] sum of the magnitudes (N) of the forces on each particle; nan of rattlers, and where no forces are
+        stored."""
         if self.contacts is None:
             return np.full(len(self.radius), np.nan)
         ends = self.contacts.ravel()
@@ -77,7 +78,7 @@ class Packing:
         return run_range(self.quantities[name], DrawnPacking(file, None).pressing())
 
     def default_colour(self, file, index):
-        """In the plane lines show the forces, in space colours do."""
+        """In the plane the forces are shown as lines, in space as colours."""
         last = index == len(self.times) - 1
         return "force" if self.spatial and last and "force" in self.quantities else None
 
@@ -134,7 +135,7 @@ def force_mark(axes, packing):
 
 
 def draw_forces(axes, packing):
-    """A line as wide as its force is strong, against the mean."""
+    """Draws forces as lines with a width proportional to the force, relative to the mean."""
     if packing.contacts is None or len(packing.contacts) == 0:
         return
     width = mean_width(axes, packing) * packing.force / packing.force.mean()
@@ -143,7 +144,7 @@ def draw_forces(axes, packing):
 
 def draw_walls(axes, packing):
     for point, normal in zip(packing.wall_point, packing.wall_normal):
-        if np.hypot(*normal) > 1e-9:  # else it is seen from the front
+        if np.hypot(*normal) > 1e-9:  # otherwise the wall is parallel to the picture
             axes.axline(point, point + np.array([-normal[1], normal[0]]), color=drawing.INK, linewidth=1, zorder=1)
 
 
@@ -153,6 +154,6 @@ def draw_panel(axes, packing, faces=None, lines=True):
         faces = np.array([to_rgba(RATTLER if rattler else drawing.STEEL) for rattler in packing.rattler])
     drawing.set_frame(axes, packing)
     draw_walls(axes, packing)
-    draw_particles(axes, packing, faces, 0.75 if lines else 1)  # where particles overlap, both rims show
+    draw_particles(axes, packing, faces, 0.75 if lines else 1)  # both outlines of overlapping particles are visible
     if lines:
         draw_forces(axes, packing)

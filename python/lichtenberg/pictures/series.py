@@ -16,7 +16,7 @@ from ..result import text_of, unit_of, warnings_of
 from . import drawing
 from .drawing import InputError
 
-# Distinct also to the colour-blind (Okabe & Ito).
+# Distinguishable by colour-blind people (Okabe & Ito).
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c8c8c"]
 DASHES = ["-", "--", ":", "-."]
 THEORY = "#404040"
@@ -38,10 +38,10 @@ class Recorded:
     name: str
     title: str
     unit_of_time: str
-    panels: list  # suggested
+    panels: list  # default panels
     columns: dict = field(default_factory=dict)  # name -> (time, values, unit)
-    logarithmic: bool = False  # its time
-    start: float = 0.0  # of the time that is shown
+    logarithmic: bool = False  # whether the time axis is logarithmic
+    start: float = 0.0  # origin of the shown time
     words_of_time: str = "time"
     warning: str = ""
 
@@ -144,7 +144,7 @@ def varies(run, name):
 
 
 def in_symbols(unit):
-    """m0 v0^2 and m s-1 as mathematics."""
+    """Formats units such as m0 v0^2 and m s-1 as mathematics."""
     text = re.sub(r"([a-z])_?0", r"\1_0", unit).replace(" ", r"\,")
     return r"$\mathrm{" + re.sub(r"(?<=[a-zA-Z])(-?\d+)", r"^{\1}", text) + "}$"
 
@@ -154,7 +154,7 @@ def with_unit(label, unit):
 
 
 def points_of(run, name, logarithmic):
-    """Times and values that can be shown."""
+    """Returns the times and values that can be shown: finite, and positive on logarithmic axes."""
     time, values, _ = run.column(name)
     shown = np.isfinite(values)
     if run.logarithmic:
@@ -165,7 +165,8 @@ def points_of(run, name, logarithmic):
 
 
 def set_scale(axes, logarithmic):
-    """Logarithmic where the points span more than a factor of three: else its ticks have no round numbers."""
+    """Sets a logarithmic axis if the values span more than a factor of three; with less, its ticks would not be
+    round numbers."""
     drawn = [line.get_ydata() for line in axes.lines if len(line.get_ydata()) > 2]
     shown = np.concatenate(drawn) if drawn else np.ones(1)
     shown = shown[np.isfinite(shown)]
@@ -173,7 +174,7 @@ def set_scale(axes, logarithmic):
         axes.ticklabel_format(axis="y", scilimits=(-3, 4), useOffset=False)
         return
     axes.set_yscale("log")
-    if shown.max() < 30 * shown.min():  # too few powers of ten to go by
+    if shown.max() < 30 * shown.min():  # with so few powers of ten, more ticks are needed
         axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axes.yaxis.set_major_formatter("{x:g}")
         axes.yaxis.set_minor_formatter("")
@@ -310,7 +311,7 @@ def draw_members(axes, panel, runs, groups):
 
 
 def mean_of(curves):
-    """At the times of the shortest curve, which all reach."""
+    """Returns the mean curve at the times of the shortest curve, which all curves contain."""
     time = min((curve[0] for curve in curves), key=lambda times: times[-1])
     return time, np.mean([np.interp(time, *curve) for curve in curves], axis=0)
 
@@ -369,7 +370,7 @@ def draw_means(axes, points, name, along, others):
 
 
 def within_shares(name, values, half_widths):
-    """[2, R] how far bars go below and above; those of a share end at 0 and 1."""
+    """[2, R] lengths of the error bars below and above; those of a fraction end at 0 and 1."""
     below = above = np.array(half_widths, float)
     if name.endswith("fraction") or "_fraction_" in name:
         below, above = np.minimum(below, values), np.minimum(above, 1 - np.array(values))

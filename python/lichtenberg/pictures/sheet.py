@@ -8,11 +8,11 @@ from .drawing import INK, WARNING
 
 LEFT, TOP, BOTTOM, BETWEEN = 0.22, 0.62, 0.4, 0.35
 BAR_GAP, BAR_WIDTH, BAR_LABELS = 0.14, 0.16, 0.72
-WIDEST, TALLEST, NARROWEST = 5.0, 5.2, 3.6  # inches of a panel
+WIDEST, TALLEST, NARROWEST = 5.0, 5.2, 3.6  # size of a panel (inches)
 
 
 class Sheet:
-    """`sizes`: width and height of each panel, in any unit."""
+    """Creates the sheet. `sizes`: width and height of each panel, in any unit."""
 
     def __init__(self, sizes, with_bar):
         widest = WIDEST if len(sizes) == 1 else 4.2
@@ -38,7 +38,7 @@ class Sheet:
         return [left / self.width, bottom / self.height, w / self.width, h / self.height]
 
     def head(self, panel, title, caption, warning=""):
-        """Lines above a panel, cut where they would run out of it; returned so that they can be removed."""
+        """Draws lines of text above a panel, shortened to its width. Returns them, so that they can be removed."""
         left, column, top = self.columns[panel]
         lines = [(title, 10, 0.42), (caption, 8.5, 0.24), (warning, 8, 0.08)] if warning else [(title, 10, 0.3), (caption, 8.5, 0.1)]
         return [
@@ -50,7 +50,7 @@ class Sheet:
                 color=WARNING if words is warning else INK,
                 ha="center",
                 va="bottom",
-                parse_math=words is caption,  # a title's $ are the scene's own
+                parse_math=words is caption,  # a $ in the title of a scene is not mathematics
             )
             for words, size, above in lines
         ]

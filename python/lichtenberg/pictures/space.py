@@ -6,9 +6,9 @@ from matplotlib.collections import LineCollection, PolyCollection
 
 from .drawing import INK, InputError, in_metres
 
-TURN, RISE = np.radians(28), np.radians(18)  # of the eye about the box
-DISTANCE = 2.6  # of the eye from the middle of the box, in its longest edges
-LIGHT = np.array([-0.45, 0.65, 0.61], np.float32)  # in the picture: to the right, up, towards the eye
+TURN, RISE = np.radians(28), np.radians(18)  # direction of the eye, as angles
+DISTANCE = 2.6  # distance of the eye from the middle of the box, relative to its longest edge
+LIGHT = np.array([-0.45, 0.65, 0.61], np.float32)  # direction in the picture: right, up, towards the eye
 SIDE = (0.3, 0.3, 0.3)
 EDGE, FOG = "#4d4d4d", 0.25  # so little that a colour can still be found on its bar
 PIXELS = 1000  # of the longer side of an image
@@ -63,7 +63,7 @@ class Eye:
         return (points - self.middle) @ self.axes[:2].T * self.scale(points)[..., None]
 
     def haze(self, depth):
-        """0 at the box's nearest corner, 1 at its farthest."""
+        """Returns the relative depth: 0 at the box's nearest corner, 1 at its farthest."""
         ends = self.depth(corners(self.box))
         return np.clip((depth - ends.min()) / np.ptp(ends), 0, 1)
 
@@ -73,7 +73,7 @@ def corners(box):
 
 
 def box_edges(box):
-    """[12, 2, 3]"""
+    """[12, 2, 3] ends of the edges of the box."""
     ends = corners(box)
     return np.array([[ends[i], ends[i | 1 << k]] for i in range(8) for k in range(3) if not i >> k & 1])
 
@@ -88,7 +88,7 @@ def kept(position, cut, eye=None):
 
 
 def read_cut(text, box, unit):
-    """ "z=0.5" as (2, 0.5). Throws InputError."""
+    """Parses "z=0.5" to (2, 0.5). Throws InputError."""
     axis, _, place = text.partition("=")
     try:
         place = float(place)
@@ -104,7 +104,7 @@ def read_cut(text, box, unit):
 
 
 def nearest_at(centre, radius, depth, shape):
-    """[h, w] index of the sphere that each pixel shows, -1 for none. In pixels, from the lower left."""
+    """[h, w] index of the sphere that is visible at each pixel, -1 for none. Lengths in pixels, from the lower left."""
     height, width = shape
     image = np.full(height * width, -1, np.int32)
     order = np.argsort(-depth, kind="stable")
@@ -116,7 +116,7 @@ def nearest_at(centre, radius, depth, shape):
 
 
 def paint(image, spheres, rows, centre, radius, shape):
-    """Disks row by row; where they cover each other, the last stays."""
+    """Paints disks row by row; where they overlap, the last one is visible."""
     height, width = shape
     sphere = np.repeat(spheres.astype(np.int32), rows)
     row = np.arange(len(sphere)) - np.repeat(np.cumsum(rows) - rows, rows)
@@ -133,7 +133,7 @@ def paint(image, spheres, rows, centre, radius, shape):
 
 
 def blurred(values, reach):
-    """Means over squares of 2 reach + 1 pixels."""
+    """Returns the mean over a square of 2 reach + 1 pixels around each pixel."""
     for axis in range(2):
         padded = np.concatenate([np.repeat(values.take([0], axis), reach + 1, axis), values], axis)
         padded = np.concatenate([padded, np.repeat(values.take([-1], axis), reach, axis)], axis)
@@ -145,8 +145,8 @@ def blurred(values, reach):
 
 
 def shaded(image, centre, radius, depth, length, faces, haze):
-    """[h, w, 4] colours of an image of indices. `radius` in pixels, `depth` and `length` (the spheres' radii) in the box's
-    unit."""
+    """[h, w, 4] colours of an image of indices. `radius` in pixels; `depth` and `length` (the spheres' radii) in the
+    unit of the box."""
     colours = np.zeros((*image.shape, 4), np.float32)
     given = (centre, radius, depth, length, faces, haze)
     centre, radius, depth, length, faces, haze = (values.astype(np.float32) for values in given)
@@ -176,7 +176,7 @@ def shaded(image, centre, radius, depth, length, faces, haze):
 
 
 def halved(colours):
-    """Means of two by two pixels, for smooth rims; colours count by how much of them there is."""
+    """Returns means of two by two pixels, for smooth outlines; colours are weighted by their opacity."""
     weighted = colours.copy()
     weighted[..., :3] *= colours[..., 3:]
     small = (weighted[::2, ::2] + weighted[1::2, ::2] + weighted[::2, 1::2] + weighted[1::2, 1::2]) / 4
@@ -185,11 +185,11 @@ def halved(colours):
 
 
 def rendered(eye, position, radius, faces, pixels=PIXELS):
-    """[h, w, 4] the spheres as the eye sees them."""
-    fine = 2 * pixels / eye.size.max()  # pixels a unit of length
+    """[h, w, 4] image of the spheres seen from the eye."""
+    fine = 2 * pixels / eye.size.max()  # pixels per unit of length
     shape = tuple(2 * np.ceil(eye.size[::-1] * fine / 2).astype(int))
     depth = eye.depth(position)
-    seen = depth > 0.05 * eye.distance  # those behind the eye or before its nose are not
+    seen = depth > 0.05 * eye.distance  # spheres behind the eye or very close to it are omitted
     position, radius, faces, depth = position[seen], radius[seen], faces[seen], depth[seen]
     centre = (eye.project(position) - eye.low) * fine
     shown = np.maximum(radius * eye.scale(position) * fine, 0.8)
@@ -198,7 +198,8 @@ def rendered(eye, position, radius, faces, pixels=PIXELS):
 
 
 def draw_box(axes, eye, unit):
-    """Edges that end at the farthest corner are behind the spheres, the others before them; three have their length."""
+    """Draws the edges of the box, three with their length: those that end at the farthest corner behind the spheres,
+    the others in front of them."""
     edges = box_edges(eye.box)
     ends = corners(eye.box)
     farthest = ends[np.argmax(eye.depth(ends))]
@@ -208,7 +209,7 @@ def draw_box(axes, eye, unit):
     middle = eye.project(eye.middle[None])[0]
     for along, (start, shift) in enumerate([((0, 0, 1), (0, -1)), ((0, 0, 1), (-1, 0)), ((1, 0, 0), (1, -1))]):
         k = np.argmax(np.abs(eye.frame[along]))
-        signs = np.array(start) @ eye.frame + (np.ones(3) - start) @ -eye.frame  # 1: the far end of an axis, -1: 0
+        signs = np.array(start) @ eye.frame + (np.ones(3) - start) @ -eye.frame  # sign along each axis: 1 for its far end, -1 for 0
         place = np.where(signs > 0, eye.box, 0)
         place[k] = eye.box[k] / 2
         x, y = eye.project(place[None])[0]

@@ -7,7 +7,7 @@ from matplotlib.ticker import NullFormatter
 
 from .drawing import plt, read_json, save, set_style
 
-# Distinct also to the colour-blind (Okabe & Ito).
+# Distinguishable by colour-blind people (Okabe & Ito).
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c8c8c"]
 DASHES = ["-", "--", ":", "-."]
 FOUND = ["#08519c", "#9ecae1"]
@@ -18,7 +18,7 @@ def numbers(values):
 
 
 def in_symbols(unit):
-    """m0 v0^2 as mathematics."""
+    """Formats a unit such as m0 v0^2 as mathematics."""
     return "$" + re.sub(r"([a-z])_?0", r"\1_0", unit).replace(" ", r"\,") + "$"
 
 
@@ -27,7 +27,7 @@ def with_unit(label, unit):
 
 
 def colour_of(labels):
-    """A colour a label, in the order in which they come: curves of one label belong together."""
+    """Returns one colour per label, in the order of their first use: curves with the same label belong together."""
     return {label: COLOURS[k % len(COLOURS)] for k, label in enumerate(dict.fromkeys(labels))}
 
 
@@ -57,7 +57,7 @@ def set_scales(axes, table, panel):
     if panel["logarithmic"] and (drawn > 0).any():
         axes.set_yscale("log")
         lowest = drawn[drawn > 0].min()
-        if drawn.max() < 1.2 * lowest:  # without ticks of its own
+        if drawn.max() < 1.2 * lowest:  # a logarithmic axis has no ticks in such a short range
             axes.set_yscale("linear")
         elif drawn.max() > 30 * lowest:
             axes.yaxis.set_minor_formatter(NullFormatter())
@@ -85,7 +85,7 @@ def draw_map(figure, axes, maps, field):
 
 
 def draw_maps(figure, all_maps):
-    """A row an instant, a column a field."""
+    """Draws fields: one row per instant, one column per field."""
     for part, maps in zip(np.atleast_1d(figure.subfigures(len(all_maps), 1)), all_maps):
         part.suptitle(f"{maps['title']}, lengths in $l_0$", fontsize=8)
         grid = part.subplots(1, len(maps["fields"]))

@@ -9,7 +9,7 @@ from matplotlib.ticker import LogFormatterSciNotation
 
 from .drawing import INK, plt, read_json, save, set_style
 
-# Distinct also to the colour-blind (Okabe & Ito); a method's line has the style of its family.
+# Distinguishable by colour-blind people (Okabe & Ito); the line style of a method is that of its family.
 STYLES = {
     "cut-cell": ("#0072b2", "o-"),
     "cut-cell-plain": ("#56b4e9", "o--"),
@@ -58,7 +58,7 @@ ERRORS = {"rms force": "rms error of forces", "largest force": "largest error of
 
 
 def front(points):
-    """The pairs (error, cost) that no other one beats in both, in ascending order of error."""
+    """Returns the pairs (error, cost) for which no other pair is better in both, in ascending order of error."""
     best = []
     for error, cost in sorted(points):
         if not best or cost < best[-1][1]:
@@ -77,7 +77,7 @@ def draw_method(axes, name, points):
 
 
 def draw_panel(axes, sweep, quantity, cost):
-    """Returns the lines, by method."""
+    """Returns the drawn lines, by method."""
     lines = {}
     for name in sweep["methods"]:
         points = [
@@ -89,7 +89,8 @@ def draw_panel(axes, sweep, quantity, cost):
             lines[name] = draw_method(axes, name, points)
     axes.set(xscale="log", yscale="log", xlabel=ERRORS.get(quantity, f"error of the {quantity}"))
     axes.grid(True, which="major", linewidth=0.3)
-    axes.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2, 0.5)))  # less than two decades have more
+    # Axes of less than two decades have more ticks.
+    axes.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2, 0.5)))
     axes.tick_params(which="minor", length=0)
     return lines
 
@@ -111,7 +112,7 @@ def footnote(sweep):
 
 
 def draw(sweep):
-    """The whole picture, as a figure."""
+    """Draws the whole picture as a figure."""
     set_style()
     plt.rcParams.update({"font.size": 8, "savefig.dpi": 160})
     wanted = panels(sweep)
@@ -132,7 +133,7 @@ def draw(sweep):
             axes.tick_params(which="both", labelleft=False)
         else:
             axes.set_ylabel(labels[cost])
-    row[0].invert_xaxis()  # and with it all that share it
+    row[0].invert_xaxis()  # also sets all axes that share it
     legend.axis("off")
     handles = [lines[name] for name in sweep["methods"] if name in lines]
     legend.legend(handles=handles, loc="upper left", frameon=False, borderaxespad=0)

@@ -134,7 +134,7 @@ def main():
     slope_of_d = np.polyfit(np.log(GAPS[3:]), np.log(np.interp(GAPS[3:], gap, spheres)), 1)[0]
     save_claims("figure_4_3", [
         claim("R_E ~ voltage^p: p", "D 4.7", (-2, exponent_error), float(f"{exponent:.4g}")),
-        claim("R_E of the shuttle without inertia, worst beside exact two-dimensional theory", "D 4.6, in its kind",
+        claim("R_E of the shuttle without inertia, largest deviation from exact two-dimensional theory", "D 4.6, in its kind",
               "equal", f"{100 * off.max():.1f} %",
               "agrees within " + f"{100 * allowed.min():.1g} to {100 * allowed.max():.1g} % (grid, frames, position tolerance)"
               if np.all(off < allowed) else "differs by more than grid, frames and position tolerance allow"),

@@ -51,7 +51,7 @@ def main():
         claim("y_max over the linear law near 10 kV", "D 4.16", 1,
               (largest[-1] / (slope * volts[-1]), allowed),
               note="superlinear before it breaks: the bent wire is longer, its gaps wider, its tension less"),
-        claim("y_max / V (mm/kV)", "D 4.16, corrected B: tension at all places, or shared by them",
+        claim("y_max / V (mm/kV)", "D 4.16, corrected B: tension at all positions, or divided among them",
               " or ".join(f"{1e6 * value:.2g}" for value in per_volt), float(f"{1e6 * slope:.3g}"),
               side(slope, per_volt),
               "in two dimensions the wire screens itself from the transverse field" if slope < min(per_volt) else ""),

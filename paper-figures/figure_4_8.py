@@ -114,7 +114,7 @@ def main():
         claim("critical field from 4.21 as printed (kV/m)", "D 4.21", (334, 0.5),
               float(f"{1e-3 * theory['printed_critical_field']:.3g}"),
               note="does not follow from the printed parameters"),
-        claim("critical field, corrected (kV/m): tension of the mean gap, of the whole gap, of it shared by 26 places",
+        claim("critical field, corrected (kV/m): tension of the mean gap, of the whole gap, of it divided among 26 positions",
               "D 4.20, experiment 8.5 kV over 20 mm", 425, ", ".join(f"{field:.3g}" for field in corrected),
               f"the nearest differs by {100 * (nearest / 425 - 1):+.2g} %"),
         *resistance_claims(low, ohms[gone]),

@@ -30,7 +30,7 @@ def requested(description):
     parser.add_argument("--build", type=Path, default=figures.SOURCE / "build", help="folder of the built programs")
     parser.add_argument("--results", type=Path, default=figures.OUTPUT, help="folder of the runs that figures share")
     parser.add_argument("--full", action="store_true", help="the source's size, where it can be on a CUDA device")
-    parser.add_argument("--seeds", type=int, help="runs of each gas (default: what an hour is enough for)")
+    parser.add_argument("--seeds", type=int, help="runs of each gas (default: as many as an hour permits)")
     parser.add_argument("--processes", type=int, default=os.cpu_count(), help="runs at a time")
     asked = parser.parse_args()
     asked.program = asked.build.resolve() / "lichtenberg"

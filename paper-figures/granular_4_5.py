@@ -114,7 +114,7 @@ def claims(z):
         claim("charged: z of the number mean of bound aggregates, K Q^2 = 5e-4, t = 50 ... 100 and 100 ... 150; 2e-5, "
               "150 ... 290", "G 4.10", "1.49", all_in_words(late),
               "agrees within .2" if within(late, 1.29, 1.69) else "differs",
-              "this mean, not S, has what comes near a plateau; in the weaker gas it still rises"),
+              "this mean, not S, nearly has a plateau; in the weaker gas it still rises"),
         claim("threshold: z of S, cells of 2, 4 grains or 6, K Q^2 = 5e-4, t = 50 ... 100", "G, footnote 4.1",
               "does not matter", all_in_words(thresholds),
               "differs" if apart(*thresholds) or ranged(edges) else "agrees within the intervals",

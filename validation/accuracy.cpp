@@ -171,7 +171,7 @@ void ask(Report& report, const std::string& what, const std::vector<Trial>& tria
 
 int validate(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
-  Report report("Accuracy asked for: realised error over asked");
+  Report report("Requested accuracy: realised error over requested error");
 
   const std::vector<Trial> random = random_trials(all ? 400 : 24);
   report.section("random disks, grids of at most 1024 cells a side");

@@ -175,7 +175,8 @@ class Rows {
   void add(const std::string& method, int seed, double asked, double error) {
     row(method, seed).ratio.add(error / asked, static_cast<std::uint64_t>(seed));
     if (!(error <= asked))
-      fmt::print("seed {}: {} asked for {:g} has {:.3g} times that\n", seed, method, asked, error / asked);
+      fmt::print("seed {}: {} with a requested error of {:g} has {:.3g} times that error\n", seed, method, asked,
+                 error / asked);
   }
   void add_refusal(const std::string& method, int seed) { ++row(method, seed).refused; }
   /// Prints the rows. Cut cells may refuse an accuracy, because their grids are bounded here.
@@ -235,13 +236,13 @@ void ask_in_space(Rows& rows, int seed) {
 int validate(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
   const int from = argc > 2 ? std::atoi(argv[1]) : 0, to = argc > 2 ? std::atoi(argv[2]) : all ? 500 : 30;
-  Report report("Random scenes: realised error over the accuracy asked");
+  Report report("Random scenes: realised error over requested error");
   Rows rows;
   for (int seed = from; seed < to; ++seed) {
     ask_in_plane(rows, seed);
     ask_in_space(rows, seed);
   }
-  report.section("realised over asked");
+  report.section("realised over requested error");
   rows.print(report);
   return report.exit_status();
 }

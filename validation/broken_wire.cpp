@@ -118,7 +118,7 @@ void tensions(Report& report, int cells) {
 
 int validate(int argc, char** argv) {
   const int cells = asked_for_long(argc, argv) ? 672 : 168;
-  Report report("The broken wire: forces from the field, averaged over the places of the gap");
+  Report report("The broken wire: forces from the field, averaged over the positions of the gap");
   transverse_forces(report, cells);
   tensions(report, cells);
   return report.exit_status();

@@ -395,7 +395,7 @@ def main():
     parser.add_argument("--readers", type=int, default=1, help="of each file")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--keep", help="folder for the files that a reader fails on")
-    parser.add_argument("--no-segments", action="store_true", help="leave out results whose frames stand beside them")
+    parser.add_argument("--no-segments", action="store_true", help="omit results with frames in separate files")
     request = parser.parse_args()
     os.environ["HDF5_USE_FILE_LOCKING"] = "FALSE"
     if request.keep:

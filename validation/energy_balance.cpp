@@ -134,19 +134,20 @@ Rest run(Report& report, int cells, double position_tolerance) {
                              counters.field_solves, counters.contacts_made));
   report.at_least("contacts made (or nothing was tested)", static_cast<double>(counters.contacts_made), 4);
   const auto share = [&](const std::string& what, double joule) {
-    report.at_most(what + ", fraction of what was supplied", joule / flows.supplied(), {});
+    report.at_most(what + ", fraction of the supplied energy", joule / flows.supplied(), {});
   };
   share("heat in the resistor", flows.series_resistors);
   share("heat in the fluid by leakage", flows.leakage);
   share("sparks", flows.sparks);
   share("drag", flows.drag);
-  report.at_most("energy left over, fraction of what was supplied", worst / flows.supplied(),
+  report.at_most("residual of the energy balance, fraction of the supplied energy", worst / flows.supplied(),
                  (static_cast<double>(counters.steps) * step + field) / flows.supplied(),
                  fmt::format("of it by the field's solver {:.2g}", field / flows.supplied()));
   report.at_most("the same, with the bound of a run's summary", worst / flows.supplied(),
                  analysis::allowed_energy_imbalance(scene));
   const double balance = frame.charge_held + frame.charge_drained + frame.charge_leaked;
-  report.at_most("held + drained + leaked, fraction of what leaked", std::abs(balance / frame.charge_leaked), 1e-12);
+  report.at_most("stored + drained + leaked, fraction of the leaked charge", std::abs(balance / frame.charge_leaked),
+                 1e-12);
   return {static_cast<double>(counters.steps), field / flows.supplied(), worst / flows.supplied()};
 }
 

@@ -118,7 +118,7 @@ void haff(Report& report, bool all) {
 // Equal charges.
 
 void monopolar(Report& report, bool all) {
-  report.section("all charges alike: T(t) with U_eff = U (1 - c phi^(1/3)) fitted");
+  report.section("identical charges: T(t) with U_eff = U (1 - c phi^(1/3)) fitted");
   Scene scene = read_scene(source_folder() + "/scenes/monopolar.toml");
   scene.mechanics.threads = 1;
   Run run(scene);
@@ -176,17 +176,16 @@ Book charged_run(double end, double accuracy, double step, int contact_steps) {
 }
 
 void books(Report& report, bool all) {
-  report.section("energy book of a charged gas that cools from T = 10 to t = 10, K Q^2 = 5e-5");
+  report.section("energy balance of a charged gas that cools from T = 10 to t = 10, K Q^2 = 5e-5");
   constexpr double asked = 1e-3;
   const Book as_asked = charged_run(10, asked, 0.05, contact_steps_for(asked));
-  report.at_most("as many steps of contacts as 1e-3 asks for, warm-up: change over kinetic energy", as_asked.warm_up,
-                 asked);
-  report.at_most("left over, of what was dissipated", std::abs(as_asked.after), asked);
+  report.at_most("contact steps for an accuracy of 1e-3, warm-up: change over kinetic energy", as_asked.warm_up, asked);
+  report.at_most("residual, fraction of the dissipated energy", std::abs(as_asked.after), asked);
   // Second order in the step: 1/8 of the previous error.
   constexpr int usual = 45;
   const Book book = charged_run(10, asked, 0.05, usual);
   report.at_most("45 steps a contact, warm-up: change over kinetic energy", book.warm_up, 1e-4);
-  report.at_most("left over, of what was dissipated", std::abs(book.after), 1e-4);
+  report.at_most("residual, fraction of the dissipated energy", std::abs(book.after), 1e-4);
   report.at_most("momentum over thermal momentum", book.momentum, 1e-10);
   if (!all) return;
   const auto show = [&](const std::string& what, const Book& b) {

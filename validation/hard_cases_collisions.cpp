@@ -133,8 +133,10 @@ void with_a_field(Report& report) {
     report.at_most(name_of(coupling) + ": gap at the end, where it was",
                    std::abs(norm(frame.position[1] - frame.position[0]) - 2 * radius - way) / way,
                    3 * 400 * error_a_step(scene, 10));
-    report.at_most(name_of(coupling) + ": contacts made, beside one", std::abs(counters.contacts_made - 1.0), 0);
-    report.at_most(name_of(coupling) + ": contacts lost, beside one", std::abs(counters.contacts_lost - 1.0), 0);
+    report.at_most(name_of(coupling) + ": contacts made, deviation from one", std::abs(counters.contacts_made - 1.0),
+                   0);
+    report.at_most(name_of(coupling) + ": contacts lost, deviation from one", std::abs(counters.contacts_lost - 1.0),
+                   0);
     report.at_most(name_of(coupling) + ": charges, which the contact makes equal",
                    std::abs(frame.charge[0] - frame.charge[1]) / 1e-12, 1e-15);
   }

@@ -152,7 +152,7 @@ void thousand_bounces_in_the_field(Report& report, int contacts) {
   const Counters& c = simulation.counters();
   const std::string name = fmt::format("cut-cell field, {} contacts in {:.3g} s: ", c.contacts_made, time);
   const double carried = std::abs(simulation.now().charge[0]);
-  report.at_least(name + "as many as asked for", static_cast<double>(c.contacts_made), contacts);
+  report.at_least(name + "number of contacts, at least that required", static_cast<double>(c.contacts_made), contacts);
   report.at_most(name + "imbalance, fraction of its charge", bounces.unbalanced / carried, 1e-12);
   report.at_most(name + "frames with impossible counts", bounces.miscounted, 0);
   // The force on the grid varies from cell to cell, 54 on the path: four solves each, and 20 as above.
@@ -247,7 +247,7 @@ void turn_back(Report& report, FieldCoupling coupling, double largest_step) {
       static_cast<double>(coupling == FieldCoupling::split ? simulation.counters().steps : frame.field_solves);
   report.at_most(name + "energy, fraction", std::abs(energy - at_first) / (mass * speed * speed),
                  n * 2 * d * strength / radius / (mass * speed * speed));
-  report.at_least(name + "gap, or it never turned, R", gap / radius, 10);
+  report.at_least(name + "gap, or no reversal, R", gap / radius, 10);
 }
 
 // ---- one that is faster than all others
@@ -297,7 +297,7 @@ void struck(Report& report, FieldCoupling coupling) {
   scene.conductors[2].charge = 3e-12;
   Simulation simulation(scene, no_forces());
   simulation.advance_to(0.03);
-  report.at_most(name_of(coupling) + ": charge left on one flown past, beside a third",
+  report.at_most(name_of(coupling) + ": charge left on a sphere flown past, deviation from a third",
                  std::abs(simulation.now().charge[2] / 3e-12 - 1.0 / 3), 1e-15);
 }
 
@@ -333,7 +333,7 @@ int validate(int argc, char** argv) {
     for (const double last_gap : {radius, 0.1 * radius, 0.01 * radius})
       for (const Fall& fall : {Fall{"in oil", true, 0.1}, Fall{"no drag", false, 0.1}, Fall{"long steps", false, 100}})
         collapse(report, fall, coupling, last_gap);
-  report.section("What turns back before contact: like charges, thrown at each other");
+  report.section("Reversal before contact: like charges with velocities towards each other");
   for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic})
     for (const double largest_step : {0.1, 100.0}) turn_back(report, coupling, largest_step);
   for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic}) trap(report, coupling);

@@ -86,7 +86,7 @@ void sums(Report& report) {
   }
   double worst = 0;
   for (const double e : energies) worst = std::max(worst, std::abs(e / -2.8372974794806195 - 1));
-  report.at_most("a lone charge in its background, any splitting", worst, 1e-12);
+  report.at_most("an isolated charge in its background, any splitting", worst, 1e-12);
 
   // Net force: spreading and interpolation with equal splines leave rounding, 1e-16 of the root sum of N terms.
   Scene scene = viscoelastic(20);
@@ -225,7 +225,7 @@ void held_forces(Report& report) {
       damped = std::max(damped, std::abs(change_of(pair, 27.7, part)));
     }
     report.at_most(fmt::format("K q^2 = {:g}, elastic, steps up to a quarter", attraction), elastic, pair.bound());
-    report.at_most("  damped, with what is booked", damped, pair.bound());
+    report.at_most("  damped, with the recorded dissipation", damped, pair.bound());
     report.at_most("  elastic, 1.25 periods, which are refused", change_of(pair, 0, 1.25), std::nullopt);
   }
 }
@@ -260,14 +260,15 @@ void cluster_at_rest(Report& report) {
   // grain and step. With F' = 2 F = 2.4 and v = 3 this is at most 4e-4 of energies of 1, with either sign; twice that
   // for twelve grains.
   report.at_most("largest rise of the energy between two looks", rise, 1e-3);
-  report.at_most("left over of the book, of what was dissipated", gas_cases::left_over(end, start), 1e-3);
+  report.at_most("residual of the energy balance, fraction of the dissipated energy", gas_cases::left_over(end, start),
+                 1e-3);
   // A cluster that rotates as a whole, due to nearest images, is not damped. Other motion is sliding of grains along
   // each other by a, bound by k = F / d. They lose energy through the contact's curvature, v_n = v a / d: E' = -D
   // sqrt(xi) <v^2 a^2> = -D sqrt(xi) E^2 / (2 k) per mode. So E = 2 k / (D sqrt(xi) t), half of it kinetic, in two
   // modes per grain. F = K q q' = E xi^(3/2) is the force of the central grain on another.
   const double force = 0.1 * 12, overlap = std::pow(force / 278.6, 2.0 / 3);
   report.at_most("clusters", static_cast<double>(gas_cases::clusters(run.gas).number), 1);
-  report.at_most("kinetic energy at t = 100, less that of turning", end.kinetic - turning_energy(run.gas.bodies()),
+  report.at_most("kinetic energy at t = 100, without that of rotation", end.kinetic - turning_energy(run.gas.bodies()),
                  24 * force / (27.7 * std::sqrt(overlap) * 100));
   report.at_most("steps of contacts in a step, on average",
                  static_cast<double>(run.gas.contact_steps) / static_cast<double>(run.gas.steps), 5);
@@ -290,7 +291,8 @@ void to_one_cluster(Report& report, bool all) {
       fmt::format("{} charged grains cool from T = 10 to rest in one cluster, {:.2g} steps, {:.2g} of contacts", n,
                   static_cast<double>(run.gas.steps), static_cast<double>(run.gas.contact_steps)));
   const granular::GasEnergy now = run.gas.energy();
-  report.at_most("left over of the book, of what was dissipated", gas_cases::left_over(now, start), 1e-3);
+  report.at_most("residual of the energy balance, fraction of the dissipated energy", gas_cases::left_over(now, start),
+                 1e-3);
   report.at_least("grains in the largest cluster", largest(), static_cast<double>(n));
   // No bound: a cluster as large as the box has more and slower soft modes than that of cluster_at_rest.
   report.at_most("kinetic energy, of that at the start", now.kinetic / (1.5 * 10 * static_cast<double>(n)),

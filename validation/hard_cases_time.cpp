@@ -236,7 +236,8 @@ void sides(Report& report, const std::string& way) {
     const ConductorFrame frame = simulation.now();
     const std::string name = fmt::format("{}, box with grounded sides, {:g} : {:g}: ", way, v.x, v.y);
     const double made = static_cast<double>(simulation.counters().contacts_made);
-    if (v.x != v.y) report.at_most(name + "contacts beside the count", std::abs(made - hits(v.x) - hits(v.y)), 0);
+    if (v.x != v.y)
+      report.at_most(name + "contacts, deviation from the expected number", std::abs(made - hits(v.x) - hits(v.y)), 0);
     report.at_most(name + "charge left", std::abs(frame.charge[0]), 0);
     // At most 29 collisions with at most 400 steps of 1e-6 each (hard_cases_collisions).
     report.at_most(name + "energy", std::abs(norm2(frame.velocity[0]) / norm2(v) - 1), 2 * 29 * 400e-6);
@@ -343,7 +344,7 @@ int validate(int argc, char** argv) {
     // The gap of 0.1 mm is crossed in 1 ms; the overlap is largest half a millisecond later.
     resumed(report, way, colliding(), 1.5e-3, 5e-3, "in a collision");
     resumed(report, way, colliding(), 0.7e-3, 5e-3, "in electrical contact");
-    resumed(report, way, crowd(), 0.05, 0.1, "in a crowd");
+    resumed(report, way, crowd(), 0.05, 0.1, "in a dense system");
   }
   crowds(report, "split", all ? 100 : 10, 1);
   crowds(report, "euler", all ? 20 : 2, 0.3);

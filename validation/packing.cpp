@@ -135,7 +135,7 @@ Spread ratios(int dimension, bool second) {
 }
 
 void check_derivatives(Report& report) {
-  report.section("Derivatives beside central differences: difference over its bound (truncation and rounding)");
+  report.section("Derivatives compared with central differences: difference over its bound (truncation and rounding)");
   for (const int dimension : {2, 3}) {
     report.at_most(fmt::format("forces and slopes of the energy, {}D", dimension), ratios(dimension, false), 1);
     report.at_most(fmt::format("their derivatives and slopes of the forces, {}D", dimension), ratios(dimension, true),
@@ -197,7 +197,7 @@ void check_reference(Report& report) {
     expected.push_back({std::min(a, b), std::max(a, b)});
   }
   std::ranges::sort(expected);
-  report.section("100 disks by gradient descent, beside an independent gradient flow");
+  report.section("100 disks by gradient descent, compared with an independent gradient flow");
   // Net forces of at most 1e-10 / 1.06 on each of 100 disks with a curvature of at least 1e-3: |dx| <= 10 * 1e-10 /
   // 1e-3. The energy error is half of 10 * 1e-10 times that, less than its rounding.
   report.at_least("smallest eigenvalue of the Hessian, k / m^2", smallest_eigenvalue(r), 1e-3);
@@ -230,7 +230,8 @@ void check_every_method(Report& report, int dimension, int count, double filled)
     int held = 0;
     for (const analysis::PackingContact& c : p.contacts)
       held += !p.rattler[c.particle] && !(c.partner < count && p.rattler[c.partner]);
-    report.at_least("  contacts of the backbone over its ways to move", held / (double(dimension) * backbone), 1.0);
+    report.at_least("  contacts of the backbone over its degrees of freedom", held / (double(dimension) * backbone),
+                    1.0);
     report.at_least("  smallest eigenvalue of the Hessian, k / R^2", smallest_eigenvalue(r), 0.0);
   }
 }

@@ -63,7 +63,7 @@ void constants(Report& report) {
                  relative(2 * by_ewald(charge).energy, -2.8372974794806195), rounding);
   Crowd dipole = lattice(1, {{0.1, 0.2, 0.3}}, {0});
   dipole.dipole = {0, 0, 1};
-  report.at_most("a lone dipole's own field, 4 pi / 3", relative(by_ewald(dipole).field[2], 4 * pi / 3), rounding);
+  report.at_most("an isolated dipole's own field, 4 pi / 3", relative(by_ewald(dipole).field[2], 4 * pi / 3), rounding);
 }
 
 std::vector<double> numbers(const nlohmann::json& texts) {
@@ -167,7 +167,7 @@ Crowd cluster(double length) {
 }
 
 void accuracy(Report& report) {
-  report.section("largest field error over the one asked for, in units of q / d^2");
+  report.section("largest field error over the requested error, in units of q / d^2");
   for (const bool clustered : {false, true}) {
     const Crowd crowd = clustered ? cluster(12) : random_crowd(150, {12, 12, 12}, 1, false, 21);
     const Response exact = by_ewald(crowd, 1e-15);

@@ -206,8 +206,7 @@ void compare_sums(const ChargedGas& gas, std::uint64_t seed, SumErrors& errors) 
 }
 
 void sums(Report& report, std::uint64_t first, int count) {
-  report.section(
-      fmt::format("sums of {} random gases of charges: error of forces over the one that was asked for", count));
+  report.section(fmt::format("sums of {} random gases of charges: error of forces over the requested error", count));
   SumErrors errors{.cases = count};
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     Dice dice(seed);

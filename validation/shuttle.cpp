@@ -166,7 +166,7 @@ void voltage(Report& report) {
   }
   // Two values, a factor 4 apart, each with an error of at most `seen`. Otherwise the scenes differ only by units,
   // except for the position tolerance, which has no effect.
-  report.at_most("exponent of R_E ~ V^-p, beside 2", std::abs(order(voltages, resistances) - 2),
+  report.at_most("exponent of R_E ~ V^-p, deviation from 2", std::abs(order(voltages, resistances) - 2),
                  2 * (seen + 1e-3) / std::log(4.0));
 }
 

@@ -136,7 +136,7 @@ void compare(Report& report, double gap, int scenes, const std::vector<double>& 
   }
   for (const double accuracy : accuracies) {
     const Row& row = rows[accuracy];
-    report.section(fmt::format("gaps of {:g} R, asked {:g}: {} iterations", gap, accuracy, row.iterations));
+    report.section(fmt::format("gaps of {:g} R, requested error {:g}: {} iterations", gap, accuracy, row.iterations));
     report.at_most("potentials", row.potential.largest, 1, row.potential.note());
     report.at_most("charges", row.charge.largest, 1, row.charge.note());
     report.at_most("forces", row.force.largest, most_of_forces, row.force.note());
@@ -147,7 +147,7 @@ void compare(Report& report, double gap, int scenes, const std::vector<double>& 
 
 int validate(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
-  Report report("Errors of spheres in space over the accuracy that was asked for");
+  Report report("Errors of spheres in space over the requested error");
   for (const double gap : gaps)
     compare(report, gap, all ? 12 : 2, all ? std::vector{1e-2, 1e-3, 1e-4} : std::vector{1e-2, 1e-3});
   return report.exit_status();

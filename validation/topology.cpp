@@ -148,7 +148,7 @@ RandomTrees trees_on_torus(int points, int samples, double spacing, UniformRando
 }
 
 void report_checks(Report& report, const Checks& checks) {
-  report.section("Minimum spanning trees of uniform points on a torus: what must be so");
+  report.section("Minimum spanning trees of uniform points on a torus: necessary properties");
   const auto off = [&](const std::string& what, const Mean& found, double exact) {
     report.at_most(fmt::format("{}, {:.5f} for {:.5f}: s.e. off", what, found.value(), exact),
                    std::abs(found.value() - exact) / found.error(), sure);
@@ -234,7 +234,7 @@ void report_hard_core(Report& report, bool large, const TreeFractions& uniform) 
   print_fractions("first instants of the dendrite", start);
   for (const auto& [name, source, error] :
        {std::tuple{"7.16", source_f, source_f_error}, std::tuple{"7.10", experiment_f, experiment_f_error}}) {
-    print_claims(fmt::format("D {} beside the trees of points that keep the dendrite's distance", name));
+    print_claims(fmt::format("D {} compared with trees of points that have at least the dendrite's spacing", name));
     for (int j = 1; j <= 4; ++j) claim(fmt::format("f_{}", j), source[j], error[j], like.fractions.degree[j]);
   }
   report.section("Degrees depend on how the points are distributed");
@@ -246,7 +246,7 @@ void report_hard_core(Report& report, bool large, const TreeFractions& uniform) 
 }
 
 void report_strahler(const TreeFractions& uniform) {
-  print_claims("D 7.18 (experiments) beside minimum spanning trees of many uniform points");
+  print_claims("D 7.18 (experiments) compared with minimum spanning trees of many uniform points");
   for (int j = 1; j <= 3; ++j)
     claim(fmt::format("sigma_{} / N", j), experiment_sigma[j], experiment_sigma_error[j], uniform.strahler[j]);
   fmt::print("Horton's law of stream numbers: streams of order j for one of order j + 1\n");

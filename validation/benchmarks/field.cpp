@@ -237,7 +237,7 @@ int main(int argc, char** argv) {
   double seconds = 20;
   std::vector<int> threads{1, 2};
   bool multigrid_only = false;
-  CLI::App app("Times field solves: set-up and solve apart, several sizes, beside other solvers");
+  CLI::App app("Times field solves of several sizes, set-up and solve separately, and compares other solvers");
   app.add_option("--sizes", sizes, "cells along a side")->delimiter(',');
   app.add_option("--threads", threads, "of the multigrid solver")->delimiter(',');
   app.add_flag("--multigrid-only", multigrid_only, "leave out the other methods");

@@ -80,7 +80,7 @@ def main():
     parser.add_argument("--program", type=Path, default=Path("build/lichtenberg"))
     parser.add_argument("--scene", type=Path, default=Path("scenes/granular-gas.toml"))
     parser.add_argument("--polarized", type=Path, default=Path("scenes/polarized-gas.toml"))
-    parser.add_argument("--seconds", type=float, default=10, help="what is expected to take longer is left out")
+    parser.add_argument("--seconds", type=float, default=10, help="longest expected time (s) of a measurement; longer ones are omitted")
     parser.add_argument("--folder", type=Path, help="where the figures stay")
     parser.add_argument("--draw", type=Path, help="figures that were kept: nothing is measured")
     parser.add_argument("--out", type=Path, required=True, help="picture to write")

@@ -254,7 +254,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--program", default="build/lichtenberg", help="the built program")
     parser.add_argument("--grains", default="8516,50016", help="numbers of grains")
-    parser.add_argument("--accuracy", type=float, default=1e-4, help="asked of both")
+    parser.add_argument("--accuracy", type=float, default=1e-4, help="accuracy of the forces of both programs")
     parser.add_argument("--steps", type=int, default=100, help="timed, of contacts")
     parser.add_argument("--every", type=int, default=1, help="steps of contacts from one force of charges to the next")
     parser.add_argument("--contacts", action="store_true", help="without charges")

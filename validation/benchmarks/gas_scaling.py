@@ -124,7 +124,7 @@ def main():
     parser.add_argument("--program", type=Path, default=Path("build/benchmark_gas"))
     parser.add_argument("--lichtenberg", type=Path, default=Path("build/lichtenberg"), help="of which LAMMPS gets its places")
     parser.add_argument("--grains", default="1000,10000,100000,1000000", help="even numbers")
-    parser.add_argument("--accuracy", type=float, default=1e-4, help="of forces, asked of both")
+    parser.add_argument("--accuracy", type=float, default=1e-4, help="accuracy of the forces of both programs")
     parser.add_argument("--lammps-up-to", type=int, default=0, help="grains; 0: without LAMMPS")
     parser.add_argument("--cutoff", type=float, default=6, help="of LAMMPS")
     parser.add_argument("--device", type=Path, help="figures of a device")

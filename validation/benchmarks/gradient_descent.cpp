@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
   int cells = 512;
   std::vector<int> conductors{2, 8, 32, 100, 324};
   double seconds = 20;
-  CLI::App app("What a digit costs: gradient descent of the potentials beside the direct solve");
+  CLI::App app("Cost of a digit: gradient descent of the potentials, compared with the direct solve");
   app.add_option("--cells", cells, "along a side");
   app.add_option("--conductors", conductors, "numbers of them")->delimiter(',');
   app.add_option("--seconds", seconds, "a descent may take");

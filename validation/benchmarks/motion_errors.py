@@ -31,7 +31,7 @@ def read_request():
     parser.add_argument("--starts", default="0.3:1.6:14", help="first instant, last and number (s)")
     parser.add_argument("--time", type=float, default=0.1, help="s, from each start")
     parser.add_argument("--tolerance", type=float, default=7.75e-7, help="m, mechanics.position_tolerance")
-    parser.add_argument("--exact", type=float, default=7.75e-8, help="m, the tolerance of what runs are compared with")
+    parser.add_argument("--exact", type=float, default=7.75e-8, help="position tolerance of the reference runs (m)")
     parser.add_argument("--program", type=Path, default=PROGRAM)
     parser.add_argument("--against", type=Path, help="another program")
     return parser.parse_args()

@@ -223,7 +223,7 @@ void compare(const ParticlePacking& packing, const std::string& kind, int repeat
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App program("What the resistance of a packing costs");
+  CLI::App program("Cost of the resistance of a packing");
   std::vector<int> sizes = {10000, 100000, 1000000};
   std::uint64_t seed = 1;
   int repeats = 3;

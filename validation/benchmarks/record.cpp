@@ -103,7 +103,7 @@ int main(int argc, char** argv) {
   std::size_t particles = 1000000;
   int frames = 100;
   std::string folder = ".";
-  CLI::App program("What a frame costs to record");
+  CLI::App program("Cost of recording a frame");
   program.add_option("--particles", particles);
   program.add_option("--frames", frames);
   program.add_option("--folder", folder, "where the result is written, and removed");

@@ -75,8 +75,8 @@ void compare(granular::Gas& gas, granular::device::DeviceGas& device) {
   device.store(found);
   const Checkpoint cpu = gas.save();
   fmt::print(
-      "after a step of {:.4f}: places differ by {:.1e} rms, momenta by {:.1e}, of changes of {:.1e} and {:.1e}; "
-      "{} and {} contacts, {} and {} collisions\n",
+      "after a step of {:.4f}: positions differ by {:.1e} rms, momenta by {:.1e}, of changes of {:.1e} and {:.1e}; {} "
+      "and {} contacts, {} and {} collisions\n",
       end, rms(found.reals["position"], cpu.reals.at("position")),
       rms(found.reals["momentum"], cpu.reals.at("momentum")), rms(start.reals.at("position"), cpu.reals.at("position")),
       rms(start.reals.at("momentum"), cpu.reals.at("momentum")), found.integers["contact_pairs"].size() / 3,
@@ -120,8 +120,8 @@ void measure(granular::Gas& gas, granular::device::DeviceGas& device, const Opti
   gas.restore(end);
   const granular::GasEnergy after = gas.energy();
   fmt::print(
-      "energy: kinetic {:.6g}, potential {:.6g}, dissipated {:.6g}, exchanged {:.6g}: off by {:.1e} of what was "
-      "dissipated; run again, {} bits\n",
+      "energy: kinetic {:.6g}, potential {:.6g}, dissipated {:.6g}, exchanged {:.6g}: error {:.1e} of the dissipated "
+      "energy; run again, {} bits\n",
       after.kinetic, after.potential, after.dissipated, after.exchanged,
       (after.total() - before.total()) / after.dissipated, same ? "the same" : "OTHER");
   if (options.polarizability > 0)
@@ -137,7 +137,8 @@ int main(int argc, char** argv) {
   CLI::App app("Times a gas of grains on a CUDA device and compares it with the CPU's");
   app.add_option("scene", options.scene, "scene file")->required();
   app.add_option("--temperature", options.temperature, "at the start; the scene's if not given");
-  app.add_option("--charge", options.charge, "grains have plus and minus so much; the scene's if not given");
+  app.add_option("--charge", options.charge,
+                 "magnitude of the grains' charges, which have both signs (default: the scene's)");
   app.add_option("--step", options.step, "mechanics.step");
   app.add_option("--accuracy", options.accuracy, "effects.coulomb.accuracy");
   app.add_option("--polarizability", options.polarizability, "of induced dipoles; none if not given");

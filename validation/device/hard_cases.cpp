@@ -86,7 +86,7 @@ void to_one_cluster(Report& report) {
       fmt::format("{} charged grains cool from T = 10 to rest in one cluster, t = {:g}, {:.2g} steps, {:.2g} of "
                   "contacts",
                   n, there.time(), static_cast<double>(gas.steps), static_cast<double>(gas.contact_steps)));
-  report.at_most("left over of the book, of what was dissipated", left_over(now, energy), 1e-3);
+  report.at_most("residual of the energy balance, fraction of the dissipated energy", left_over(now, energy), 1e-3);
   report.at_least("grains in the largest cluster", clusters(gas).largest, n);
   report.at_most("kinetic energy, of that at the start", now.kinetic / (1.5 * 10 * n), std::nullopt);
   report.at_most("momentum, of the thermal one at the start", momentum(gas.bodies()) / thermal, std::nullopt);
@@ -105,7 +105,8 @@ void at_rest(Report& report) {
     before = left;
   }
   report.at_most("largest rise of the energy between two looks", rise, 1e-3);
-  report.at_most("left over of the book, of what was dissipated", left_over(there.now().energy(), start), 1e-3);
+  report.at_most("residual of the energy balance, fraction of the dissipated energy",
+                 left_over(there.now().energy(), start), 1e-3);
   report.at_most("clusters", static_cast<double>(clusters(there.now()).number), 1);
 }
 
@@ -151,7 +152,8 @@ void cooled_gas(Report& report) {
   report.at_most(fmt::format("momentum over thermal momentum, at T = {:.2g}, t = {:.3g}", temperature(), there.time()),
                  momentum(gas.bodies()) / thermal_momentum(gas), std::nullopt);
   report.at_most("  over that at the start", momentum(gas.bodies()) / thermal, 1e-3);
-  report.at_most("left over of the book, of what was dissipated", left_over(gas.energy(), start), 1e-3);
+  report.at_most("residual of the energy balance, fraction of the dissipated energy", left_over(gas.energy(), start),
+                 1e-3);
 }
 
 void lists(Report& report) {
@@ -241,12 +243,12 @@ void held_forces(Report& report) {
     const gas_cases::BoundPair pair{attraction};
     report.at_most(fmt::format("K q^2 = {:g}, elastic", attraction), change_of(pair, 0).found, pair.bound());
     const Change damped = change_of(pair, 27.7);
-    report.at_most("  damped, with what is booked", damped.found, pair.bound() + damped.rounding);
+    report.at_most("  damped, with the recorded dissipation", damped.found, pair.bound() + damped.rounding);
   }
 }
 
 void restitutions(Report& report) {
-  report.section("error of restitution by speed, lone central collisions of a dilute neutral gas");
+  report.section("error of restitution by speed, isolated central collisions of a dilute neutral gas");
   const int n = 20000;
   const double edge = std::cbrt(n / 0.002);
   Scene scene = viscoelastic(edge);
@@ -271,7 +273,7 @@ int main(int argc, char** argv) {
       on_host = true;
     else
       section = argv[k];
-  Report report("What goes wrong in gases of charged grains, on a device");
+  Report report("Hard cases of gases of charged grains, on a device");
   const auto run = [&](std::string_view name, void (*rows)(Report&)) {
     if (section.empty() || section == name) rows(report);
   };

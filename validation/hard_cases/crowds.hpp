@@ -154,7 +154,7 @@ inline void long_boxes(Report& report) {
 }
 
 inline void hard_for_crowds(Report& report, bool is_long) {
-  report.section("Crowds and boxes");
+  report.section("Dense systems and boxes");
   packed(report);
   thousand_in_one_group(report);
   thin_channels(report);

@@ -36,7 +36,7 @@ void run(Report& report, Scene scene) {
                              scene.conductors.size(), unbalanced.size(), frame.time, counters.contacts_made,
                              counters.contacts_lost));
   // Compensated sums leave a few roundings of 1e-16; a plain sum would lose 1e-11.
-  report.at_most("stored + drained - injected, fraction of injected", spread(unbalanced), 1e-12);
+  report.at_most("stored + collected - injected, fraction of injected", spread(unbalanced), 1e-12);
   report.at_most("injected - N J t, fraction of N J t", spread(misfed), 1e-12);
   report.at_least("contacts made and lost (or nothing was tested)",
                   static_cast<double>(counters.contacts_made + counters.contacts_lost), 10);

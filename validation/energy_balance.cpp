@@ -146,7 +146,7 @@ Rest run(Report& report, int cells, double position_tolerance) {
   report.at_most("the same, with the bound of a run's summary", worst / flows.supplied(),
                  analysis::allowed_energy_imbalance(scene));
   const double balance = frame.charge_held + frame.charge_drained + frame.charge_leaked;
-  report.at_most("stored + drained + leaked, fraction of the leaked charge", std::abs(balance / frame.charge_leaked),
+  report.at_most("stored + collected + leaked, fraction of the leaked charge", std::abs(balance / frame.charge_leaked),
                  1e-12);
   return {static_cast<double>(counters.steps), field / flows.supplied(), worst / flows.supplied()};
 }

@@ -124,12 +124,10 @@ void print_head() {
 void print_legend() {
   fmt::print(
       "\nM: conductors in contact with the ground. ends, forks: those of degree 1, of 3 and more. f1 ... f>4: shares "
-      "of "
-      "M by\ndegree, the ground counting as one contact. loops: contacts beyond those of a tree. orders: the highest "
-      "Strahler number.\nedge / R: mean length between centres over the mean radius. D of boxes, of masses: dimensions "
-      "of the tree, - where it\nis too small. EMST: the Euclidean minimum spanning tree of all centres. dissipated: "
-      "mean "
-      "power since the frame before.\n");
+      "of M by\ndegree, the ground counting as one contact. loops: contacts beyond those of a tree. orders: the "
+      "highest Strahler number.\nedge / R: mean length between centres over the mean radius. D of boxes, of masses: "
+      "dimensions of the tree, - where it\nis too small. EMST: the Euclidean minimum spanning tree of all centres. "
+      "dissipated: mean power since the previous frame.\n");
 }
 
 std::string dimension(const std::optional<PowerLaw>& law) { return law ? fmt::format("{:.2f}", law->exponent) : "-"; }
@@ -203,7 +201,7 @@ void print_lengths(const AnalysedRun& run, const analysis::Topology& t) {
 void print_power(const FrameAnalysis& found) {
   fmt::print("power          source {:.4g} W, work of the field {:.4g} W, drag {:.4g} W\n", found.power.source,
              found.power.field, found.power.drag);
-  if (found.dissipated) fmt::print("dissipated     {:.4g} W since the frame before\n", *found.dissipated);
+  if (found.dissipated) fmt::print("dissipated     {:.4g} W since the previous frame\n", *found.dissipated);
   for (const Recorded& recorded : found.recorded)
     fmt::print("recorded       {} {:.4g} {}\n", recorded.name, fmt::join(recorded.values, ", "), recorded.unit);
 }

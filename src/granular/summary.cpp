@@ -44,7 +44,7 @@ std::string temperature_line(const Note& now) {
 std::string charge_line(const Gas& gas, const Note& now) {
   const analysis::ChargeMoments& q = now.gas.charge;
   std::string text =
-      fmt::format("{:.3g} in all; mean |q| {:.4g}, rms {:.4g}", total_charge(gas), q.magnitude, std::sqrt(q.square));
+      fmt::format("{:.3g} in total; mean |q| {:.4g}, rms {:.4g}", total_charge(gas), q.magnitude, std::sqrt(q.square));
   if (!std::isnan(q.kurtosis)) text += fmt::format(", kurtosis {:.3g}", q.kurtosis);
   if (now.expected && now.expected->charge_square.value_or(0) > 0)
     text += fmt::format("; <q^2> is {:.3g} times that of a homogeneous gas in which no three meet",
@@ -70,9 +70,10 @@ std::string density_line(const Note& now) {
 std::string collisions_line(const Gas& gas, const Note& now) {
   std::string text = fmt::format("{}", gas.collisions);
   if (now.expected && now.expected->collisions > 0)
-    text +=
-        fmt::format(", {:.3g} times those of a homogeneous gas as warm (each touch counts, bounces in clusters too)",
-                    static_cast<double>(gas.collisions) / now.expected->collisions);
+    text += fmt::format(
+        ", {:.3g} times those of a homogeneous gas of the same temperature (every contact counts, also within "
+        "clusters)",
+        static_cast<double>(gas.collisions) / now.expected->collisions);
   return text + fmt::format("; largest overlap {:.3g} of a diameter", gas.largest_overlap);
 }
 
@@ -82,7 +83,7 @@ std::string energy_line(const GasEnergy& e, double error) {
   text += fmt::format("; {:.6g} dissipated", e.dissipated);
   if (e.exchanged != 0) text += fmt::format(", {:.4g} gained by exchange", e.exchanged);
   if (e.driven != 0) text += fmt::format(", {:.4g} by driving", e.driven);
-  text += fmt::format(": off by {:.1e}", error);
+  text += fmt::format(": error {:.1e}", error);
   if (e.dissipated > 0) text += fmt::format(", {:.1e} of the dissipated energy", std::abs(error) / e.dissipated);
   if (e.contact_error != 0)  // integrators that separate the two
     text += fmt::format("; {:.1e} by contact substeps, {:.1e} by steps of smooth forces", e.contact_error,
@@ -91,7 +92,7 @@ std::string energy_line(const GasEnergy& e, double error) {
 }
 
 std::string in_words(const RestitutionCheck::Decade& found) {
-  return fmt::format("off by {:.1e} on average, {:.1e} at worst, in {}", found.mean(), found.worst, found.collisions);
+  return fmt::format("error {:.1e} on average, {:.1e} at most, in {}", found.mean(), found.worst, found.collisions);
 }
 
 /// One line for all central collisions of isolated pairs, and one per decade of the impact speed.
@@ -174,10 +175,10 @@ std::vector<std::string> warnings_of(const Gas& gas, const GasEnergy& energy, do
     warnings.push_back(std::move(warning));
   if (std::string warning = stages_warning(gas.scene()); !warning.empty()) warnings.push_back(std::move(warning));
   if (gas.largest_overlap > most_overlap)
-    warnings.push_back(fmt::format(
-        "grains overlap by {:.2g} % of a diameter: contact laws hold up to some per cent; a stiffer contact "
-        "or slower grains overlap less",
-        100 * gas.largest_overlap));
+    warnings.push_back(
+        fmt::format("grains overlap by {:.2g} % of a diameter: contact laws are valid up to a few per cent; a stiffer "
+                    "contact or slower grains reduce the overlap",
+                    100 * gas.largest_overlap));
   return warnings;
 }
 

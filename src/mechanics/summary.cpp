@@ -64,7 +64,7 @@ double allowed_energy_imbalance(const Scene& scene, const Outcome& outcome) {
 
 /// Returns a fraction in brackets, or a note that there is no reference value.
 std::string in_brackets(double fraction) {
-  return std::isnan(fraction) ? "(nothing to compare with)" : fmt::format("(relative {:.1e})", fraction);
+  return std::isnan(fraction) ? "(no reference value)" : fmt::format("(relative {:.1e})", fraction);
 }
 
 /// Returns the relative energy imbalance, or a note that it is within the noise of field solves.
@@ -102,9 +102,9 @@ void add_terminals(const ConductorFrame& frame, Lines& lines) {
   const auto differs = [&](const TerminalReading& t) { return t.potential != frame.terminals.front().potential; };
   if (std::ranges::none_of(frame.terminals, differs)) return;
   for (const TerminalReading& terminal : frame.terminals)
-    lines.push_back(
-        {"drained", fmt::format("{:.6g} C to {} at {:g} V, a mean current of {:.4g} A", terminal.drained, terminal.name,
-                                terminal.potential, frame.time > 0 ? terminal.drained / frame.time : 0)});
+    lines.push_back({"collected", fmt::format("{:.6g} C to {} at {:g} V, a mean current of {:.4g} A", terminal.drained,
+                                              terminal.name, terminal.potential,
+                                              frame.time > 0 ? terminal.drained / frame.time : 0)});
 }
 
 std::string heat(const EnergyFlows& flows) {
@@ -133,12 +133,12 @@ void add_circuit(const Scene& scene, const Outcome& outcome, Lines& lines) {
   lines.push_back({"balance", fmt::format("{:.1e} J: stored - stored at the start + heat - supplied {}",
                                           energy_imbalance(outcome), imbalance_in_words(scene, outcome))});
   if (!frame.rates) return;
-  lines.push_back({"power", fmt::format("{:.4g} W into heat, {:.4g} W/K of entropy (means since the frame before)",
+  lines.push_back({"power", fmt::format("{:.4g} W of heat, {:.4g} W/K of entropy (means since the previous frame)",
                                         frame.rates->dissipated_power, frame.rates->entropy_production)});
   // The mean needs two potentials, and relaxing charges can drive a current against the potential.
   if (std::isfinite(frame.rates->structure_resistance) && frame.rates->structure_resistance > 0)
     lines.push_back(
-        {"resistance", fmt::format("{:.4g} ohm between highest and lowest terminal (since the frame before)",
+        {"resistance", fmt::format("{:.4g} ohm between highest and lowest terminal (since the previous frame)",
                                    frame.rates->structure_resistance)});
 }
 
@@ -156,7 +156,7 @@ void add_electrics(const Scene& scene, const Outcome& outcome, Lines& lines) {
     lines.push_back({"field error", fmt::format("at most {:.1e} of the largest value, estimated at checkpoints",
                                                 *outcome.largest_error)});
   if (counters.predictions > 0)
-    lines.push_back({"predictions", fmt::format("{} between them, on a coarser grid", counters.predictions)});
+    lines.push_back({"predictions", fmt::format("{} between field solves, on a coarser grid", counters.predictions)});
   lines.push_back({"contacts", fmt::format("{} made, {} lost", counters.contacts_made, counters.contacts_lost)});
 }
 
@@ -193,15 +193,15 @@ std::string energy_advice(const Scene& scene) {
                                                               0.1 * scene.mechanics.*integrator.accuracy)
                                                 : fmt::format("let {} take shorter steps", integrator.name);
   const FieldOptions& field = scene.field();
-  if (field.chosen_for) return steps + ", then if that changes little a smaller field.accuracy";
-  if (field.method->on_grid) return steps + ", then if that changes little more field.cells";
-  return steps + ", then if that changes little a smaller field.moving_tolerance";
+  if (field.chosen_for) return steps + "; if that changes little, set a smaller field.accuracy";
+  if (field.method->on_grid) return steps + "; if that changes little, use more field.cells";
+  return steps + "; if that changes little, set a smaller field.moving_tolerance";
 }
 
 std::string overlap_warning(const Scene& scene, double overlap) {
   if (!(overlap > most_overlap)) return "";
   const bool contacts = scene.effects.has<effects::HertzContactOptions>();
-  return fmt::format("bodies overlap by {:.2g} % of a diameter: contact laws hold up to some per cent, and {}",
+  return fmt::format("bodies overlap by {:.2g} % of a diameter: contact laws are valid up to a few per cent; {}",
                      100 * overlap,
                      contacts ? "a larger effects.hertz_contact.young keeps bodies apart"
                               : "[effects.hertz_contact] and [effects.wall_contact] keep bodies apart");

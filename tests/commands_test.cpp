@@ -271,11 +271,12 @@ TEST_CASE("explain: a shuttle's run is tried, and its picture is counted") {
   const std::string scene = source_folder() + "/scenes/shuttle.toml";
   const Ended result = run(folder, "explain " + scene);
   REQUIRE(result.status == 0);
-  CHECK(contains(result.out, "tried here"));
+  CHECK(contains(result.out, "measured here"));
   CHECK(contains(result.out, "its picture"));
   CHECK_FALSE(contains(run(folder, "explain " + scene + " --set output.picture=false").out, "its picture"));
   // A thousandth of the time is tried to its end.
-  CHECK(contains(run(folder, "explain " + scene + " --set stop.time=1e-3").out, "tried here to its end at 0.001 s"));
+  CHECK(contains(run(folder, "explain " + scene + " --set stop.time=1e-3").out,
+                 "measured here up to its end at 0.001 s"));
 }
 
 TEST_CASE("explain: runs of conductors without drag or field have a cost") {
@@ -288,7 +289,7 @@ TEST_CASE("explain: runs of conductors without drag or field have a cost") {
     CAPTURE(scene);
     const Ended result = run(folder, "explain " + scene);
     REQUIRE_MESSAGE(result.status == 0, result.err);
-    CHECK(contains(result.out, "tried here to its end at 0.001 s"));
+    CHECK(contains(result.out, "measured here up to its end at 0.001 s"));
     CHECK_FALSE(contains(result.out, "no estimate"));
   }
 }

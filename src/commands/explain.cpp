@@ -74,9 +74,9 @@ void explain_needs(const Summaries& effects) {
   const auto list = [](const auto& words) {
     return words.empty() ? "nothing" : fmt::to_string(fmt::join(words, ", "));
   };
-  fmt::print("\nthey need\n");
+  fmt::print("\nquantities for these effects\n");
   fmt::print("  computed             {}\n", list(present));
-  fmt::print("  not touched          {}\n", list(absent));
+  fmt::print("  not needed           {}\n", list(absent));
 }
 
 /// Prints how terminals with resistors are treated and which circuit quantities are recorded.
@@ -118,7 +118,7 @@ void explain_cells(const ExplainedGrid& grid, std::int64_t floating) {
         "conductors\n",
         *grid.fluid_cells + floating, *grid.fluid_cells, floating);
   else
-    fmt::print("  unknowns             at most {:.0f}, one a cell, and the potentials of {} floating group(s)\n",
+    fmt::print("  unknowns             at most {:.0f}, one per cell, and the potentials of {} floating group(s)\n",
                grid.cells(), floating);
 }
 
@@ -144,7 +144,7 @@ double explain_unknowns(const Scene& scene, const laplace::LaplaceProblem& probl
   const long bodies = static_cast<long>(problem.bodies.size());
   const long unknowns = field.method->unknowns ? field.method->unknowns(problem, field) : bodies;
   fmt::print("  grid                 none\n");
-  fmt::print("  unknowns             {}: some {} a disk, more in narrow gaps\n", unknowns,
+  fmt::print("  unknowns             {}: about {} per disk, more in narrow gaps\n", unknowns,
              unknowns / std::max(bodies, 1L));
   return static_cast<double>(unknowns);
 }
@@ -188,10 +188,10 @@ void explain_solves(const Scene& scene, double size, const FieldCost& cost, cons
     const int cells = effects::predictor_cells(scene);
     const double coarsening = static_cast<double>(scene.field().cells) / cells;
     seconds += solves.predictions * estimate_field_cost(scene.field(), size / (coarsening * coarsening)).moving_seconds;
-    predictions = fmt::format(", and {:.2g} on {} cells between them", solves.predictions, cells);
+    predictions = fmt::format(", and {:.2g} predictions on {} cells between them", solves.predictions, cells);
   }
-  fmt::print("  a run                {}, recording and pictures aside: some {:.2g} field solves{}\n", duration(seconds),
-             solves.whole, predictions);
+  fmt::print("  a run                {}, without recording and pictures: about {:.2g} field solves{}\n",
+             duration(seconds), solves.whole, predictions);
 }
 
 bool is_for_a_run(const Scene& scene) {
@@ -209,11 +209,12 @@ void explain_trial(const Scene& scene) {
     return fmt::print(
         "  a run                no estimate: a trial of two seconds reaches less than 0.5 % of it, or fails\n");
   if (tried->over)
-    return fmt::print("  a run                {}, recording and pictures aside: tried here to its end at {:.3g} s\n",
-                      duration(tried->seconds), tried->reached);
+    return fmt::print(
+        "  a run                {}, without recording and pictures: measured here up to its end at {:.3g} s\n",
+        duration(tried->seconds), tried->reached);
   fmt::print(
-      "  a run                {}{}, recording and pictures aside: at the pace of the first {:.3g} of {:.3g} s, "
-      "tried here\n",
+      "  a run                {}{}, without recording and pictures: extrapolated from the first {:.3g} of {:.3g} s, "
+      "measured here\n",
       scene.stop.stationary ? "at most " : "", duration(tried->seconds), tried->reached, scene.stop.time);
 }
 
@@ -265,7 +266,7 @@ void explain_packing_cost(const Scene& scene) {
         "  a run                no estimate: gradient descent takes about a thousand times as long as the default\n");
   fmt::print("  filling              {:.4g} of the domain, overlaps counted twice\n", cost->filling);
   fmt::print(
-      "  a run                {}, recording and pictures aside: about {:.2g} iterations, within a factor of three\n",
+      "  a run                {}, without recording and pictures: about {:.2g} iterations, within a factor of three\n",
       duration(cost->seconds), cost->iterations);
 }
 
@@ -303,7 +304,8 @@ void explain_spheres(const Scene& scene, const laplace::SphereProblem& problem, 
   fmt::print("  method               {}\n", method_in_words(field));
   explain_accuracy(scene);
   fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene{}\n", field.tolerance,
-             field.moving_tolerance, scene.field_accuracy() ? "" : "; aimed at, of the largest, not estimated");
+             field.moving_tolerance,
+             scene.field_accuracy() ? "" : "; relative to the largest value, without an error estimate");
   fmt::print("  spheres              {}, with {} floating group(s)\n", problem.spheres.size(),
              std::ranges::count(problem.groups, true, &laplace::Group::floating));
   fmt::print("  harmonics            {} of a single solve\n", in_words(single));

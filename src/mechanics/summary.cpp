@@ -191,7 +191,7 @@ std::string energy_advice(const Scene& scene) {
   const IntegratorKind& integrator = scene.mechanics.kind();
   const std::string steps = integrator.accuracy ? fmt::format("set mechanics.{} = {:.2g}", integrator.accuracy_key,
                                                               0.1 * scene.mechanics.*integrator.accuracy)
-                                                : fmt::format("let {} take shorter steps", integrator.name);
+                                                : fmt::format("use shorter steps of {}", integrator.name);
   const FieldOptions& field = scene.field();
   if (field.chosen_for) return steps + "; if that changes little, set a smaller field.accuracy";
   if (field.method->on_grid) return steps + "; if that changes little, use more field.cells";

@@ -182,8 +182,8 @@ void print_orders(const char* tree, const analysis::StrahlerDistribution& orders
 
 void print_dimension(const char* what, const std::optional<PowerLaw>& law) {
   if (!law) return fmt::print("{:<15}not defined: the tree is too small for a range of scales\n", what);
-  fmt::print("{:<15}{:.3f} +- {:.3f} (scatter about the line alone), from {:.3g} to {:.3g} mm, {} scales\n", what,
-             law->exponent, law->standard_error, 1e3 * law->from, 1e3 * law->to, law->points);
+  fmt::print("{:<15}{:.3f} +- {:.3f} (from the scatter about the line only), from {:.3g} to {:.3g} mm, {} scales\n",
+             what, law->exponent, law->standard_error, 1e3 * law->from, 1e3 * law->to, law->points);
 }
 
 void print_lengths(const AnalysedRun& run, const analysis::Topology& t) {
@@ -192,7 +192,7 @@ void print_lengths(const AnalysedRun& run, const analysis::Topology& t) {
              e.mean / run.radius, e.deviation / run.radius);
   fmt::print("               quartiles {:.4f}, {:.4f}, {:.4f} R, from {:.4f} to {:.4f} R\n", e.quarter / run.radius,
              e.median / run.radius, e.three_quarters / run.radius, e.least / run.radius, e.largest / run.radius);
-  fmt::print("length         tree {:.6g} m, EMST {:.6g} m with {} edges of the tree's among its {}\n", t.tree_length,
+  fmt::print("length         tree {:.6g} m, EMST {:.6g} m with {} of its {} edges in the tree\n", t.tree_length,
              t.minimum.length, t.minimum.shared, t.minimum.edges.size());
   print_dimension("D of boxes", t.boxes);
   print_dimension("D of masses", t.masses);

@@ -42,9 +42,9 @@ void explain_sums(const Scene& scene) {
     charge += grain.charge, squares += grain.charge * grain.charge;
     largest = std::max(largest, std::abs(grain.charge));
   }
-  fmt::print("  momentum             {:.1e} m0 v0 in all\n", norm(momentum));
+  fmt::print("  momentum             {:.1e} m0 v0 in total\n", norm(momentum));
   if (largest > 0)
-    fmt::print("  charges              {:.4g} q0 in all, rms {:.4g}, at most {:.4g}\n", charge,
+    fmt::print("  charges              {:.4g} q0 in total, rms {:.4g}, at most {:.4g}\n", charge,
                std::sqrt(squares / static_cast<double>(scene.conductors.size())), largest);
 }
 
@@ -71,9 +71,9 @@ double crowding(const Scene& scene, const GrainContactLaw& law, double temperatu
 std::string reason_of_steps(const Scene& scene) {
   const int steps = scene.mechanics.contact_steps;
   const std::optional<double> accuracy = least_in(scene, &StepLimits::force_accuracy);
-  const std::string error = fmt::format("wrong by about {:.1g} of a contact's energy", contact_error(steps));
+  const std::string error = fmt::format("error of about {:.1g} of a contact's energy", contact_error(steps));
   if (steps != contact_steps_for(accuracy.value_or(usual_contact_accuracy))) return error + ": mechanics.contact_steps";
-  if (steps == fewest_contact_steps) return error + ", the fewest that there are";
+  if (steps == fewest_contact_steps) return error + ", the minimum";
   return error + (accuracy ? fmt::format(", for forces to {:g}", *accuracy) : "");
 }
 
@@ -90,7 +90,7 @@ void explain_contacts(const Scene& scene, const GrainContactLaw& law, double tem
              restitution(law, 1), restitution(law, 2 * std::sqrt(temperature)), 2 * std::sqrt(temperature));
   if (scene.dimension() == 2) return;
   const double part = crowding(scene, law, temperature);
-  fmt::print("  contact time         a contact lasts {:.2g} of the time between collisions{}\n", part,
+  fmt::print("  contact time         a contact lasts {:.2g} times the time between collisions{}\n", part,
              part > 0.05 ? ": collisions of three grains are frequent, which theory neglects; grains charge more" : "");
 }
 

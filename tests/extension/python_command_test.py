@@ -59,6 +59,7 @@ class Outside:
         status, output, complaint = runs.program("broken", *words)
         self.assertEqual((status, output), (1, ""), complaint)
         self.assertIn(sentence, complaint)
+        self.assertEqual(complaint.count("\n"), 1)
         self.check_plain(complaint)
 
 

@@ -190,7 +190,11 @@ TEST_CASE("where all is at 0 V a picture shows what the tree carries, and says s
   run_well(folder, "plot scene.h5");
   CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 0.55e-3 / 8e-3) + "[1]") < 0.1);
   CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 2.65e-3 / 8e-3) + "[1]") > 0.8);
-  for (const std::string colour : {"order", "joined"}) run_well(folder, "plot scene.h5 --colour " + colour);
+  for (const std::string colour : {"strahler", "connection_time"})
+    run_well(folder, "plot scene.h5 --colour " + colour);
+  const Ended old = run_program(folder, "plot scene.h5 --colour joined --overwrite");
+  CHECK(old.status == 0);
+  CHECK(contains(old.err, "--colour joined is an old name: it is called connection_time now"));
 }
 
 TEST_CASE("nothing is replaced in silence") {

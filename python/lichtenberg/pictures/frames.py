@@ -53,7 +53,7 @@ def check_colour(run, colour):
     if colour is None or colour in run.quantities:
         return
     known = ", ".join(run.quantities) or "none"
-    if colour == "current" and "order" in run.quantities:
+    if colour == "current" and "strahler" in run.quantities:
         where = "that is known where effects.current_source feeds all alike"
         raise InputError(f"{run.path} has no current by conductor: {where}; it has {known}")
     raise InputError(f"{run.path} has no {colour} to colour by: it has {known}")

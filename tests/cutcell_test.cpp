@@ -451,8 +451,8 @@ TEST_CASE("work: it counts residual evaluations on the finest grid") {
   CHECK(warm.work == doctest::Approx(1 + edge_sweeps + 1 + 3).epsilon(1e-12));
 }
 
-// The worker thread requests a side's potential while it discretizes the coarse grids. Meanwhile the caller's solve
-// fails in PETSc, which first creates the preconditioner below; it waits for the worker.
+// Number of requests for a side's potential by the worker thread, which discretizes the coarse grids. The caller's
+// solve fails when PETSc creates the preconditioner of the options; its creation waits for the first request.
 std::atomic<int> asked_by_helper = 0;
 
 PetscErrorCode make_once_helper_is_at_work(PC) {

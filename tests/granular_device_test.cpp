@@ -319,7 +319,7 @@ TEST_CASE("device: a polarizable charged gas moves as on the CPU") {
   CHECK(cpu.gas.save().integers.at("effects.coulomb.counters")[0] == evaluations);
 }
 
-TEST_CASE("device dipoles: 1e-4 takes two evaluations per short step, 3 per long one") {
+TEST_CASE("device dipoles: 1e-4 takes 2 evaluations per short step, 3 per long one") {
   for (const bool is_short : {true, false}) {
     Scene scene = polarized_gas();
     scene.effects.remove("charge_exchange");

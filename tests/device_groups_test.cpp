@@ -81,7 +81,7 @@ double difference(const LaplaceSolution& device, const LaplaceSolution& cpu) {
 
 }  // namespace
 
-TEST_CASE("device: chains with tiny gaps take about as many iterations as on the CPU") {
+TEST_CASE("device: chains with tiny gaps take about the CPU's iterations") {
   // Separate Jacobi relaxation of the twelve disks would not change their common mode: at least 43 iterations.
   CutCellOptions options;
   options.cells = 256;

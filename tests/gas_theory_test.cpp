@@ -117,7 +117,7 @@ TEST_CASE("theory smoluchowski: it follows the merge rate; theory all compares")
   CHECK_MESSAGE(contains(damaged.err, "gas.h5 is damaged: it has frames without bound clusters"), damaged.err);
 }
 
-TEST_CASE("hydrodynamics: time series with linear theory, pictures and ParaView files") {
+TEST_CASE("hydrodynamics: time series, linear theory, pictures, ParaView files") {
   const Folder folder;
   const Ended flow = run_program(folder, "theory hydrodynamics --cells 16 --json h.json --field h.vtkhdf --plot");
   REQUIRE_MESSAGE(flow.status == 0, flow.err);

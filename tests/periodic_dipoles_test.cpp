@@ -309,7 +309,7 @@ TEST_CASE("source variant: its forces have asymmetric derivatives, so no energy"
   CHECK(crosswise(DipoleSum::source) > 5e-4);
 }
 
-TEST_CASE("induced dipoles: A times the field; the tolerance enters the energy squared") {
+TEST_CASE("induced dipoles: A times the field; the energy error is quadratic") {
   const Crowd crowd = grains();
   Ewald ewald(1e-14);
   const double tolerance = 1e-4;

@@ -150,7 +150,7 @@ TEST_CASE("theory of a gas: collisions, Haff's law and charges are followed") {
   CHECK(*theory->charge_square() == Approx(whole.charge_square).epsilon(1e-8).scale(0));
 }
 
-TEST_CASE("theory: it continues through a cooling stage, restarts after a mixing one") {
+TEST_CASE("theory: it continues through a cooling stage, restarts after mixing") {
   const std::string mixing = "duration = 1\nstiffness = 10\ntemperature = 1", cooling = "duration = 1\nelastic = false";
   const auto temperatures = [](const std::string& with) {
     GranularMotion motion(parse_scene(with, "gas.toml"));

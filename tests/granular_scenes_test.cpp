@@ -90,7 +90,7 @@ TEST_CASE("population charges: equal, Gaussian or of density exp(-|q|^z)") {
     const std::vector<double> one = charges_of("charge = 1\n" + keys, n), two = charges_of("charge = 2\n" + keys, n);
     CHECK(sum(one) == 0);
     const auto [found, fourth] = moments(one);
-    // The mean of n squares varies by the root of (kurtosis - 1) / n; four of them.
+    // The mean of n squares has a standard deviation of sqrt((kurtosis - 1) / n); the bound is four of these.
     CHECK(found == Approx(square).epsilon(4 * std::sqrt((kurtosis - 1) / n)).scale(0));
     CHECK(fourth == Approx(kurtosis).epsilon(kurtosis > 5 ? 0.5 : 0.2).scale(0));
     for (std::size_t k = 0; k < one.size(); ++k) REQUIRE(two[k] == 2 * one[k]);

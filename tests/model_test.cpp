@@ -341,7 +341,7 @@ TEST_CASE("drag: two laws add up, and their derivatives are those of the forces"
   CHECK_THROWS_AS(Drag(1).add(0, {.linear = -1}), InputError);
 }
 
-TEST_CASE("drag: a law with a force at rest, a wrong sign or a wrong slope is refused") {
+TEST_CASE("drag: a force at rest, a wrong sign or a wrong slope is refused") {
   const auto refusal = [](const std::function<DragForce(double)>& law) {
     try {
       Drag(1).add(0, {.nonlinear = law});

@@ -73,7 +73,7 @@ TEST_CASE("dead ends: no current, and the potential of their first node") {
 }
 
 TEST_CASE("extreme values: resistances of 1e-30 and 1e30 Ohm in one network") {
-  SUBCASE("bridge: large conductances short-circuit, small ones determine the result") {
+  SUBCASE("bridge: large conductances short-circuit, small ones set the result") {
     // 1e-30 Ohm from the source to both inner nodes and between them, and 1e30 Ohm to ground twice: 0.5e30.
     CHECK(resistance(bridge(1e-30, 1e-30, 1e-30, 1e30, 1e30), 0, 3) == exactly(0.5e30));
   }

@@ -143,7 +143,7 @@ TEST_CASE("predictor: a restored run has identical bits") {
   }
 }
 
-TEST_CASE("moving tolerance: solver errors displace bodies by at most 0.2 tolerances") {
+TEST_CASE("moving tolerance: solver errors displace bodies by below 0.2 tolerances") {
   const double until = 0.3, every = 0.01;
   const Scene scene = resolved_crowd();
   Simulation without_frames(scene), simulation(scene);

@@ -26,7 +26,7 @@ using namespace lichtenberg;
 namespace {
 
 struct TetherOptions {
-  double stiffness = 0;  ///< In N/m.
+  double stiffness = 0;  ///< N/m
   double wear = 0;       ///< Path (m) after which the tether has half its stiffness.
   static const EffectKind& kind();
 };
@@ -75,9 +75,9 @@ class Tether : public Effect {
   double stiffness(std::size_t i) const { return options_.stiffness / (1 + travel_[i] / options_.wear); }
 
   TetherOptions options_;
-  std::vector<double> anchor_, before_;  ///< In m.
+  std::vector<double> anchor_, before_;  ///< m
   std::vector<double> travel_;           ///< Path lengths (m).
-  double age_ = 0;                       ///< In s.
+  double age_ = 0;                       ///< s
 };
 
 const EffectKind& TetherOptions::kind() {

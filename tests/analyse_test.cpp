@@ -179,7 +179,7 @@ TEST_CASE("analyse: it finds the topology of each frame") {
   CHECK_EQ(second["degree_number"], json({0, 1, 1, 2}));
   CHECK_EQ(second["branch_fraction"], 0.5);
   CHECK_EQ(second["residual_7_7"].get<double>(), doctest::Approx(0).epsilon(1e-12));
-  CHECK_EQ(second["residual_7_7_printed"].get<double>(), near(0.25 + 0.25));  // (1 + 2 + 3 + 3) / 4 - 2 + 1 / 4.
+  CHECK_EQ(second["residual_7_7_printed"].get<double>(), near(0.25 + 0.25));  // (1 + 2 + 3 + 3) / 4 - 2 + 1 / 4
   CHECK_EQ(second["strahler"], json({2, 1, 1, 1}));  // 3 and 1, to which 2 is attached, both connect to 0.
   CHECK_EQ(second["strahler_streams"], json({0, 2, 1}).get<std::vector<int>>());
 }

@@ -37,7 +37,7 @@ TEST_CASE("contacts: they exist for gaps below the contact gap") {
   };
   CHECK(in_contact(2.999, 1, 1, 1));
   CHECK_FALSE(in_contact(3.001, 1, 1, 1));
-  CHECK(in_contact(5.499, 1, 4, 0.5));  // 1 + 4 + 0.5.
+  CHECK(in_contact(5.499, 1, 4, 0.5));  // 1 + 4 + 0.5
   CHECK_FALSE(in_contact(5.501, 1, 4, 0.5));
   CHECK(in_contact(1.5, 1, 1, 1));  // Overlapping, as Hertz contacts are.
 }
@@ -55,18 +55,18 @@ TEST_CASE("contact graph: it can be made from given contacts") {
 
 TEST_CASE("ground: sides of the box, disks, bars and rings count") {
   const Disk disk{{5, 8}, 1};
-  CHECK_EQ(gap(disk, Ground{{30, 10}, {true, false, false, false}, {}}), 4);  // 5 - 1.
-  CHECK_EQ(gap(disk, Ground{{30, 10}, {true, false, false, true}, {}}), 1);   // 10 - 8 - 1.
-  CHECK_EQ(gap(disk, Ground{{30, 10}, {}, {Disk{{5, 4}, 2}}}), 1);            // 4 - 2 - 1.
-  CHECK_EQ(gap(disk, Ground{{30, 10}, {}, {Bar{{0, 3}, {10, 3}, 2}}}), 3);    // 5 - 1 - 1.
-  CHECK_EQ(gap(disk, Ground{{30, 10}, {}, {Ring{{5, 5}, 5}}}), 1);            // 5 - 3 - 1.
+  CHECK_EQ(gap(disk, Ground{{30, 10}, {true, false, false, false}, {}}), 4);  // 5 - 1
+  CHECK_EQ(gap(disk, Ground{{30, 10}, {true, false, false, true}, {}}), 1);   // 10 - 8 - 1
+  CHECK_EQ(gap(disk, Ground{{30, 10}, {}, {Disk{{5, 4}, 2}}}), 1);            // 4 - 2 - 1
+  CHECK_EQ(gap(disk, Ground{{30, 10}, {}, {Bar{{0, 3}, {10, 3}, 2}}}), 3);    // 5 - 1 - 1
+  CHECK_EQ(gap(disk, Ground{{30, 10}, {}, {Ring{{5, 5}, 5}}}), 1);            // 5 - 3 - 1
   CHECK(std::isinf(gap(disk, Ground{{30, 10}, {}, {}})));
 }
 
 TEST_CASE("ground_of: it takes a scene's electrodes without insulating sides") {
   Scene scene;
   scene.domain.size = {3, 2};
-  scene.domain.sides[3].electrode = true;  // The top.
+  scene.domain.sides[3].electrode = true;  // The top
   scene.electrodes.push_back({"needle", Disk{{1, 1}, 0.5}, 0});
   const Ground ground = ground_of(scene);
   CHECK_EQ(ground.size, Vec2{3, 2});
@@ -101,7 +101,7 @@ TEST_CASE("successors: of two equally near conductors the first is taken") {
   // 0 and 2 are on the electrode, 1 is above the middle between them.
   const std::vector<Vec2> position{{10, 1.5}, {12, 3.5}, {14, 1.5}};
   CHECK_EQ(network_on_bottom(position).successor, std::vector<int>{to_ground, 0, to_ground});
-  // One round later: 3 stands on 0 and 2 on 1, and 4 leans on both.
+  // One round later: 3 is on 0 and 2 on 1, and 4 touches both.
   const std::vector<Vec2> arch{{10, 1.5}, {15, 1.5}, {15, 4}, {10, 4}, {12.5, 5.5}};
   CHECK_EQ(network_on_bottom(arch).successor, std::vector<int>{to_ground, to_ground, 1, 0, 2});
 }
@@ -135,8 +135,8 @@ TEST_CASE("tree with one conductor on the ground: it obeys D 7.6, 7.7 and 7.9") 
     weighted += (j - 2) * degrees.fraction(j);
   }
   const double m = 6, f1 = degrees.fraction(1), b = degrees.branching();
-  CHECK_EQ(sum, doctest::Approx(1));               // 7.6.
-  CHECK_EQ(weighted + 1 / m, doctest::Approx(0));  // 7.7.
+  CHECK_EQ(sum, doctest::Approx(1));               // 7.6
+  CHECK_EQ(weighted + 1 / m, doctest::Approx(0));  // 7.7
   // 7.9 follows from both; for finite M the 1/M of 7.7 stays in f3 and f4.
   CHECK_EQ(degrees.fraction(2), doctest::Approx(1 - (f1 + b)));
   CHECK_EQ(degrees.fraction(3), doctest::Approx(2 * b - f1 + 1 / m));
@@ -250,8 +250,8 @@ TEST_CASE("allowed energy imbalance: contributions of the steps and the grid") {
   scene.conductors = {{.radius = 2}, {.radius = 1}};
   scene.mechanics.position_tolerance = 4e-3;
   scene.domain.size = {8, 4};
-  scene.field().cells = 128;  // h = 1/16.
-  const double steps = 0.04;  // (2 x 4e-3)^(2/3).
+  scene.field().cells = 128;  // h = 1/16
+  const double steps = 0.04;  // (2 x 4e-3)^(2/3)
   // 0.04 sqrt(h/R), times (h/gap)^(3/2) if the gap exceeds a cell. Without contacts there is no second factor.
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01));
   scene.effects.add(effects::ContactDischargeOptions{.gap = 0.25});

@@ -199,7 +199,7 @@ TEST_CASE("broken wire: the critical field solves F sin(theta) = T, D's slope") 
     CHECK(across * steepness / std::sqrt(1 + steepness * steepness) == Approx(pull).epsilon(1e-12));
   }
   const double in_units = critical_field(wire, pull, printed_slope) * wire.capacitance * wire.voltage / pull;
-  CHECK(in_units == Approx(std::sqrt(2 + std::sqrt(145.0) / 6)).epsilon(1e-14));  // D 4.20.
+  CHECK(in_units == Approx(std::sqrt(2 + std::sqrt(145.0) / 6)).epsilon(1e-14));  // D 4.20
   CHECK(in_units == Approx(2.002).epsilon(5e-4));
 }
 

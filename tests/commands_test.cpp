@@ -218,7 +218,7 @@ TEST_CASE("explain: a grid beyond the machine's memory states the need") {
   const Ended result = run(folder, "explain huge.toml");
   CHECK(result.status == 0);
   CHECK(contains(result.out, "at most 1073741824"));
-  CHECK(contains(result.out, "0.328 cells, less than one"));  // 1e-7 m / (1e-2 m / 32768).
+  CHECK(contains(result.out, "0.328 cells, less than one"));  // 1e-7 m / (1e-2 m / 32768)
 }
 
 TEST_CASE("explain: a neutral scene has no electrical parts") {

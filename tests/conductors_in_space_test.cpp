@@ -150,7 +150,7 @@ TEST_CASE("two opposite charges: they approach as Maxwell's images predict") {
   simulation.advance_to(until);
 
   // Classical Runge-Kutta for m x'' = F - drag v of one sphere: 1e5 steps of 3 us, 500 per relaxation time.
-  double d = start, v = 0;  // d' = -2 v.
+  double d = start, v = 0;  // d' = -2 v
   const int steps = 100000;
   const double h = until / steps;
   const auto acceleration = [&](double distance, double speed) {
@@ -232,7 +232,7 @@ TEST_CASE("resistor: a ball charges with its capacitance and the resistance") {
   laplace::SphereProblem alone =
       effects::make_sphere_problem(scene, make_bodies(scene), effects::electrical_groups(scene, {}), {.charge = {0}});
   const double capacitance = laplace::SphereSolver({.accuracy = 1e-6}).solve(alone).sphere_charge[1] / 1000;
-  scene.electrodes[0].series_resistance = 0.2 / capacitance;  // RC = 0.2 s.
+  scene.electrodes[0].series_resistance = 0.2 / capacitance;  // RC = 0.2 s
   scene.mechanics.position_tolerance = 1e-3 * radius;
   scene.mechanics.largest_step = 1;
   Simulation simulation(scene);

@@ -124,10 +124,10 @@ TEST_CASE("periodic box: one too short for the release gap is refused") {
 TEST_CASE("gap: it is measured between surfaces, for electrodes and sides as well") {
   Scene scene = scene_of({{0.03, 0.0021}, {0.03, 0.0021}});
   scene.conductors[1].radius = 3e-3;
-  scene.conductors[1].position.y += 5.01e-3;  // The gap is 1.01 mm.
+  scene.conductors[1].position.y += 5.01e-3;  // The gap is 1.01 mm
   // The gap to conductor 0 is 0.99 mm.
   scene.electrodes = {electrode_of("ball", Disk{{0.03 + 3.99e-3, 0.0021}, 2e-3}, 0)};
-  scene.domain.sides[2] = {.electrode = true, .potential = 0};  // The gap is 1.1 mm.
+  scene.domain.sides[2] = {.electrode = true, .potential = 0};  // The gap is 1.1 mm
   const effects::ContactDischarge discharge(scene);
   Bodies bodies = make_bodies(scene);
   CHECK(discharge.gap(bodies, {0, 1}) == near(1.01e-3));

@@ -316,7 +316,7 @@ TEST_CASE("clusters: those of the linked groups are those of all groups") {
   const std::vector<NetworkLink> links{{5, 2, 1e3}, {0, 1, 50}, {3, 5, 40}, {7, 6, 7}};
   const device::Clusters all = device::clusters_of({diagonal, links}, 64);
   std::vector<int> place;
-  for (int k = 0; k < 2; ++k) {  // In the same memory.
+  for (int k = 0; k < 2; ++k) {  // the same memory
     device::LinkedGroups linked = device::LinkedGroups::of(diagonal, links, place);
     CHECK(linked.group == std::vector<int>{2, 3, 5, 6, 7});
     device::Clusters clusters = device::clusters_of(std::move(linked.network), 64);

@@ -104,9 +104,9 @@ TEST_CASE("degree: readings with ground, tree and hysteresis") {
     CHECK(quantities["branch_fraction" + reading] == branch_points);
   };
   check("", 0.25, 0.5);
-  check("_in_tree", 0.5, 0.25);             // 3, 1, 2, 1.
-  check("_without_ground", 0.25, 0.25);     // 2, 2, 3, 1.
-  check("_without_hysteresis", 0.0, 0.25);  // 3, 2, 2, 0.
+  check("_in_tree", 0.5, 0.25);             // 3, 1, 2, 1
+  check("_without_ground", 0.25, 0.25);     // 2, 2, 3, 1
+  check("_without_hysteresis", 0.0, 0.25);  // 3, 2, 2, 0
   CHECK(quantities["degree_fraction_2"] == 0.25);
   CHECK(quantities["strahler_fraction_1"] == 0.75);
 }

@@ -135,7 +135,7 @@ TEST_CASE("hydrodynamics: time series, linear theory, pictures, ParaView files")
   CHECK(found[3].get<double>() > 2 * found[0].get<double>());
   CHECK(found[3].get<double>() == near(linear[3], 0.02));
   REQUIRE(answer["maps"].size() == 3);
-  CHECK(answer["maps"][0]["title"].get<std::string>().starts_with("t/t_0 = 348,"));  // G A5.3.
+  CHECK(answer["maps"][0]["title"].get<std::string>().starts_with("t/t_0 = 348,"));  // G A5.3
   CHECK(answer["maps"][2]["fields"][0]["values"].size() == 256);
 
   const hdf5::Handle file = hdf5::load(folder / "h.vtkhdf");

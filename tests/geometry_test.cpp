@@ -16,24 +16,24 @@ using doctest::Approx;
 
 TEST_CASE("vectors of the plane: products") {
   const Vec2 a = {3, 4}, b = {-2, 5};
-  CHECK(dot(a, b) == 14);    // -6 + 20.
-  CHECK(cross(a, b) == 23);  // 15 + 8.
-  CHECK(norm(a) == 5);       // 3, 4, 5.
+  CHECK(dot(a, b) == 14);    // -6 + 20
+  CHECK(cross(a, b) == 23);  // 15 + 8
+  CHECK(norm(a) == 5);       // 3, 4, 5
   CHECK(perpendicular(a) == Vec2{-4, 3});
   CHECK(cross(a, perpendicular(a)) == norm2(a));  // +90 degrees: counterclockwise.
 }
 
 TEST_CASE("vectors of space: products") {
   const Vec3 a = {1, 2, 3}, b = {4, 5, -6};
-  CHECK(dot(a, b) == -4);                   // 4 + 10 - 18.
-  CHECK(cross(a, b) == Vec3{-27, 18, -3});  // -12 - 15, 12 + 6, 5 - 8.
-  CHECK(norm(Vec3{2, 3, 6}) == 7);          // 4 + 9 + 36 = 49.
+  CHECK(dot(a, b) == -4);                   // 4 + 10 - 18
+  CHECK(cross(a, b) == Vec3{-27, 18, -3});  // -12 - 15, 12 + 6, 5 - 8
+  CHECK(norm(Vec3{2, 3, 6}) == 7);          // 4 + 9 + 36 = 49
   CHECK(2.0 * a - b / 2.0 + -a == Vec3{-1, -0.5, 6});
 }
 
 TEST_CASE("periodic box: a difference is that of nearest images on periodic axes") {
   Box<3> box{{10, 10, 10}};
-  box.sides[0] = box.sides[1] = box.sides[4] = box.sides[5] = Boundary::periodic;  // x and z.
+  box.sides[0] = box.sides[1] = box.sides[4] = box.sides[5] = Boundary::periodic;  // x and z
   const Vec3 a = {9.5, 9.5, 0.25}, b = {0.5, 0.5, 9.75};
   CHECK(box.difference(a, b) == Vec3{-1, 9, 0.5});
   CHECK(box.difference(b, a) == Vec3{1, -9, -0.5});
@@ -93,7 +93,7 @@ TEST_CASE("bar: a common rotation does not change a distance") {
 
 TEST_CASE("gap: it is measured between the surfaces of a disk and each shape") {
   const Disk disk{{0, 0}, 1};
-  CHECK(gap(disk, Disk{{3, 4}, 1.5}) == Approx(2.5));        // 5 - 1 - 1.5.
+  CHECK(gap(disk, Disk{{3, 4}, 1.5}) == Approx(2.5));        // 5 - 1 - 1.5
   CHECK(gap(disk, Disk{{0.5, 0}, 1}) == Approx(-1.5));       // An overlap of 1.5.
   CHECK(gap(disk, Bar{{-9, 3}, {9, 3}, 1}) == Approx(1.5));  // The surface is at y = 2.5.
   CHECK(gap(disk, Ring{{0.5, 0}, 4}) == Approx(2.5));        // The rim is at x = 4.5 and -3.5: the nearest is 3.5 - 1.
@@ -118,7 +118,7 @@ TEST_CASE("arc: its length inside a rectangle") {
   const Disk disk{{0, 0}, 2};
   CHECK(arc_inside(disk, {-3, -3}, {3, 3}).length == doctest::Approx(4 * pi).epsilon(1e-15));
   CHECK(arc_inside(disk, {0, 0}, {3, 3}).length == doctest::Approx(pi).epsilon(1e-15));
-  CHECK(arc_inside(disk, {1, -3}, {3, 3}).length == doctest::Approx(4 * pi / 3).epsilon(1e-15));  // cos 60 = 1/2.
+  CHECK(arc_inside(disk, {1, -3}, {3, 3}).length == doctest::Approx(4 * pi / 3).epsilon(1e-15));  // cos 60 = 1/2
   CHECK(arc_inside(disk, {-1, -1}, {1, 1}).length == 0);
   CHECK(length_inside(disk, {-3, 1}, {3, 1}) == doctest::Approx(2 * std::sqrt(3.0)).epsilon(1e-15));
   CHECK(length_inside(disk, {0, 0}, {0, 1}) == doctest::Approx(1).epsilon(1e-15));

@@ -117,7 +117,7 @@ TEST_CASE("outer step: charges at rest that attract each other limit it") {
 }
 
 TEST_CASE("multipoles: touching grains attract as dielectric spheres do") {
-  const double k = 5.5;  // (1 + 16 A) / (1 - 8 A) for A = 0.075.
+  const double k = 5.5;  // (1 + 16 A) / (1 - 8 A) for A = 0.075
   const effects::InducedDipolesOptions options{.polarizability = 0.075};
   CHECK(options.relative_permittivity(0.5) == doctest::Approx(k).epsilon(1e-14));
   for (const double gap : {0.4, 0.02, 0.002}) {  // In radii; the pair's force for 4 pi eps = 1 and a radius of 1/2.

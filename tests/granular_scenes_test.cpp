@@ -142,7 +142,7 @@ TEST_CASE("stage of stiffer contacts: restitution is kept and energy balances") 
       const auto soft = granular::expected_collision(plain.law(), 0.5, 1, speed);
       // Accurate to the smoothness of the table in k: both look up the same k.
       CHECK(stiff.restitution == Approx(soft.restitution).epsilon(1e-12).scale(0));
-      CHECK(stiff.duration < 0.5 * soft.duration);  // By 10^(2/5) and 10^(1/2).
+      CHECK(stiff.duration < 0.5 * soft.duration);  // By 10^(2/5) and 10^(1/2)
     }
     const double before = gas.energy().total();
     CHECK_FALSE(gas.in_elastic_stage());
@@ -151,7 +151,7 @@ TEST_CASE("stage of stiffer contacts: restitution is kept and energy balances") 
     const double followed = gas.energy().total();
     const double stored = gas.energy().contact;
     gas.leave_stage();
-    CHECK(gas.energy().contact < 0.2 * stored);  // 10 %.
+    CHECK(gas.energy().contact < 0.2 * stored);  // 10 %
     CHECK(gas.energy().total() == Approx(followed).epsilon(1e-12).scale(before));
   }
 }

@@ -18,9 +18,9 @@ namespace {
 /// Approximate value with a relative tolerance. The default scale of doctest, 1, would accept all small values.
 doctest::Approx near(double value) { return doctest::Approx(value).epsilon(1e-9).scale(0); }
 
-constexpr double tolerance = 1e-5;  // In m.
+constexpr double tolerance = 1e-5;  // m
 constexpr double speed = 0.01;      // Speed (m/s) at which the force below drives a body against drag.
-const double force = speed * drag;  // In N.
+const double force = speed * drag;  // N
 constexpr double until = 0.05;      // End (s): twenty relaxation times after the last merge.
 
 /// Scene of pairs i and i + 1 for even i, each at a distance (m) from contact and far from all others.

@@ -91,7 +91,7 @@ TEST_CASE("predictor: errors since the last field solve are corrected") {
 
 TEST_CASE("predictor: a correction decreases with its force and never grows") {
   const Scene scene = conductor_scene({{0.04, 0.05}, {0.06, 0.05}});
-  std::vector<Vec2> coarse{{3e-7, 4e-7}, {0, 0}};  // In N.
+  std::vector<Vec2> coarse{{3e-7, 4e-7}, {0, 0}};  // N
   const std::vector<Vec2> wrong_by{{1e-8, -2e-8}, {3e-8, 0}}, fine{coarse[0] + wrong_by[0], coarse[1] + wrong_by[1]};
   effects::FloatingConductors field(scene, scripted([&](const auto&) { return fine; }));
   field.set_predictor(scripted([&](const auto&) { return coarse; }));

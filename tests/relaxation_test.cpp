@@ -43,10 +43,10 @@ LaplaceProblem pair_in_plane(double radius, double ratio, int sites, Vec2 shift)
   return problem;
 }
 
-double pair_capacitance(double ratio) { return pi / std::acosh(ratio); }  // D 6.37.
+double pair_capacitance(double ratio) { return pi / std::acosh(ratio); }  // D 6.37
 
 double pair_force(double radius, double ratio) {
-  return 1 / (4 * pi * radius * std::sqrt(ratio * ratio - 1));  // Q^2 / (2 pi eps 2a).
+  return 1 / (4 * pi * radius * std::sqrt(ratio * ratio - 1));  // Q^2 / (2 pi eps 2a)
 }
 
 struct PairErrors {
@@ -213,7 +213,7 @@ TEST_CASE("descent: a step beyond eta_c diverges, one below converges (D 6.35)")
   const double critical = 2 * RelaxationSolver({.sites = 128}).solve(problem).group_potential[0];  // 2 / C with Q = 1.
   RelaxationOptions options = {.sites = 128, .sweeps_factor = 40, .largest_iterations = 150};
   options.eta = 0.95 * critical;
-  CHECK_NOTHROW(RelaxationSolver(options).solve(problem));  // 0.9^n < 1e-4 at n = 88.
+  CHECK_NOTHROW(RelaxationSolver(options).solve(problem));  // 0.9^n < 1e-4 at n = 88
   options.eta = 1.05 * critical;
   CHECK_THROWS_AS(RelaxationSolver(options).solve(problem), Failure);
 }

@@ -115,7 +115,7 @@ TEST_CASE("resistors and leakage: missing tables and bad values are refused") {
   CHECK(good.electrodes[0].series_resistance == 0);
   CHECK(good.electrodes[1].series_resistance == 1e9);
   CHECK(good.effects.find<effects::LeakageOptions>()->conductivity == 1e-11);
-  CHECK(good.effects.find<effects::ContactResistanceOptions>()->ohms() == 55);  // 5 + 1e-3 / 2e-5.
+  CHECK(good.effects.find<effects::ContactResistanceOptions>()->ohms() == 55);  // 5 + 1e-3 / 2e-5
   CHECK(good.medium.temperature == 295.15);
   check_refused(scene + supplied("series_resistance = -1"), {"electrode.series_resistance", "-1", "greater than 0"});
   check_refused(scene + "[effects.contact_resistance]\nresistance = 5.0\n",
@@ -359,7 +359,7 @@ TEST_CASE("packing: walls, radii, networks and refused keys") {
                     {"population.radius = " + std::string(radius == "0.0" ? "0" : "-0.1"), "greater than 0"});
     check_refused(start + "[effects.contact_potential]\nbox = false\n" + some, {"no walls", "[[wall]]"});
     check_refused(start + contact + "[[population]]\ncount = 60\nradius = 0.4\noverlapping = true\n",
-                  {"cannot fit", "3.77 times"});  // 60 pi 0.16 / 8.
+                  {"cannot fit", "3.77 times"});  // 60 pi 0.16 / 8
     check_refused(start + contact + "[[population]]\ncount = 1\nradius = 1.1\noverlapping = true\n",
                   {"no room for even one of radius 1.1 m"});
     check_refused("[domain]\nsize = [40.0, 1.0]\n" + contact + "[[conductor]]\nposition = [9.0, 0.5]\nradius = 1.2\n",

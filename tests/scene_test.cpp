@@ -224,7 +224,7 @@ TEST_CASE("unknown keys: the nearest known one is named") {
 TEST_CASE("edit distance: insertions, deletions and replacements") {
   CHECK(edit_distance("", "abc") == 3);
   CHECK(edit_distance("cells", "cells") == 0);
-  CHECK(edit_distance("kitten", "sitting") == 3);  // k->s, e->i, +g.
+  CHECK(edit_distance("kitten", "sitting") == 3);  // k->s, e->i, +g
   CHECK(edit_distance("cell", "cells") == 1);
   CHECK(nearest("grond", {"wire", "ground"}) == "ground");
 }
@@ -275,7 +275,7 @@ TEST_CASE("ranges: a value outside is refused with the range") {
   check_refused(box + disk("[0.01, 0.01]", "charge = nan\n"), {"conductor.charge = nan", "is not allowed"});
   check_refused("domain = { size = [1, 1], left = { potential = inf } }\n", {"domain.left", "is not allowed"});
   check_refused(box + "field.cells = 7\n", {"field.cells = 7", "at least 8"});
-  check_refused(box + "field.cells = 4294967360\n", {"field.cells = 4294967360", "at most 32768"});  // 2^32 + 64.
+  check_refused(box + "field.cells = 4294967360\n", {"field.cells = 4294967360", "at most 32768"});  // 2^32 + 64
   check_refused(box + "effects.hertz_contact.poisson = 0.51\n", {"poisson = 0.51", "greater than -1 and at most 0.5"});
   check_refused(box + "field.tolerance = 0\n", {"field.tolerance = 0", "greater than 0 and less than 1"});
 }

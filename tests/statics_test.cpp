@@ -85,8 +85,8 @@ class Pit : public minimize::SmoothObjective {
 TEST_CASE("contact law: w(q) = (q - 1) ln q and its derivatives") {
   const effects::ContactLaw half = effects::contact_law(0.5);
   CHECK(half.energy == doctest::Approx(0.5 * std::log(2)).scale(0).epsilon(1e-15));
-  CHECK(half.slope == doctest::Approx(-std::log(2) - 1).scale(0).epsilon(1e-15));  // ln q + 1 - 1/q.
-  CHECK(half.curvature == doctest::Approx(6));                                     // (q + 1) / q^2.
+  CHECK(half.slope == doctest::Approx(-std::log(2) - 1).scale(0).epsilon(1e-15));  // ln q + 1 - 1/q
+  CHECK(half.curvature == doctest::Approx(6));                                     // (q + 1) / q^2
   const effects::ContactLaw touching = effects::contact_law(1);
   CHECK(touching.energy == 0);
   CHECK(touching.slope == 0);

@@ -24,7 +24,7 @@ using std::numbers::pi;
 namespace {
 
 const ViscoelasticPair grains{278.6, 27.7};           // G chapter 4
-constexpr double density = 50016 / (70.0 * 70 * 70);  // phi = 0.0763.
+constexpr double density = 50016 / (70.0 * 70 * 70);  // phi = 0.0763
 const Impacts true_laws{.restitution = [](double v) { return collision(grains, v).restitution; },
                         .charge_square = [](double v) { return impact_charge_square(1, 0.83, 0.5, v); }};
 
@@ -51,7 +51,7 @@ Estimates sampled(const Aggregates& gas, double coupling, const Impacts& impacts
     square *= gas.temperature / gas.mass;
     const double q = random.normal(), p = random.normal(), u = random.uniform();
     const double product = gas.charge_square * q * p, energy = gas.mass * square / 4;
-    const double least = coupling * std::abs(product) / gas.diameter;  // b T.
+    const double least = coupling * std::abs(product) / gas.diameter;  // b T
     // n^2 / 2 pairs, their speed, and the disk.
     const double disk = pi * gas.diameter * gas.diameter * (1 - coupling * product / (gas.diameter * energy));
     const double rate = disk > 0 ? gas.density * gas.density / 2 * std::sqrt(square) * disk : 0;
@@ -184,7 +184,7 @@ TEST_CASE("without charge interaction: cooling and charging follow Haff's law") 
 }
 
 TEST_CASE("Bjerrum number: with merging it has a maximum, otherwise it grows") {
-  KineticGas gas = gas_of(5e-5);  // Q = 1: K Q^2.
+  KineticGas gas = gas_of(5e-5);  // Q = 1: K Q^2
   std::vector<double> times;
   for (double t = 1; t < 1e5; t *= 1.3) times.push_back(t);
   double most = 0;

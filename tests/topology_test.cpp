@@ -88,7 +88,7 @@ TEST_CASE("ring: all conductors have a number, although none has degree 1") {
   CHECK_EQ(t.network.degrees.loops, 2);
   CHECK_EQ(t.strahler, std::vector<int>{1, 1, 1, 1});
   check_general_relations(t.relations);
-  CHECK_EQ(t.relations.mean_degree_printed, doctest::Approx(0.5).epsilon(exact));  // (2 + 2 + 3 + 3) / 4 - 2.
+  CHECK_EQ(t.relations.mean_degree_printed, doctest::Approx(0.5).epsilon(exact));  // (2 + 2 + 3 + 3) / 4 - 2
 }
 
 TEST_CASE("D 7.6 to 7.9: printed forms, and with ground contacts and loops") {

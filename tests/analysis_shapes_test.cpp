@@ -234,7 +234,7 @@ TEST_CASE("size exponent: known samples are recovered, unsuitable ones refused")
       // Inverse of the distribution function with a summed tail.
       std::vector<double> tail;
       for (int s = 1'000'000; s >= least; --s) tail.push_back((tail.empty() ? 0 : tail.back()) + std::pow(s, -tau));
-      std::ranges::reverse(tail);  // Of sizes of at least `least` + k.
+      std::ranges::reverse(tail);  // Sum over sizes of at least `least` + k.
       std::vector<int> sizes = {1, 1, 2};
       for (int k = 0; k < 4000; ++k) {
         const double u = random_number(k, 7).uniform() * tail[0];

@@ -76,7 +76,7 @@ TEST_CASE("shuttle: inertia shortens the crossing only in nonuniform forces") {
 }
 
 TEST_CASE("disk between plates: near a plate its charge follows from reciprocity") {
-  // The other plate is at a distance of 2000 R. Its images change the charge by a fraction of (R / H)^2 = 2.5e-7.
+  // At a distance of 2000 R, the images in the other plate change the charge by a fraction of (R / H)^2 = 2.5e-7.
   const DiskBetweenPlates disk = disk_between(2000);
   for (const double gap : {0.01, 0.1, 1.0}) {
     const DiskState held = at_potential(disk, -disk.place(gap), 0.5 * disk.voltage);
@@ -104,7 +104,7 @@ TEST_CASE("disk between plates: at contact repulsion is eps R E^2 (pi^3/9 + pi/3
 }
 
 TEST_CASE("disk between plates: grounded at a plate it is half of two disks") {
-  // The other plate, at a distance of 4e6 R, changes the potential by a fraction of R / 4e6.
+  // At a distance of 4e6 R, the other plate changes the potential by a fraction of R / 4e6.
   DiskBetweenPlates disk = disk_between(4e6);
   disk.voltage = 0;
   const double gap = 0.05, potential = 1.5;

@@ -304,7 +304,7 @@ TEST_CASE("resistor between isolated spheres: its heat is the field's energy") {
   scene.effects.add(effects::ContactResistanceOptions{.resistance = 1e10});
   Simulation simulation(scene);
   const ConductorFrame first = simulation.now();
-  CHECK(first.potential[0] == near(-first.potential[1], 1e-9));  // Their mean is 0.
+  CHECK(first.potential[0] == near(-first.potential[1], 1e-9));  // The mean potential is 0.
   CHECK(first.potential[0] > 0);
   simulation.advance_to(0.1);  // RC is about 2e-3 s.
   const ConductorFrame frame = simulation.now();

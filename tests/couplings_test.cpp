@@ -82,8 +82,8 @@ LaplaceSolution solve_assembled(const LaplaceProblem& problem) {
 }
 
 /// Bound on errors of potentials (V). CG stops when its estimate of the error in the energy norm, sqrt(x'Ax), is
-/// `tolerance` times the solution's. e'Ae is at least e_g^2 times the capacitance of group g to its surroundings, here
-/// above 1 (2 pi / ln(64 / 1.2) = 1.6). The estimate may be a few times too small.
+/// `tolerance` times the solution's. e'Ae is at least e_g^2 times the capacitance of group g. This capacitance exceeds
+/// 1 here (2 pi / ln(64 / 1.2) = 1.6). The estimate may be a few times too small.
 double uncertainty(const LaplaceSolution& solution) {
   return 5 * tolerance * std::sqrt(2 * std::abs(solution.energy) / eps);
 }
@@ -107,7 +107,8 @@ double rounding_of_charges(const LaplaceProblem& problem, const LaplaceSolution&
   return problem.permittivity * 0x1p-52 * conductance * largest;
 }
 
-/// Solution of (C + K) phi = q by dense algebra, where the field with each group fixed in turn gives C.
+/// Solution of (C + K) phi = q by dense algebra. C follows from the charges for a unit
+/// potential on one group and zero on all others.
 Eigen::VectorXd by_dense_algebra(const LaplaceProblem& problem) {
   const auto n = static_cast<Eigen::Index>(problem.groups.size());
   CutCellSolver tight = solver(1e-12);

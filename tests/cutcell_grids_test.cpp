@@ -227,8 +227,9 @@ TEST_CASE("coarse grid: a group's subgrid conductors in a cell form one link") {
 }
 
 TEST_CASE("subgrid conductor: its mean flux follows the lattice Green function") {
-  // A conductor distributed to four cells by weights w fixes their weighted mean at the radius exp(-gamma - 2 pi <G>) /
-  // sqrt(8). <G> is the sum of w_k w_l (G(k - l) - G(0)), which is 0, -1/4 for neighbours and -1/pi across a diagonal.
+  // A conductor is distributed to four cells by weights w. Their weighted mean is the potential at the radius
+  // exp(-gamma - 2 pi <G>) / sqrt(8). <G> is the sum of w_k w_l (G(k - l) - G(0)), which is 0, -1/4 for neighbours and
+  // -1/pi across a diagonal.
   const Layout box(8, 8);
   const bool insulated[4] = {};
   const double between[4][4] = {{0, 1 / 4., 1 / 4., 1 / pi},
@@ -305,8 +306,8 @@ TEST_CASE("coarse grids: a group that fits into 1.5 cells is absorbed permanentl
 }
 
 TEST_CASE("iterations: unresolved disks on coarse grids do not increase them") {
-  // The same lattice of disks of radius 2.4 cells in boxes of increasing size: for each size another grid no longer
-  // resolves the disks. Regression values, with a margin of 2: 11, 11, 11.
+  // Lattice of disks of radius 2.4 cells in boxes of increasing size: for each size another grid no longer resolves the
+  // disks. Regression values, with a margin of 2: 11, 11, 11.
   for (const int n : {8, 16, 32}) {
     CAPTURE(n);
     LaplaceProblem problem = lattice(n, 0.3);

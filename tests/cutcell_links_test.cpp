@@ -145,7 +145,7 @@ TEST_CASE("channel between two circles: it is the integral of ds / gap") {
     const double k = 0.125, exact = 2 / std::sqrt(g * k) * std::atan(0.5 * std::sqrt(k / g));
     CHECK(channel({0, 0}, {1, 0}, 1, {-7.7, 0}, 8, {8.3 + g, 0}, 8).value == doctest::Approx(exact).epsilon(1e-3));
   }
-  // The same integral at the rim of a dish of radius 24, with curvature 1/8 - 1/24.
+  // Channel at the rim of a dish of radius 24, with curvature 1/8 - 1/24.
   for (const double g : {1e-5, 1e-3, 0.1}) {
     const double k = 0.5 * (1.0 / 8 - 1.0 / 24), exact = 2 / std::sqrt(g * k) * std::atan(0.5 * std::sqrt(k / g));
     CHECK(channel({0, 0}, {1, 0}, 1, {-7.7, 0}, 8, {0.3 + g - 24, 0}, -24).value ==

@@ -13,7 +13,7 @@ struct SolverLog {
   int forgets = 0;
 };
 
-/// Field solver with a simple closed form: each disk is a line charge at its centre, and the potential of disk i is
+/// Field solver with a simple closed form. Each disk is a line charge at its centre. The potential of disk i is
 ///   phi_i = -1/(2 pi eps) * (q_i ln(R_i / L) + sum_j q_j ln(d_ij / L)),   L = width of the box,
 /// as for a circular ground of radius L at a large distance. Groups distribute their charge to equal potentials. Forces
 /// are the exact derivatives of the energy. Bodies must be disks; the box has no other effect.

@@ -56,8 +56,8 @@ std::unique_ptr<Simulation> run(const Scene& scene, const Scripted::Forces& forc
   return simulation;
 }
 
-/// Difference of the final positions from those with forces that change exactly at the events: the field is solved in
-/// each step of CVODE, and events are located to 1e-5 of the tolerance.
+/// Difference of the final positions from a reference in which forces change exactly at the events. The reference
+/// solves the field in each step of CVODE and locates events to 1e-5 of the tolerance.
 double error(Scene scene, const Scripted::Forces& forces) {
   const ConductorFrame frame = run(scene, forces)->now();
   scene.mechanics.coupling = FieldCoupling::monolithic;

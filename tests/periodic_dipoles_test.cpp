@@ -170,8 +170,9 @@ TEST_CASE("shifted force: it is its energy's derivative and vanishes at the cuto
     pair.dipole = {};
     const double itself =
         by_shifted_force({.lengths = {2, 2, 2}, .position = {0, 0, 0}, .charge = {1}}, 0.95, alpha).energy;
-    CHECK(std::abs(by_shifted_force(pair, 0.95, alpha).energy - 2 * itself) < 1e-15);  // Of the order (c - r)^2.
-    CHECK(largest(by_shifted_force(pair, 0.95, alpha).force) < 1e-8);                  // Of the order c - r.
+    // (c - r)^2 in order of magnitude.
+    CHECK(std::abs(by_shifted_force(pair, 0.95, alpha).energy - 2 * itself) < 1e-15);
+    CHECK(largest(by_shifted_force(pair, 0.95, alpha).force) < 1e-8);  // c - r in order of magnitude.
     pair.position[5] = 0.96;
     CHECK(largest(by_shifted_force(pair, 0.95, alpha).force) == 0);
   }

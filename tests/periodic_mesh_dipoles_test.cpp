@@ -263,7 +263,7 @@ TEST_CASE("dipole field: linear and symmetric to rounding on any mesh") {
   CHECK(largest_difference(of_both, expected) < 1e-14 * largest(expected));
   const double magnitude = std::sqrt(product(of_a, of_a) * product(b.dipole, b.dipole));
   CHECK(std::abs(product(of_a, b.dipole) - product(of_b, a.dipole)) < 1e-15 * magnitude);
-  // It equals the field computed together with forces.
+  // The evaluation with forces gives the same field.
   CHECK(largest_difference(of_a, evaluated_on(sum, without_charges(a)).field) < 1e-14 * largest(of_a));
 }
 

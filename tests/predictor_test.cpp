@@ -83,9 +83,8 @@ TEST_CASE("predictor: errors since the last field solve are corrected") {
   };
   const auto [exact, many] = run(false, 0.02);
   const auto [with, few] = run(true, 1);
-  // Each prediction had an error of up to two tolerances of 1e-3 radius. The error that is corrected grows by an
-  // unknown power of time: if it exists from the start or arises at the end, the correction misses or exceeds half of
-  // it.
+  // Each prediction had an error of up to two tolerances of 1e-3 radius. The corrected error grows by an unknown power
+  // of time. If it exists from the start or arises at the end, the correction misses or exceeds half of it.
   CHECK(largest_distance(with, exact) < static_cast<double>(few.corrections) * 1e-3 * radius);
 }
 

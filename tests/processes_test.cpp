@@ -94,7 +94,7 @@ TEST_CASE("two processes: an error of all processes is printed once") {
   CHECK(count(result.err, "no convergence after 1 iterations") == 1);
 }
 
-// The other process would wait for it endlessly; five minutes are ample.
+// Without this the remaining process would wait endlessly; five minutes are ample.
 TEST_CASE("two processes: an error on one process ends the others") {
   const std::string program = "LICHTENBERG solve scene.toml --petsc -field_mat_type ";
   const std::string two = "timeout -k 10 300 mpirun -n 1 " + program;

@@ -16,8 +16,8 @@ struct Ended {
   std::string out, err;
 };
 
-/// Runs a shell command in the folder, where LICHTENBERG stands for the program. The files out and err there contain
-/// its output; output that the command redirects is not read back.
+/// Runs a shell command in the folder with LICHTENBERG replaced by the program. The files out and err there contain its
+/// output; output that the command redirects is not read back.
 inline Ended run_shell(const Folder& folder, std::string command) {
   for (std::size_t at; (at = command.find("LICHTENBERG")) != std::string::npos;)
     command.replace(at, 11, "'" LICHTENBERG_BINARY "'");

@@ -60,7 +60,7 @@ TEST_CASE("kill: the result is readable, and the resumed run has the same number
   CHECK(std::ranges::is_sorted(left));  // Saved frames remain.
   CHECK_EQ(left.front(), 0);
   CHECK_EQ(left.back(), 30);
-  CHECK_GT(std::set(left.begin(), left.end()).size(), 6);  // Of 12: ten saves before the end.
+  CHECK_GT(std::set(left.begin(), left.end()).size(), 6);  // 12 values, of which ten are saves before the end.
 }
 
 TEST_CASE("lock: a second writer is refused and the first one is named") {
@@ -168,7 +168,7 @@ TEST_CASE("flipped bit: the file is refused or has the same numbers") {
     const std::string whole = text_of(file);
     for (int trial = 0; trial < times; ++trial) {
       std::string flipped = whole;
-      // One of ten bits is in the seal at the end.
+      // 10 % of the bits are in the seal at the end.
       const std::size_t from = trial % 10 == 0 ? whole.size() - 24 : 0;
       flipped[std::uniform_int_distribution<std::size_t>(from, whole.size() - 1)(random)] ^= 1 << (random() % 8);
       std::ofstream(file, std::ios::binary) << flipped;

@@ -347,7 +347,7 @@ TEST_CASE("frames: they are compressed at the end of the run, not at each save")
   run(path, 100, false, 1 << 20);
   CHECK_EQ(stored(), bytes);
   Recorder::resume(path, some_scene(), 1 << 20).save(milestone(100, true));
-  CHECK_LT(stored(), bytes / 2);  // One of three coordinates is always 0, and one is the same for all.
+  CHECK_LT(stored(), bytes / 2);  // The x, y and z arrays compress: one is always 0, and one is the same for all.
   CHECK(numbers(path) == expected(100));
 }
 

@@ -1,6 +1,6 @@
 // Tests of the content of result files.
 #include <doctest/doctest.h>
-#include <petscsys.h>  // the MPI that PETSc stands on
+#include <petscsys.h>  // The MPI library that PETSc uses.
 
 #include <array>
 #include <cmath>
@@ -106,7 +106,7 @@ TEST_CASE("box: a periodic axis gives a matrix of edges for each frame") {
   const Folder folder;
   const std::string path = folder / "box.h5";
   Scene scene = two_conductors();
-  scene.electrodes.clear();  // They have no third dimension.
+  scene.electrodes.clear();  // Electrodes have no third dimension.
   scene.domain.size.z = 0.03;
   for (const int side : {0, 1, 4, 5}) scene.domain.sides[side].periodic = true;
   Recorder recorder = Recorder::start(path, scene, masses, false);

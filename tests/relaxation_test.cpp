@@ -321,7 +321,7 @@ TEST_CASE("body cut by an insulating wall: half a coaxial pair has half the char
     // 250 points is counted in an oblique direction, 0.4 %.
     CHECK(part.body_charge[0] == Approx(0.5 * all.body_charge[0]).epsilon(4e-3));
     CHECK(part.energy == Approx(0.5 * all.energy).epsilon(1e-6));
-    CHECK(dot(part.body_force[0], inward) > 0);  // The field pulls the remaining half into the box.
+    CHECK(dot(part.body_force[0], inward) > 0);  // The remaining half is attracted into the box.
     CHECK(std::abs(cross(part.body_force[0], inward)) < 0.01 * dot(part.body_force[0], inward));
   }
 }

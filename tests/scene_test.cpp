@@ -353,7 +353,7 @@ TEST_CASE("multipole method: only disks are accepted") {
                 {"\"disk 1\" overlaps the electrode \"e\""});
   CHECK(refusal(with(circle + "\"disk\"\ncentre = [0.01, 0.01]\n")) == "");
   CHECK(refusal(with(circle + "\"half-disk\"\nside = \"bottom\"\nat = 0.01\n")) == "");
-  // One of the sides is an insulator.
+  // The two sides are an electrode and an insulator.
   CHECK(refusal(with(circle + "\"half-disk\"\nside = \"top\"\nat = 0.0\n")) == "");
 }
 
@@ -457,7 +457,7 @@ TEST_CASE("numbers of all keys: a value beyond its bounds is refused by name") {
 TEST_CASE("rules: a key that no scene can have is an error of the program") {
   const Draft draft = Schema(effects::all_kinds()).blank_draft();
   CHECK(draft.line("effects.hertz_contact.young") == 0);
-  CHECK(draft.line("effects.of_another_program.key") == 0);  // Its kind is not in the list.
+  CHECK(draft.line("effects.of_another_program.key") == 0);  // The kind is not in the list.
   CHECK_THROWS_AS(draft.line("effects.hertz_contact.yuong"), std::logic_error);
   CHECK_THROWS_AS(draft.line("hertz_contact.young"), std::logic_error);
 }
@@ -478,7 +478,7 @@ TEST_CASE("help: it lists every key with its unit and default") {
       CHECK(has(help, key.allowed() + "; " + key.fallback(untouched)));
     }
   }
-  // One of each kind in full: unit, range, default from the scene's initial values.
+  // An example of each kind in full: unit, range, default from the scene's initial values.
   CHECK(has(help, "an integer, at least 8 and at most 32768; default: 512"));
   CHECK(has(help, "a number in Pa, greater than 0; default: 2e+11"));
   CHECK(has(help, "two numbers [x, y] or three [x, y, z] in m, at least 1e-50 and at most 1e+50; required"));

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using json = nlohmann::ordered_json;  // written anew, the table keeps its order
+using json = nlohmann::ordered_json;  // An updated table keeps its order.
 
 const fs::path source = source_folder();
 const fs::path table_path = source / "tests" / "shipped_scenes.json";
@@ -169,7 +169,7 @@ TEST_CASE("shipped scene: a shortened run gives the stored numbers") {
   }
 }
 
-TEST_CASE("the stored numbers are written anew" * doctest::skip()) {
+TEST_CASE("shipped scenes: the stored numbers are updated" * doctest::skip()) {
   json written = table();
   for (json& row : written["rows"]) row["values"] = recomputed(row);
   std::ofstream(table_path) << written.dump(2) << '\n';

@@ -51,7 +51,8 @@ TEST_CASE("translation: shifted multipoles give the same field") {
   for (int l = 0; l <= target_degree; ++l)
     for (int m = -l; m <= l; ++m)
       moved += value[at(l, m)][3] * std::pow(2 * target_radius / d, l) * near[at(l, m)] / std::pow(target_radius, l);
-  // |offset| / |way| = 0.16 to the power 60 is negligible. The bound is rounding in sums of some thousand terms.
+  // The ratio of the two distances, 0.16, to the power 60 is negligible. The bound is rounding in sums of some thousand
+  // terms.
   CHECK(moved == doctest::Approx(exact).epsilon(1e-13));
 }
 

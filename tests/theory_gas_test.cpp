@@ -109,7 +109,8 @@ TEST_CASE("restitution: Mueller and Poeschel's closed form is within 0.01") {
     worst = std::max(worst, std::abs(pade_restitution(k) - (1 - k * restitution_curve()(k).loss)));
   CHECK(worst < 0.01);
   CHECK(worst > 0.005);
-  // It has the curve's series up to k^2, 1 - c k + (3/5) c^2 k^2; its coefficients of six digits leave 1e-6 k.
+  // The closed form has the curve's series up to k^2, 1 - c k + (3/5) c^2 k^2; its coefficients of six digits leave
+  // 1e-6 k.
   const double k = 1e-3, c = first_loss();
   CHECK(std::abs(pade_restitution(k) - (1 - c * k + 0.6 * c * c * k * k)) < std::pow(k, 2.5) + 1e-6 * k);
 }

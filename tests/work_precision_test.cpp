@@ -126,7 +126,7 @@ TEST_CASE("cut-cell: errors decrease with the grid; the spectral ones are smalle
       CHECK(setting(tight[finer].settings, "S") == 2 * setting(tight[finer - 1].settings, "S"));
       CHECK(tight[finer].errors[quantity] < 0.5 * tight[finer - 1].errors[quantity]);
     }
-  // The same system, factorized, has the same error within the tolerances, 1e-8 each.
+  // The factorized form of the system has the same error within the tolerances, 1e-8 each.
   for (const Measured& direct : points_of(diagram, "cut-cell-cholmod")) {
     const auto same = std::ranges::find_if(
         tight, [&](const Measured& p) { return setting(p.settings, "S") == setting(direct.settings, "S"); });

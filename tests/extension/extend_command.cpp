@@ -45,7 +45,7 @@ TEST_CASE("added command: the command line reads, runs and explains it") {
   CHECK(run_command_line({"count", scene, "--least", "3"}, commands) == 2);
   CHECK(run_command_line({"count"}, commands) == 2);
   CHECK(run_command_line({"help", "count"}, commands) == 0);
-  CHECK(run_command_line({"explain", scene}, commands) == 0);  // The other commands still exist.
+  CHECK(run_command_line({"explain", scene}, commands) == 0);  // All other commands still exist.
 }
 
 TEST_CASE("added command: an error of its HDF5 calls is refused input") {

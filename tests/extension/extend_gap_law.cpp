@@ -101,7 +101,7 @@ TEST_CASE("tunnel: a passage within one free step moves the charge of the integr
   }
 }
 
-TEST_CASE("tunnel: a law that reads the gap without a gap_scale, or with 0, is refused") {
+TEST_CASE("tunnel: a law that reads the gap needs a positive gap_scale") {
   CHECK_THROWS_WITH_AS(after(flight, INFINITY), doctest::Contains("must state its gap_scale"), InputError);
   CHECK_THROWS_WITH_AS(after(flight, 0), doctest::Contains("a gap_scale of 0 m: it must be > 0"), InputError);
 }

@@ -1,4 +1,4 @@
-"""How `work-precision` measures what it is given, and what it says of it."""
+"""Tests of the measurements of `work-precision` and of its output."""
 import math
 import os
 import time
@@ -6,7 +6,7 @@ import unittest
 from types import SimpleNamespace
 from unittest import mock
 
-import runs  # which knows where the package is
+import runs  # This module adds the package's path.
 from lichtenberg import Failure, InputError
 from lichtenberg.commands.work_precision import Sweep, measure_all
 from lichtenberg.methods import Method, freefem
@@ -17,10 +17,10 @@ from lichtenberg.work_precision_report import price_list, printed, to_json
 
 
 class Nap(Method):
-    """Sleeps, and is as wrong as it was told."""
+    """Method that sleeps for a given time and has a given error."""
 
     def __init__(self, name, candidates):
-        self.name, self.naps = name, candidates  # ({"cost": cost}, cost), s, error
+        self.name, self.naps = name, candidates  # ({"cost": cost}, cost), s, error.
 
     def candidates(self, sweep):
         return [candidate for candidate, _, _ in self.naps]
@@ -29,7 +29,7 @@ class Nap(Method):
         seconds, error = next((s, e) for (own, _), s, e in self.naps if own == settings)
         if isinstance(error, Exception):
             raise error
-        return lambda: (error, time.sleep(seconds))  # the clock tells the seconds
+        return lambda: (error, time.sleep(seconds))  # The clock measures the seconds.
 
 
 class NapSweep(Sweep):

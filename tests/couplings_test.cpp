@@ -287,7 +287,7 @@ TEST_CASE("couplings: strong ones tend to a merge, weak ones to independence") {
   }
 }
 
-TEST_CASE("supply: a coupling of any strength gives the potential of its charge") {
+TEST_CASE("supply: its coupling sets the potential level of an insulated problem") {
   LaplaceProblem problem = crowd(9);
   problem.groups[0] = {};
   problem.groups.push_back({.floating = false, .potential = 7});

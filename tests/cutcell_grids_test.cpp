@@ -294,7 +294,7 @@ TEST_CASE("multigrid cycle: a small grounded half-disk sets the potential level"
 TEST_CASE("coarse grids: a group that fits into 1.5 cells is absorbed permanently") {
   LaplaceProblem problem = lattice(16, 0.2);
   for (std::size_t k = 0; k < problem.bodies.size(); ++k) problem.bodies[k].group = k == 1 ? 0 : static_cast<int>(k);
-  problem.groups[1].floating = false;  // This group is not absorbed.
+  problem.groups[1].floating = false;  // No body belongs to this group.
   Level finer(problem, 16, 16), coarser(problem, 8, 8);
   finer.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr);
   coarser.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), &finer);

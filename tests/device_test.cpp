@@ -74,7 +74,7 @@ LaplaceProblem shared_cells() {
     problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
     problem.groups.push_back({true, 0.1 * static_cast<double>(problem.groups.size()) - 0.3, 0});
   }
-  problem.bodies[1].group = 6;  // This group follows the group of the disk whose cell it shares.
+  problem.bodies[1].group = 6;  // Larger than the group of the disk whose cell it shares.
   problem.groups[1] = {false, 0, 0.2};
   return problem;
 }

@@ -111,7 +111,7 @@ TEST_CASE("candidate: time and cores are measured, and errors are given") {
   CHECK(point.errors == std::vector<double>{0.1});
 }
 
-TEST_CASE("cut-cell: errors decrease with the grid; the spectral ones are smaller") {
+TEST_CASE("cut-cell: errors decrease with the grid; multipole keeps its tolerance") {
   const Swept diagram = swept(sweep_field, two_disks(),
                               {.methods = {"cut-cell", "cut-cell-cholmod", "multipole"}, .sizes = {128, 32, 64}});
   CHECK(diagram.quantities == std::vector<std::string>{"potentials", "charges", "forces"});

@@ -452,7 +452,7 @@ TEST_CASE("work: it counts residual evaluations on the finest grid") {
 }
 
 // Number of requests for a side's potential by the worker thread, which discretizes the coarse grids. The caller's
-// solve fails when PETSc creates the preconditioner of the options; its creation waits for the first request.
+// solve fails when PETSc creates the preconditioner of the options; this creation waits for the first request.
 std::atomic<int> asked_by_helper = 0;
 
 PetscErrorCode make_once_helper_is_at_work(PC) {

@@ -193,8 +193,8 @@ TEST_CASE("dielectric grains: a run restored from a checkpoint has identical bit
   check_restored(scene);
 }
 
-// A distant fast grain shortens the time to the next search. Two accelerations of 200 close the gap of 0.2 after sqrt(2
-// x 0.2 / 400), later than the next search that the bound on contact forces requires.
+// A distant fast grain causes a search soon, but two accelerations of 200 close the gap of 0.2 earlier, after sqrt(2 x
+// 0.2 / 400). The bound on contact forces alone would close it after that search.
 TEST_CASE("pair search: a pair at rest under constant forces is found in time") {
   Scene scene = grains::cube(20);
   grains::add(scene, {5, 5, 5});

@@ -180,8 +180,8 @@ TEST_CASE("multipoles of a gas: forces are energy derivatives at degrees 1 to 6"
     std::vector<double> force(bodies.position.size());
     coulomb.add_forces(state, force);
     const double largest = std::abs(std::ranges::max(force, {}, [](double f) { return std::abs(f); }));
-    // The error of a central difference, h^2 / 6 over the square of the gap of 0.3, is 2e-6 of the force at h = 1e-3. A
-    // second difference with twice the step removes it.
+    // The error of a central difference, h^2 / 6 over the square of the gap of 0.3, is 2e-6 of the force at h = 1e-3.
+    // The fourth-order difference with steps h and 2 h removes it.
     for (const int k : {0, 4, 23}) {
       const double place = bodies.position[k], h = 1e-3;
       const auto energy = [&](double way) {

@@ -154,7 +154,8 @@ TEST_CASE("two large individual cutoffs: the pair is found over many cells") {
   std::vector<double> reach(1000, 0.0);
   reach[3] = reach[5] = 5;
   for (int k = 0; k < 3; ++k) some.position[9 + k] = 50, some.position[15 + k] = 50;
-  some.position[9] = 53, some.position[15] = 62.9;  // The cells are 10 wide; the distance is 9.9, beyond 5 m.
+  // The cells are 10 wide, and the distance of 9.9 is below the sum of the cutoffs.
+  some.position[9] = 53, some.position[15] = 62.9;
   const Spheres<3> spheres{some.position, some.radius};
   CHECK(pairs_within_reach(spheres, 0, reach) == all_pairs(spheres, 0, reach));
   CHECK(std::ranges::count(all_pairs(spheres, 0, reach), Pair{3, 5}) == 1);

@@ -384,8 +384,8 @@ TEST_CASE("run: a resumed run compares its energy with that of the first frame")
   check_same_numbers(folder / "six.h5", folder / "reference.h5");
 }
 
-// A sphere between two plates 0.95 mm farther apart than its diameter. The lower plate makes contact below a gap of
-// 0.525 mm. The upper plate, which attracts the sphere, makes contact below 0.5 mm, that is 0.45 mm from the lower
+// A sphere between two plates 0.95 mm farther apart than its diameter. The contact with the lower plate opens at a gap
+// of 0.525 mm. The upper plate attracts the sphere, and its contact closes at 0.5 mm, which is 0.45 mm from the lower
 // plate.
 TEST_CASE("run: a short circuit ends it with status 1 and keeps earlier frames") {
   const SceneFolder folder;

@@ -140,7 +140,7 @@ TEST_CASE("distribution: quartiles and extremes of a sample") {
 }
 
 TEST_CASE("tree: edges and minimum spanning tree") {
-  // 0 is on the ground, 1 on 0, 2 next to 1 with a link of 2.9. 3 is isolated, 5 from 2.
+  // 0 is on the ground, 1 on 0, 2 next to 1 with a link of 2.9. 3 is isolated, at a distance of 5 from 2.
   const Topology t = topology_of({{10, 1.5}, {10, 4}, {12.9, 4}, {17.9, 4}});
   CHECK_EQ(t.edge_length.count, 2);
   CHECK_EQ(t.edge_length.least, 2.5);

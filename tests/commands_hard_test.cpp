@@ -233,7 +233,8 @@ TEST_CASE("supply behind a resistor and neutral conductors: the run completes") 
   CHECK_FALSE(contains(ended.out, "nan"));
 }
 
-TEST_CASE("results never take the place of a pipe or a link") {  // run: a result does not replace a pipe or a link
+// No device is tested, because as root a failure would replace it.
+TEST_CASE("run: a result does not replace a pipe or a link") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   REQUIRE(run_shell(folder, "mkfifo pipe; ln -s elsewhere link").status == 0);

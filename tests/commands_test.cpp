@@ -395,7 +395,7 @@ TEST_CASE("box in space: three lengths are printed and stored") {
         std::vector<double>{0.01, 0.02, 0.03});
 }
 
-TEST_CASE("held = true: this conductor does not move, and the other does") {
+TEST_CASE("fixed conductor: it does not move, and the other one does") {
   const Folder folder;
   std::string scene = replaced(small_scene, "charge = 1e-10", "charge = 1e-10\n  held = true") +
                       "[effects.stokes_drag]\n[output]\nevery = 0.05\npicture = false\n[stop]\ntime = 0.1\n";

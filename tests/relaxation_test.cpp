@@ -389,7 +389,7 @@ TEST_CASE("relaxation: an impossible problem is refused") {
   CHECK_THROWS_AS(solver.solve(problem), InputError);
 }
 
-TEST_CASE("options out of range are refused") {
+TEST_CASE("options: values out of range are refused") {
   CHECK_THROWS_AS(RelaxationSolver({.sites = 8}), InputError);
   CHECK_THROWS_AS(RelaxationSolver({.eta = -1}), InputError);
   CHECK_THROWS_AS(RelaxationSolver({.surface_points = 4}), InputError);

@@ -37,7 +37,7 @@ struct Images {
 /// Image charges of two spheres of radii a at 0 and b at d with charges qa and qb, in units of 4 pi eps. Solutions with
 /// one sphere at a potential and the other at 0 are superposed.
 std::array<Images, 2> images_of(double a, double b, double d, double qa, double qb) {
-  std::array<std::array<Images, 2>, 2> unit;  // [held][sphere].
+  std::array<std::array<Images, 2>, 2> unit;  // [sphere at a potential][sphere].
   for (const int held : {0, 1}) {
     const std::array radius = {a, b}, centre = {0.0, d};
     double charge = radius[held], place = centre[held];

@@ -86,7 +86,7 @@ TEST_CASE("restitution curve: it equals CVODE's at and between its points") {
   for (const double refused : {-1e-9, 100.001, std::nan("")}) CHECK_THROWS_AS(restitution_curve()(refused), InputError);
 }
 
-TEST_CASE("restitution, duration and overlap at E = 278.6, D = 27.7") {
+TEST_CASE("collision of viscoelastic grains: known values at E = 278.6, D = 27.7") {
   // Speed, restitution, duration and overlap of an independent program, to its printed digits.
   const double known[][4] = {{1e-6, .914344, 4.005, 1.33e-6}, {1e-4, .802964, 1.560, 5.05e-5},
                              {1e-3, .712488, .965, 3.04e-4},  {.01, .597185, .591, 1.80e-3},

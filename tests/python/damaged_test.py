@@ -5,7 +5,7 @@ import unittest
 
 import runs
 
-FILES = 30  # Of 2000 files; these include all kinds of damage.
+FILES = 30  # This part of 2000 files includes all kinds of damage.
 
 
 class Damaged(unittest.TestCase):

@@ -437,7 +437,7 @@ class H5mdTest(unittest.TestCase):
                 edges = result.file["particles/conductors/box/edges"]
                 np.testing.assert_array_equal(edges["value"], [np.diag(result.size)] * len(result))
                 self.assertEqual(edges["value"].attrs["unit"], result.size.unit)
-                for clock in ("step", "time"):  # The same datasets, as H5MD requires.
+                for clock in ("step", "time"):  # H5MD requires the same datasets.
                     self.assertEqual(edges[clock], result.file["particles/conductors/position"][clock])
 
 

@@ -21,8 +21,8 @@ namespace {
 
 constexpr double tolerance = 1e-10;
 
-/// Potentials have the tolerance in the energy norm relative to the solution's norm. The largest group potential is of
-/// the order of this norm (a few groups in a box of a few radii); a factor of 100 covers the constants.
+/// Potentials have the tolerance in the energy norm relative to the solution's norm. In a box of a few radii with a few
+/// groups the largest group potential is of the order of this norm. A factor of 100 covers the constants.
 constexpr double agreement = 100 * tolerance;
 
 /// Twelve disks, some with a common potential, around a grounded half-disk; without it there is no ground.
@@ -252,11 +252,11 @@ TEST_CASE("apertures: capacitance of first order, forces do not converge") {
   const double order = 0.5 * std::log2(capacitance[0] / capacitance[2]);
   CHECK(order > 0.7);
   CHECK(order < 1.4);
-  // Regression value: the normal derivative has a relative error in each cell that does not depend on the grid, and so
-  // has the sum of its squares.
+  // Regression value: the relative error of the normal derivative in each cell does not depend on the grid. The same
+  // holds for the sum of its squares.
   for (const double error : force) CHECK(error < 0.15);
-  // The error of the distance from a centre to the surface is at most a quarter of a cell, relative to R ln 4, over
-  // which the potential decreases.
+  // The error of the distance from a centre to the surface is at most a quarter of a cell. It is relative to R ln 4,
+  // over which the potential decreases.
   CHECK(capacitance[1] < 0.25 / (8 * std::log(4.0)));
 }
 

@@ -190,7 +190,7 @@ TEST_CASE("elimination: a star of three nodes becomes the known triangle") {
 }
 
 TEST_CASE("two disks and a resistor: the exact field with a lumped conductance") {
-  // Two disks of radius R at distance d, one of them at 0 V, and walls at the exact potential in bipolar coordinates:
+  // Two disks of radius R at distance d, one of them at 0 V. The walls have the exact potential in bipolar coordinates:
   // per charge q on the other, V = q acosh(d / 2R) / (pi eps). A coupling K to the fixed disk gives Q = q + K V.
   // Log-fitted links with R = 4 cells have an error of about 3e-4 (README of the solver).
   const double R = 8, d = 24, side = 128;

@@ -100,8 +100,8 @@ TEST_CASE("gap: it is measured between the surfaces of a disk and each shape") {
 }
 
 TEST_CASE("circle cut by a rectangle: its outline is closed") {
-  // The normals of the arc and of the edges' parts inside the circle sum to zero (divergence theorem), within rounding
-  // of about ten operations on numbers of order 3.
+  // The normals of the arc and of the edges' parts inside the circle sum to zero (divergence theorem). The bound is
+  // rounding of about ten operations on numbers of order 3.
   for (int k = 0; k < 200; ++k) {
     const Disk disk{{std::cos(1.7 * k), std::sin(2.9 * k)}, 0.1 + 0.01 * k};
     const Vec2 low{-0.6, -0.5}, high{0.7, 0.9};

@@ -388,9 +388,9 @@ TEST_CASE("gas drag: a random wind drives free grains to its temperature") {
   CHECK(book.total() == doctest::Approx(0).epsilon(1e-12 * book.driven));
 }
 
-// The temperature has a correlation time of 1 / (2 S) = 1 and is averaged over 60 correlation times of the wind: about
-// 60 samples of 3 N / 2 degrees of freedom, with a bound of four standard deviations. The contact duration (omega t_c =
-// 0.03) reduces the collision rate, which changes T by 0.5 %. Without collisions T would be 15 % higher.
+// The temperature has a correlation time of 1 / (2 S) = 1 and is averaged over 60 correlation times of the wind. These
+// are about 60 samples of 3 N / 2 degrees of freedom; the bound is four standard deviations. The contact duration
+// (omega t_c = 0.03) reduces the collision rate, which changes T by 0.5 %. Without collisions T would be 15 % higher.
 TEST_CASE("gas drag: collisions lower the temperature to the theoretical value") {
   constexpr int n = 216;
   const double edge = std::cbrt(n * std::numbers::pi / 6 / 0.05);

@@ -100,7 +100,7 @@ TEST_CASE("deferred merge: one that occurs early leaves no error") {
 TEST_CASE("contact closed by a defect correction: the merge occurs at once") {
   // The third pair rests just above its threshold until the second pair meets. The resulting force drives it across
   // while the second merge is deferred. The time of crossing follows from its gap and its current speed. It lies within
-  // the deferral t = 0.5 drag tolerance / jump, in which the difference of the jump, 0.08 of the force, moves the pair
+  // the deferral t = 0.5 drag tolerance / jump. Meanwhile the difference of the jump, 0.08 of the force, moves the pair
   // by at most 0.08 / 0.1 * half a tolerance.
   for (const double beyond : {0.05, 0.1, 0.2}) {
     const auto forces = together([](const LaplaceProblem& problem, int i) {

@@ -36,8 +36,8 @@ json table() { return json::parse(text_of(table_path)); }
 const std::set<std::string> counted{"branch_points", "collisions", "connected", "contacts",
                                     "endpoints",     "loops",      "rattlers"};
 
-/// Quantities that count work. Rounding may add an iteration where a residual is close to the tolerance, and a solve
-/// where a step's error estimate is close to its tolerance.
+/// Quantities that count work. Rounding may add an iteration where a residual is close to the tolerance. It may add a
+/// solve where a step's error estimate is close to its tolerance.
 const std::set<std::string> work{"evaluations", "field_solves", "iterations"};
 
 /// Largest permitted difference between a stored quantity and a computed one. `values` are those of the row.

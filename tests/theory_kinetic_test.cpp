@@ -40,8 +40,8 @@ struct Estimates {
   Estimate mergers, contact_loss, merging_loss, contact_charge, merging_charge;
 };
 
-/// Monte Carlo estimates of the collision integrals of such a gas: pairs of velocities and charges from their
-/// Gaussians, with impact positions uniform over the disk of the cross section.
+/// Monte Carlo estimates of the collision integrals of such a gas. Pairs have velocities and charges from their
+/// Gaussians, and impact positions uniform over the disk of the cross section.
 Estimates sampled(const Aggregates& gas, double coupling, const Impacts& impacts, bool at_contact, int samples) {
   Estimates found;
   for (int k = 0; k < samples; ++k) {

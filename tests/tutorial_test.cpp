@@ -19,8 +19,8 @@ namespace {
 
 const std::string program = "    ./lichtenberg ";
 
-/// Executes the tutorial: runs its commands and writes the files that it shows. Returns the output of the last command
-/// with a given beginning.
+/// Executes the tutorial: follow() runs its commands and writes the files that it shows. `ended` has the result of each
+/// command by its arguments.
 struct Reader {
   Folder folder;
   int commands = 0;

@@ -115,9 +115,9 @@ TEST_CASE("cut-cell: errors decrease with the grid; multipole keeps its toleranc
   const Swept diagram = swept(sweep_field, two_disks(),
                               {.methods = {"cut-cell", "cut-cell-cholmod", "multipole"}, .sizes = {128, 32, 64}});
   CHECK(diagram.quantities == std::vector<std::string>{"potentials", "charges", "forces"});
-  // Second order: a factor of 4 per doubling, of which the disks' positions in their cells may take up to 2 (FIELD:
-  // mean and largest error over positions in validation/two_disks). Charges of single disks are given; only the floor's
-  // is free.
+  // Second order gives a factor of 4 per doubling. The disks' positions in their cells may change it by up to 2 (FIELD:
+  // mean and largest error over positions in validation/two_disks). The charges of the disks are given; only that of
+  // the bottom side is free.
   std::vector<Measured> tight = points_of(diagram, "cut-cell");
   std::erase_if(tight, [](const Measured& p) { return setting(p.settings, "tolerance") > 1e-7; });
   REQUIRE(tight.size() == 3);

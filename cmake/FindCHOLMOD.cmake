@@ -1,4 +1,4 @@
-# SuiteSparse's sparse Cholesky factorization as the target CHOLMOD::CHOLMOD (SuiteSparse 5 brings no CMake files).
+# Defines the target CHOLMOD::CHOLMOD, SuiteSparse's sparse Cholesky factorization. SuiteSparse 5 has no CMake files.
 find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse)
 find_library(CHOLMOD_LIBRARY cholmod)
 mark_as_advanced(CHOLMOD_INCLUDE_DIR CHOLMOD_LIBRARY)

@@ -1,10 +1,10 @@
-# The libraries that lichtenberg's own libraries stand on: read by this build and by find_package(lichtenberg).
+# Finds the libraries that lichtenberg needs, for this build and for find_package(lichtenberg).
 find_package(Eigen3 REQUIRED NO_MODULE)
 find_package(SUNDIALS REQUIRED)
 find_package(fmt REQUIRED)
 find_package(CHOLMOD REQUIRED)
 find_package(PkgConfig REQUIRED)
-# PETSc's headers include MPI's. A program in C++ alone finds MPI by the compiler that it has.
+# PETSc's headers include those of MPI. A project in C++ only finds MPI by its own compiler.
 get_property(languages GLOBAL PROPERTY ENABLED_LANGUAGES)
 if("C" IN_LIST languages)
   find_package(MPI REQUIRED COMPONENTS C)
@@ -16,15 +16,15 @@ else()
   endif()
 endif()
 pkg_check_modules(PETSC REQUIRED QUIET IMPORTED_TARGET PETSc)
-# Not what Debian compiled PETSc with, -D_FORTIFY_SOURCE and the like: all rooms have the same flags.
+# Removes Debian's compile options of PETSc (-D_FORTIFY_SOURCE and others): all libraries use the same flags.
 set_property(TARGET PkgConfig::PETSC PROPERTY INTERFACE_COMPILE_OPTIONS)
 pkg_check_modules(FFTW REQUIRED QUIET IMPORTED_TARGET fftw3)
 find_package(ZLIB REQUIRED)
-# HDF5 without MPI, since one process alone writes: the parallel one includes an mpi.h, which is not that of a PETSc
-# without MPI. Debian calls it hdf5-serial, for its PETSc has brought a parallel one; its symbols have other versions.
+# HDF5 without MPI, because a single process writes. The parallel HDF5 includes an mpi.h that differs from that of a
+# PETSc without MPI. Debian names the serial library hdf5-serial; its symbols have versions of their own.
 pkg_search_module(SERIAL_HDF5 REQUIRED QUIET IMPORTED_TARGET hdf5-serial hdf5)
 pkg_check_modules(TOMLPLUSPLUS REQUIRED QUIET IMPORTED_TARGET tomlplusplus)
-# Headers alone, and no CMake files.
+# Header-only library without CMake files.
 find_path(RANDOM123_INCLUDE_DIR Random123/philox.h REQUIRED)
 mark_as_advanced(RANDOM123_INCLUDE_DIR)
 if(NOT TARGET Random123::Random123)

@@ -1,4 +1,4 @@
-# `ninja docs`: pages of all headers' docstrings, by Doxygen (a package of that name), in docs/html of the build.
+# `ninja docs` writes pages of all headers' docstrings to docs/html of the build, by Doxygen (Debian package doxygen).
 find_package(Doxygen QUIET)
 if(NOT DOXYGEN_FOUND)
   add_custom_target(docs COMMAND ${CMAKE_COMMAND} -E echo "docs: install doxygen and run cmake again" COMMAND false)
@@ -13,7 +13,7 @@ set(DOXYGEN_EXTRACT_ALL YES)
 set(DOXYGEN_MARKDOWN_SUPPORT YES)
 set(DOXYGEN_QUIET YES)
 foreach(warning WARNINGS WARN_IF_DOC_ERROR WARN_IF_INCOMPLETE_DOC)
-  set(DOXYGEN_${warning} NO)  # of equations and fields without a docstring, by the hundred
+  set(DOXYGEN_${warning} NO)  # about equations and fields without a docstring
 endforeach()
 set(DOXYGEN_HAVE_DOT NO)
 doxygen_add_docs(docs README.md solvers src WORKING_DIRECTORY ${CMAKE_SOURCE_DIR} COMMENT "Writing docs/html")

@@ -1,5 +1,5 @@
-# `ninja package`: a Debian package of the program, its scripts, scenes and manual, for the release that it is built on. The
-# library's headers and archives are for `cmake --install`.
+# `ninja package` makes a Debian package of the program, its scripts, scenes and manual for the present Debian release.
+# `cmake --install` installs the library's headers and archives.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "see CITATION.cff")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Charged conductors and grains: how they move, touch, exchange charge and form structures")

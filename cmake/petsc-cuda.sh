@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Makes a PETSc with CUDA from Debian's source package, for the preset `gpu`:
+# Builds a PETSc with CUDA from Debian's source package, for the preset `gpu`:
 #   cmake/petsc-cuda.sh PREFIX [--arch 90] [--cuda /usr/local/cuda] [--source petsc_*.orig.tar.*] [--jobs N]
-# The source (PETSc 3.22, that of Debian 13) comes through apt from the mirror that this machine uses, without a change
-# to its list of sources; --source takes one that is there already. --arch is the device's compute capability without
-# the dot: 80 for an A100, 90 for an H100 or H200. One process, double precision; ten minutes on two cores.
+# apt downloads the source (PETSc 3.22 of Debian 13) from this machine's mirror without changes to its list of sources;
+# --source uses a local file. --arch is the device's compute capability without the dot: 80 for an A100, 90 for an H100
+# or H200. The build has one process and double precision, and takes ten minutes on two cores.
 set -euo pipefail
 
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
@@ -11,7 +11,7 @@ prefix='' source='' arch=90 cuda=/usr/local/cuda jobs=$(nproc) suite=trixie
 
 say() { printf 'petsc-cuda: %s\n' "$*" >&2; }
 
-# fail SENTENCE [LOG]: the end of the log, the sentence, status 1.
+# fail MESSAGE [LOG]: prints the end of the log and the message, exits with status 1.
 fail() {
   if [[ ${2:-} ]]; then tail -n 30 "$2" >&2; fi
   say "$1"
@@ -51,7 +51,7 @@ check_tools() {
   done
 }
 
-# Debian 13's source package, read by an apt with a list of its own that names this machine's mirror.
+# Downloads Debian 13's source package by apt with a separate list of sources that names this machine's mirror.
 download() {
   local mirror log=$work/apt.log
   command -v apt-get >/dev/null || fail "without apt the source must be given: --source petsc_3.22.5+dfsg1.orig.tar.xz"
@@ -78,7 +78,7 @@ unpack() {
   patch -d "$work/petsc" -p1 <"$here/petsc-cuda13.patch" >"$log" 2>&1 || fail "the patch for CUDA 13 does not fit" "$log"
 }
 
-# --with-cuda-dir would link a library that CUDA 13 has no more.
+# --with-cuda-dir would link a library that CUDA 13 does not contain.
 configure() {
   local log=$work/configure.log library libraries=()
   for library in cudart cufft cublas cusparse cusolver curand; do libraries+=("$cuda/lib64/lib$library.so"); done
@@ -99,7 +99,7 @@ configure() {
 build() {
   local log=$work/build.log
   say "building with $jobs processes (log: $log)"
-  # PETSc's own limit on the load would leave cores idle.
+  # PETSc's own load limit would leave cores idle.
   make -C "$work/petsc" PETSC_DIR="$work/petsc" PETSC_ARCH=cuda MAKE_NP="$jobs" MAKE_LOAD=$((8 * jobs)) all \
     >"$log" 2>&1 </dev/null || fail "PETSc could not be built" "$log"
   make -C "$work/petsc" PETSC_DIR="$work/petsc" PETSC_ARCH=cuda install >>"$log" 2>&1 </dev/null ||

@@ -1,8 +1,8 @@
-# Writes OUTPUT from TEMPLATE with the commit that SOURCE stands at. Runs in every build and touches OUTPUT only if its
-# text changes, so that a new commit recompiles one file.
+# Writes OUTPUT from TEMPLATE with the present commit of SOURCE. Runs in every build and changes OUTPUT only if its text
+# changes, so that a new commit recompiles one file.
 set(commit "unknown")
 if(EXISTS ${SOURCE}/.git)
-  # A container often builds a checkout that belongs to another user, which git refuses to read unless told.
+  # In a container the checkout often belongs to another user; git then needs safe.directory to read it.
   execute_process(
     COMMAND git -c safe.directory=${SOURCE} -C ${SOURCE} describe --always --abbrev=12 --dirty --exclude=*
     OUTPUT_VARIABLE described OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE status)

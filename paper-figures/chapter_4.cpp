@@ -1,4 +1,4 @@
-// What D's chapter 4 says in theory (src/theory), as JSON, for figures 4.3 and 4.6 to 4.8.
+// Writes theoretical results for D's chapter 4 (src/theory) as JSON, for figures 4.3 and 4.6 to 4.8.
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@ namespace {
 constexpr double radius = 0.775e-3, permittivity = 4.7 * 8.8541878128e-12, depth = 2 * radius, voltage = 18e3;
 const double drag = 6 * std::numbers::pi * 0.7 * radius;
 
-/// Ohm: disk between plates, real contact replaced by a hundredth of a radius, without inertia or with all of it.
+/// Resistances (Ohm) of a disk between plates, without and with dominant inertia. Contacts close at 0.01 radius.
 struct Plane {
   double overdamped, ballistic;
 };
@@ -52,7 +52,7 @@ void print_wire() {
   fmt::print(" \"critical_field_whole_gap_shared\": {},\n",
              critical_field(wire, at_whole_gap / 26, slope_at_end(wire)));
   fmt::print(" \"largest_shape_coefficient_disks\": {},\n", largest_shape_coefficient(wire, 1.5));
-  // Largest displacement a volt of transverse voltage across 20 mm.
+  // Largest displacement per volt of transverse voltage across 20 mm.
   const auto largest = [&](double pull) {
     return largest_displacement(wire, shape_coefficient(wire, 1 / 20e-3, pull));
   };

@@ -36,7 +36,7 @@ def draw_growth(axes, ensemble, quantity, symbol, published):
 
 
 def draw(name, description, quantity, symbol, published, sources):
-    """The figure, and its two claims: proportional to N in stationary states, to M(t) at all times."""
+    """Draws the figure and saves its two claims: proportionality to N in stationary states and to M(t) at all times."""
     ensemble, name = ensembles.requested(description, name)
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(5.5, 7.5), layout="constrained")
     stationary = draw_stationary(top, ensemble, quantity, symbol, published)

@@ -1,6 +1,6 @@
-// How clusters of dense cells (G 4.4.1) depend on what is called dense: of each frame of a gas's result S (G 4.8), the
-// number of clusters and the exponent of their sizes, by the cells' edge and the part of the closest packing that fills
-// them, as JSON.
+// Clusters of dense cells (G 4.4.1) as a function of the definition of a dense cell. Writes JSON with S (G 4.8), the
+// number of clusters and the exponent of their sizes for each frame of a gas's result. These depend on the cell edge
+// and on the fraction of close packing of a dense cell.
 //
 //   dense_cells RESULT.h5
 
@@ -20,7 +20,7 @@ using namespace lichtenberg;
 
 namespace {
 
-constexpr double edges[] = {1, 1.5, 2, 2.5, 3, 4, 5};  // d0, about
+constexpr double edges[] = {1, 1.5, 2, 2.5, 3, 4, 5};  // d0, approximately
 constexpr double parts[] = {1.0 / 6, 1.0 / 3, 1.0 / 2};
 
 nlohmann::ordered_json number(double value) {

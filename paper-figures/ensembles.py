@@ -1,4 +1,5 @@
-"""What the figures of ensembles share: the ensemble that they show, its runs as they grow, panels of counts against N or M."""
+"""Functions for figures of ensembles: selection of the ensemble, its runs during growth, panels of counts against N or
+M."""
 
 import json
 import sys
@@ -8,8 +9,8 @@ import numpy as np
 
 from figures import SOURCE, attempt, name_for, refuse, request, run
 
-# As `lichtenberg ensemble` takes them. Half the cells of scenes/dendrite.toml a side, a quarter of the work; what that
-# moves is measured by `topology_study.py cells`.
+# Arguments of `lichtenberg ensemble`. Half of the cells per side of scenes/dendrite.toml need a quarter of the work.
+# `topology_study.py cells` measures their effect.
 DEFAULT = ["--conductors", "64,100,144,196,256,324", "--seeds", "4", "--vary", "field.cells=256"]
 
 STUDENT = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131,
@@ -17,7 +18,7 @@ STUDENT = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228
 
 
 class Ensemble:
-    """A folder that `lichtenberg ensemble` has filled, and its summary ensemble.json."""
+    """Folder of `lichtenberg ensemble` with its summary ensemble.json."""
 
     def __init__(self, folder, program):
         self.folder, self.program = folder, program
@@ -27,11 +28,11 @@ class Ensemble:
             sys.exit(f"{folder} has no finished run")
 
     def values(self, quantity):
-        """Of each finished run."""
+        """Returns the quantity of each finished run."""
         return np.array([member["quantities"][quantity] for member in self.members])
 
     def slope(self, quantity):
-        """The pair (slope, half width of its 95 % interval) of a count against the number of conductors."""
+        """Returns (slope, half width of its 95 % interval) of a count against the number of conductors."""
         found = [entry["slope"] for entry in self.summary["proportions"] if entry["quantity"] == quantity]
         if len(found) != 1:
             sys.exit(f"{self.folder}: not one slope of {quantity} but {len(found)}: the ensemble must differ in conductors "
@@ -39,17 +40,17 @@ class Ensemble:
         return found[0]["value"], found[0].get("half_width", float("inf"))
 
     def largest(self):
-        """The runs of the most conductors."""
+        """Returns the runs with the most conductors."""
         most = self.values("conductors").max()
         return [member for member in self.members if member["quantities"]["conductors"] == most]
 
     def growth(self, member, *names):
-        """Observables of a run, frame by frame."""
+        """Returns observables of a run by frame."""
         with h5py.File(self.folder / (member["name"] + ".h5")) as file:
             return [file[f"observables/{name}/value"][()] for name in names]
 
     def analysis(self, member):
-        """What `lichtenberg analyse` finds in a run, frame by frame."""
+        """Returns the results of `lichtenberg analyse` for a run by frame."""
         path = self.folder / (member["name"] + ".h5")
         with h5py.File(path) as file:
             known = "analysis" in file
@@ -60,8 +61,8 @@ class Ensemble:
 
 
 def requested(description, name):
-    """The ensemble that the command line names, and the name of the figure NAME of it. By default that of output/sizes,
-    whatever sizes and seeds it has; if there is none, scenes/dendrite.toml is run in sizes up to its own."""
+    """Returns the ensemble of the command line and the name of its figure NAME. The default is output/sizes, with any
+    sizes and seeds. If that does not exist, scenes/dendrite.toml is run in sizes up to its own."""
     asked = request(description, ("--ensemble", "folder of `lichtenberg ensemble --conductors ...` to show"))
     folder = asked.ensemble or asked.results / "sizes"
     if asked.ensemble is None and not (folder / "ensemble.json").exists():
@@ -75,7 +76,7 @@ def requested(description, name):
 
 
 def fill(program, folder):
-    """Runs the default ensemble. Members that fail are named, and the figure is of the others."""
+    """Runs the default ensemble. Names failed members; the figure shows the others."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     result = attempt(program, "ensemble", SOURCE / "scenes" / "dendrite.toml", *DEFAULT, "--quiet", "--out", folder)
     if result.returncode == 1 and (folder / "ensemble.json").exists():
@@ -90,7 +91,7 @@ def draw_law(axes, published, largest, label):
 
 
 def draw_slope(axes, slope, largest):
-    """Our own slope with its interval; one run has none."""
+    """Draws the slope of this program's runs with its interval; a single run has none."""
     value, half_width = slope
     ends = np.array([0, largest])
     words = f"{value:.3f} ± {half_width:.3f}" if np.isfinite(half_width) else f"{value:.3f}, one run"
@@ -102,15 +103,15 @@ def draw_slope(axes, slope, largest):
 
 
 def scatter(axes, x, y, **style):
-    """Runs of equal counts lie on each other: they are drawn through each other. Last in its axes."""
+    """Draws runs as transparent markers, because runs of equal counts coincide. Must be the last call for its axes."""
     axes.plot(x, y, linestyle="", marker="o", markersize=4, color="tab:red", alpha=0.4, markeredgewidth=0, **style)
-    axes.set_ylim(bottom=0)  # not before: it ends autoscaling
+    axes.set_ylim(bottom=0)  # ends autoscaling, so it comes last
 
 
 def pooled_slope(series):
-    """Slope of counts against M over the frames of many runs, by least squares with weights 1/M as everywhere, with its
-    95 % interval. Frames of one run depend on each other, so each run gives one slope, and the interval is that of
-    their mean (Student's t)."""
+    """Returns the slope of counts against M over the frames of many runs with its 95 % interval. Uses least squares
+    with weights 1/M as for other slopes. Frames of a run are correlated, so each run gives one slope, and the interval
+    is that of their mean (Student's t)."""
     slopes = np.array([count.sum() / size.sum() for size, count in series])
     if len(slopes) < 2:
         return slopes.mean(), float("inf")
@@ -118,5 +119,6 @@ def pooled_slope(series):
 
 
 def student_factor(freedom):
-    """Quantile .975 of Student's t distribution: the printed table, and above it its expansion about the normal one."""
+    """Returns the quantile .975 of Student's t distribution: from the table, beyond it from the expansion about the
+    normal distribution."""
     return STUDENT[freedom - 1] if freedom <= len(STUDENT) else 1.960 + 2.37 / freedom

@@ -1,7 +1,8 @@
-// How the error of the approximate gradient descent falls (D 6.30, 6.38; figure 6.6): two disks, d / 2R = 4, eta =
-// 0.01, eps = 1, in the source's insulated box of S = 512 sites with R = 7.75 spacings; the left disk at 0 V, the right
-// one with charge 1. Prints capacitances and rates as comments, then "iteration error", E of D 6.22.
+// Error decay of the approximate gradient descent (D 6.30, 6.38; figure 6.6): two disks, d / 2R = 4, eta = 0.01, eps =
+// 1, in the source's insulated box of S = 512 sites with R = 7.75 spacings; the left disk at 0 V, the right one with
+// charge 1. Prints capacitances and rates as comments, then "iteration error", E of D 6.22.
 //
+//   error_decay
 //   error_decay
 
 #include <fmt/format.h>

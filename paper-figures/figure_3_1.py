@@ -1,14 +1,13 @@
 #!/usr/bin/python3
-"""Figure 3.1's kind: resistance of a growing structure against time, for four series resistances.
+"""Figure 3.1, analogue: resistance of a growing structure against time, for four series resistances.
 
-The source shows an experiment with nanotubes in toluene, whose structure's resistance R_f tends to the series
-resistance R_s, the value at which the structure takes up the most power from a supply behind R_s (D 3.2.2). Here
-spheres in castor oil (scenes/wire-growth.toml) do the growing. Runs `lichtenberg run` four times.
+The source shows an experiment with nanotubes in toluene. The resistance R_f of its structure tends to the series
+resistance R_s, at which the structure takes the most power from a source behind R_s (D 3.2.2). Here spheres in castor
+oil grow (scenes/wire-growth.toml). Runs `lichtenberg run` four times.
 
-Runs whose energy is off by more than their steps and grid account for (analysis/circuit.hpp; `lichtenberg run` warns of
-them) are shown hollow and are in no claim. A structure's resistance is known as well as it stays the same: R_f agrees
-with R_s if that is between the 10th and the 90th percentile of its last quarter, the bars in the figure, in every sound
-run.
+Runs with an energy error above the bound for their steps and grid (analysis/circuit.hpp; `lichtenberg run` warns about
+them) have hollow symbols and enter no claim. The uncertainty of a resistance is its variation: R_f agrees with R_s if,
+in every valid run, R_s is between the 10th and the 90th percentile of the last quarter (the bars in the figure).
 """
 
 import sys
@@ -24,12 +23,12 @@ from figures import SOURCE, claim, kept_run, request, save, save_claims
 
 RESISTANCES = [1e10, 1e11, 1e12, 1e13]  # ohm, in series
 SCENE = SOURCE / "scenes" / "wire-growth.toml"
-WINDOW = 10  # frames that a resistance is averaged over: shuttling conductors carry charge in portions
+WINDOW = 10  # frames per average of a resistance; shuttling conductors transfer charge in portions
 
 
 def simulate(asked, resistance):
-    """Time of the frames (s), charge that each supply has delivered (C), their potentials (V) behind that resistance,
-    and by what fraction of the energy supplied its balance is off at the end, and may be."""
+    """Returns the times of the frames (s), the charge delivered by each source (C), their potentials (V) behind the
+    resistance, and the final energy error and its bound as fractions of the supplied energy."""
     lines = [f"series_resistance = {resistance:g}" if line.startswith("series_resistance") else line
              for line in SCENE.read_text().splitlines()]
     with tempfile.TemporaryDirectory() as folder:
@@ -45,7 +44,7 @@ def simulate(asked, resistance):
 
 
 def structure_resistance(time, delivered, potential, series):
-    """Middle of each window (s) and the resistance (ohm) of what is between the electrodes, of the means over it."""
+    """Returns the middle of each window (s) and the mean resistance (ohm) between the electrodes in it."""
     span = time[WINDOW:] - time[:-WINDOW]
     flow = (delivered[WINDOW:] - delivered[:-WINDOW]) / span[:, None]  # A, by each supply
     voltage = potential[0] - series * flow[:, 0] - potential[1]
@@ -53,7 +52,8 @@ def structure_resistance(time, delivered, potential, series):
 
 
 def power_law(x, y):
-    """Exponent of y as a power of x with the half width of its 95 % interval, by the scatter about the law."""
+    """Returns the exponent of y as a power of x with the half width of its 95 % interval, from the scatter about the
+    law."""
     x, y = np.log(x) - np.log(x).mean(), np.log(y) - np.log(y).mean()
     exponent, freedom = x @ y / (x @ x), len(x) - 2
     if freedom == 0:
@@ -62,7 +62,8 @@ def power_law(x, y):
 
 
 def claims(series, end, low, high):
-    """Of the sound runs: R_s, the median of R_f in the last quarter, and its percentiles there (ohm)."""
+    """Returns claims of the valid runs. Arguments: R_s, the median of R_f in the last quarter, and its percentiles
+    there (ohm)."""
     if len(series) < 2:
         return []
     exponent, half_width = power_law(series, end)

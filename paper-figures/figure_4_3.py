@@ -1,8 +1,9 @@
 #!/usr/bin/python3
-"""Figure 4.3: resistance of a gap with a charge shuttle against the gap, simulated and in theory, and against the voltage.
+"""Figure 4.3: resistance of a gap with a charge shuttle, simulated and in theory.
 
-Variants of scenes/shuttle.toml. The source prints its measurement as a picture only; its formula 4.6 is drawn with the
-capacitance of a free sphere, where the source fits it.
+The resistance is shown against the gap and against the voltage, for variants of scenes/shuttle.toml. The source shows
+its measurement only as a picture. Its formula 4.6 is drawn with the capacitance of a free sphere; the source fits the
+capacitance.
 """
 
 import json
@@ -20,25 +21,25 @@ RADIUS, VOLTAGE = 0.775e-3, 18e3
 GAPS = [1e-3, 2e-3, 3e-3, 5e-3, 7e-3, 10e-3, 14e-3, 20e-3]
 VOLTAGES = [4.5e3, 9e3, 18e3, 36e3]
 GAP_FOR_VOLTAGES = 10e-3
-CROSSINGS, FRAMES = 9, 64  # frames: of a crossing
+CROSSINGS, FRAMES = 9, 64  # frames per crossing
 
 
 def cells(gap):
-    """Along the plates, 3 (gap + 2R)."""
+    """Returns the cells along the plates, of length 3 (gap + 2R)."""
     return 384 if gap > 8e-3 else 192
 
 
 def allowed_error(gap):
-    """Of a resistance, relative: a frame in the seven crossings that are timed; at both ends of the way the position
-    tolerance, by default 1e-3 R; and the square of cell over radius, the error of a scheme of second order but for a
-    factor near 1."""
+    """Returns the bound on the relative error of a resistance: one frame in the seven timed crossings; the position
+    tolerance, by default 1e-3 R, at both ends of the path; and the square of cell over radius, the error of a
+    second-order scheme up to a factor near 1."""
     return 1 / (7 * FRAMES) + 2e-3 * RADIUS / gap + (3 * (gap + 2 * RADIUS) / cells(gap) / RADIUS) ** 2
 
 
 def prefactor(gap):
-    """Resistance over 4.6 as printed, by quadrature. Sphere and electrodes have +-q, q = C V / 2, and drag is all:
-    R_E = V / I = 2 t / C with t the integral of drag over q^2 / (4 pi eps) (1 / (a/2 - x)^2 + 1 / (a/2 + x)^2).
-    In units of 1/A, A = 2 C^3 V^2 / (4 pi eps drag), that is 16 times the integral of the bracket's inverse."""
+    """Returns the resistance over 4.6 as printed, by quadrature. Sphere and electrodes have +-q, q = C V / 2, without
+    inertia: R_E = V / I = 2 t / C with t the integral of drag over q^2 / (4 pi eps) (1 / (a/2 - x)^2 + 1 / (a/2 +
+    x)^2). In units of 1/A, A = 2 C^3 V^2 / (4 pi eps drag), this is 16 times the integral of the bracket's inverse."""
     a = gap + 4 * RADIUS
     points, weights = np.polynomial.legendre.leggauss(40)
     x = gap / 2 * points
@@ -48,7 +49,7 @@ def prefactor(gap):
 
 
 def resistance(program, gap, voltage, expected, density=None):
-    """Voltage over mean current (Ohm), from how often the sphere discharges: seven crossings, after two."""
+    """Returns voltage over mean current (Ohm) from the sphere's discharges: seven crossings, after two."""
     distance = gap + 2 * RADIUS
     new = {r"size = .*": f"size = [{distance:.12g}, {3 * distance:.12g}]",
            r"left = .*": f"left = {{ potential = {voltage / 2:g} }}",
@@ -73,7 +74,7 @@ def resistance(program, gap, voltage, expected, density=None):
             charge = abs(file["particles/conductors/charge/value"][:, 0])
     jump = np.abs(np.diff(drained[:, 1] - drained[:, 0])) > charge.mean()
     times = expected / FRAMES * (1 + np.flatnonzero(jump))
-    times = times[-8:]  # inertia has settled
+    times = times[-8:]  # the transient of inertia is over
     return voltage * (times[-1] - times[0]) / (len(times) - 1) / np.median(charge)
 
 
@@ -125,7 +126,7 @@ def main():
 
     off = np.abs(light / at(GAPS, plane) - 1)
     allowed = np.array([allowed_error(g) for g in GAPS])
-    # Inertia shortens a crossing, at most to a ballistic one, and the more the higher the voltage.
+    # Inertia shortens a crossing, at most to a ballistic one; the effect increases with the voltage.
     inertia = np.log(at(GAP_FOR_VOLTAGES, plane) / at(GAP_FOR_VOLTAGES, ballistic))
     exponent_error = (inertia + 2 / (7 * FRAMES)) / np.log(VOLTAGES[-1] / VOLTAGES[0])
     factors = np.array([prefactor(g) for g in GAPS])

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Figure 4.6: the wire's shape in a transverse field of 2 kV, simulated and fitted by D 4.15.
 
-The source fits B, too, and prints neither it nor the displacements other than in pictures.
+The source also fits B. It gives B and the displacements only as pictures.
 """
 
 import matplotlib.pyplot as plt
@@ -11,11 +11,12 @@ import wires
 from figures import claim, request, save, save_claims
 
 VOLTS = 2e3
-BY_EYE = 0.1  # of the largest displacement. 4.15 is of a long wire held at its ends: no bound for 25 spheres
+# fraction of the largest displacement; 4.15 is for a long wire fixed at its ends, without a bound for 25 spheres
+BY_EYE = 0.1
 
 
 def cubic(x):
-    """D 4.15 without its factor B."""
+    """Returns D 4.15 without its factor B."""
     return (x - wires.LENGTH / 2) * (wires.LENGTH - x) * x
 
 

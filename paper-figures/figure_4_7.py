@@ -10,19 +10,20 @@ import wires
 from figures import claim, request, run, save, save_claims
 
 VOLTS = [v for v in wires.RUNS if v <= 10e3]
-LINEAR = 4e3  # V: up to here displacements are below a fifth of a diameter
+LINEAR = 4e3  # V; displacements are below 0.2 diameters up to here
 
 
 def stretching(displacement):
-    """What stretching adds to the exponent 1 of 4.16 at this largest displacement (m): y (1 + c)^-3/2 ~ V with c the
-    length that bending adds over the gaps' (validation/theory, disks), so d ln y / d ln V = (1 + c) / (1 - 2c)."""
+    """Returns the increase by stretching of the exponent 1 of 4.16 at this largest displacement (m). The law is y (1 +
+    c)^-3/2 ~ V, with c the length added by bending over that of the gaps (validation/theory, disks), so d ln y / d ln V
+    = (1 + c) / (1 - 2c)."""
     b = 12 * np.sqrt(3) * displacement / wires.LENGTH**3
     added = b**2 * wires.LENGTH**5 / 40 / (wires.LENGTH - 2 * wires.N * wires.RADIUS)
     return (1 + added) / (1 - 2 * added) - 1
 
 
 def side(value, others):
-    """Where a value lies beside several."""
+    """Describes the position of a value relative to several others."""
     return "less than any" if value < min(others) else "more than any" if value > max(others) else "between them"
 
 
@@ -42,7 +43,7 @@ def main():
     axes.set(xlabel=r"transverse voltage (kV)", ylabel=r"$y_{max}$ (mm)")
     axes.legend(fontsize=8)
     save(figure, "figure_4_7")
-    # As far as 4.16 can hold: the linear law is fitted up to LINEAR, where stretching is largest.
+    # Validity of 4.16: the linear law is fitted up to LINEAR, where stretching is largest.
     allowed = stretching(slope * LINEAR)
     per_volt = [theory["largest_whole_gap"], theory["largest_whole_gap_shared"]]
     save_claims("figure_4_7", [

@@ -11,11 +11,11 @@ from ensembles import student_factor
 from figures import UNDECIDED, claim, request, run, save, save_claims
 
 PUBLISHED = {"critical": (8.5e3, 0.7e3), "step": 8.7e3, "low": 198e9, "high": 693e9}
-BROKEN = 2 * wires.RADIUS  # m: a wire displaced by a diameter and more, and going on
+BROKEN = 2 * wires.RADIUS  # m; minimum displacement of a broken wire, which continues to grow
 
 
 def broken(wire):
-    """The wire has given way: it is displaced by more than a diameter and still going."""
+    """Returns whether the wire is broken: displaced by more than a diameter, with an increasing displacement."""
     time, middle = wire.time, len(wire.time) // 2
     across = np.abs(wire.across - wire.across[:, ::-1]).max(axis=1) / 2
     quarter = len(time) // 4
@@ -24,14 +24,15 @@ def broken(wire):
 
 
 def bracket(volts, gone):
-    """V: up to the first all wires are whole, from the second on all are broken; 0 and infinite if none is."""
+    """Returns the voltages (V) below which all wires are intact and above which all are broken; 0 or infinite if there
+    are none."""
     lower = volts[: np.argmax(gone)] if gone.any() else volts
     upper = volts[len(gone) - np.argmax(~gone[::-1]):] if not gone.all() else volts
     return max(lower, default=0), min(upper, default=np.inf)
 
 
 def words(lower, upper):
-    """That, in kV."""
+    """Describes that range in kV."""
     if lower == 0 and upper == np.inf:
         return "anywhere: some wires break below others that do not"
     if lower == 0 or upper == np.inf:
@@ -40,7 +41,7 @@ def words(lower, upper):
 
 
 def compare(lower, upper, theirs, half_width):
-    """A verdict on a voltage that is only known to lie between two, beside a published one."""
+    """Returns the verdict on a voltage between two bounds, compared with a published one."""
     if lower > theirs + half_width:
         return f"differs, by {100 * (lower / theirs - 1):+.2g} % or more"
     if upper < theirs - half_width:
@@ -50,7 +51,7 @@ def compare(lower, upper, theirs, half_width):
 
 
 def estimate(values):
-    """Mean and half width of its 95 % interval; of those that are finite."""
+    """Returns the mean of the finite values and the half width of its 95 % interval."""
     values = values[np.isfinite(values)]
     if len(values) < 2:
         return (values.mean() if len(values) else np.nan), np.inf
@@ -58,7 +59,7 @@ def estimate(values):
 
 
 def resistance_claims(whole, broken):
-    """whole: mean and half width (Ohm); broken: resistances of the wires that broke."""
+    """Returns claims on resistances. whole: mean and half width (Ohm); broken: resistances of the broken wires."""
     if not np.isfinite(whole[0]):
         return [claim("resistance of the whole wire (GOhm)", "D 4.8", 198, "no wire stays whole", "undecided")]
     rows = [claim("resistance of the whole wire (GOhm)", "D 4.8", 198, tuple(1e-9 * part for part in whole),

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Figure 6.5: capacitance of two disks against their distance, both schemes beside D 6.37.
+"""Figure 6.5: capacitance of two disks against their distance, by both schemes and by D 6.37.
 
-The source's set-up: a box of 5.12 cm with insulating sides, S = 512, R = 0.775 mm; the left disk at 0 V, the right one
-with a given charge. Runs `lichtenberg solve --json` on a scene for every point.
+Set-up of the source: a box of 5.12 cm with insulating sides, S = 512, R = 0.775 mm; the left disk at 0 V, the right one
+with a given charge. Runs `lichtenberg solve --json` on a scene for each point.
 """
 
 import json
@@ -19,7 +19,7 @@ SIDE, RADIUS = 5.12e-2, 0.775e-3  # m
 RELATIVE_PERMITTIVITY, VACUUM = 4.7, 8.8541878128e-12
 CHARGE = 1e-10  # C, at a depth of 1 m
 TOLERANCE = {"cut-cell": 1e-8, "relaxation": 1e-4}
-BY_EYE = 5  # %: the box lowers both schemes by up to 2 % (README), which 6.37 does not have; no error bound
+BY_EYE = 5  # %; the box, absent from 6.37, lowers both schemes by up to 2 % (README); no error bound
 RATIOS = [1.02, 1.05, 1.1, 1.2, 1.35, 1.5, 1.75, 2, 2.5, 3, 3.5, 4, 5, 6]
 
 SCENE = """
@@ -48,12 +48,12 @@ tolerance = {tolerance}
 
 
 def theory(ratio):
-    """C / eps of the unbounded plane (D 6.37)."""
+    """Returns C / eps in the unbounded plane (D 6.37)."""
     return math.pi / np.arccosh(ratio)
 
 
 def computed(program, method, ratio):
-    """C / eps = Q / (eps phi) of the right disk."""
+    """Returns C / eps = Q / (eps phi) of the right disk."""
     half = RADIUS * ratio
     scene = SCENE.format(side=SIDE, permittivity=RELATIVE_PERMITTIVITY, middle=SIDE / 2, left=SIDE / 2 - half,
                          right=SIDE / 2 + half, radius=RADIUS, charge=CHARGE, method=method,
@@ -66,7 +66,7 @@ def computed(program, method, ratio):
 
 
 def verdict(ratios, apart):
-    """apart: the indices of the ratios at which theory and computation are not near each other."""
+    """Returns the verdict. apart: indices of the ratios at which theory and computation differ."""
     if not len(apart):
         return f"agrees, by eye (within {BY_EYE} %)"
     if apart[-1] == len(ratios) - 1:

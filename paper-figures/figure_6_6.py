@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""Figure 6.6: error of the approximate gradient descent against iterations, with an exponential fit and the predicted rate.
+"""Figure 6.6: error of the approximate gradient descent against iterations.
 
-Runs `error_decay` (two disks, d/2R = 4, eta = 0.01, S = 512; half a minute).
+Shown with an exponential fit and the predicted rate. Runs `error_decay` (two disks, d/2R = 4, eta = 0.01, S = 512; half a
+minute).
 """
 
 import re
@@ -29,7 +30,7 @@ def main():
     axes.set_ylabel(r"error $\mathcal{E}$ (D 6.22), $\epsilon = Q = 1$")
     axes.legend()
     save(figure, "figure_6_6")
-    # 6.39 is the first term of -2 ln(1 - eta C22) in eta C22: what it leaves out is its error.
+    # 6.39 is the first-order term of -2 ln(1 - eta C22) in eta C22; its error is the remainder.
     save_claims("figure_6_6", [claim(
         "rate of the gradient descent's error, 2 eta C22, its first order", "D 6.39", (predicted, exact - predicted),
         -slope, note="by more than the first order leaves out: relaxation is unfinished after 4 n10 sweeps")])

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Figure 7.1: the stationary state of 324 conductors, beside its network of electrical contacts.
+"""Figure 7.1: the stationary state of 324 conductors, and its network of electrical contacts.
 
-The source has a photograph of the experiment where this has the network.
+The source has a photograph of the experiment instead of the network.
 """
 
 import matplotlib.pyplot as plt

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Figure 7.2: the network graph G of a state (left) and its anti-arborescence A (right).
 
-G: contacts (D 7.1); in blue those that A leaves out: one a loop, and all without a path to the ground. A: each
-conductor's successor on the way to the ground; endpoints (degree 1) in red, branch points (degree above 2) in green,
+G: contacts (D 7.1); contacts that are not in A are blue: one per loop, and all without a path to the ground. A: each
+conductor's successor on the path to the ground; endpoints (degree 1) are red, branch points (degree above 2) green,
 with their fractions.
 """
 
@@ -18,7 +18,7 @@ ENDPOINT, BRANCH, LEFT_OUT = "#d62728", "#2ca02c", "#1f77b4"
 
 
 def in_tree(snapshot, contacts):
-    """Which contacts join a conductor and its successor."""
+    """Returns whether each contact joins a conductor and its successor."""
     successor = snapshot.successor
     return np.array([successor[i] == j or (j >= 0 and successor[j] == i) for i, j in contacts], dtype=bool)
 
@@ -42,7 +42,7 @@ def draw_kinds(axes, snapshot, degree):
 
 
 def claims(degree, contacts):
-    """What D 7.3.1 says of the graph: no node of degree above 4, no loop."""
+    """Returns claims of D 7.3.1 on the graph: no node of degree above 4, no loop."""
     largest, loops = int(degree.max()), networks.loops(len(degree), contacts)
     return [claim("largest degree", "D 7.3.1", 4, largest, "agrees" if largest <= 4 else "larger ones exist"),
             claim("contacts that close a loop", "D 7.3.1", 0, loops,

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 """Figure 7.5: a Euclidean minimum spanning tree of random points, and the degrees of such trees.
 
-The tree is drawn as in the source: 324 uniform points. Beside it the fractions of nodes by degree (D 7.4) of many such
-trees, of trees of 100000 points, and of trees of points that keep the distance that the source's spheres keep from each
-other, with those that the source prints for spanning trees (7.16) and for the experiments (7.10).
+The tree has 324 uniform points, as in the source. The other panel shows fractions of nodes by degree (D 7.4) for many
+such trees, for trees of 100000 points, and for trees of points with the minimum distance of the source's spheres. They
+are compared with the source's values for spanning trees (7.16) and for the experiments (7.10).
+
 Runs `spanning_tree` (seconds).
 """
 
@@ -17,8 +18,8 @@ from ensembles import student_factor
 from figures import build_folder, claim, run, save, save_claims
 
 PRINTED = {"D 7.16, spanning trees": [0.253, 0.527, 0.204, 0.016], "D 7.10, experiments": [0.252, 0.511, 0.222, 0.015]}
-# Standard errors. Of 7.16: its +- 0.3, 0.6, 0.4, 0.1, read as per cent. 7.10 has none: those of one network of 324 are
-# taken, the scatter from tree to tree (validation/topology.cpp).
+# Standard errors. Those of 7.16 are its +- 0.3, 0.6, 0.4, 0.1, read as per cent. 7.10 has none; the values are the
+# scatter between trees of one network of 324 conductors (validation/topology.cpp).
 PRINTED_ERROR = {"D 7.16, spanning trees": [0.003, 0.006, 0.004, 0.001],
                  "D 7.10, experiments": [0.014, 0.026, 0.016, 0.007]}
 DEGREES = range(1, 5)
@@ -41,7 +42,7 @@ def draw_tree(axes, found):
 
 
 def half_widths(row):
-    """Of the 95 % intervals of the means over its trees."""
+    """Returns the half widths of the 95 % intervals of the means over its trees."""
     return student_factor(row["trees"] - 1) * np.array(row["error"])
 
 

@@ -15,7 +15,7 @@ PUBLISHED = {1: 0.455, 2: 0.275, 3: 0.169}
 
 
 def series_of(ensemble, order):
-    """(M, sigma_order) over the frames of each of the largest runs."""
+    """Returns (M, sigma_order) by frame of each of the largest runs."""
     series = []
     for member in ensemble.largest():
         found = ensemble.analysis(member)

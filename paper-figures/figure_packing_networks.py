@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""The particle-centred and the contact-centred resistor network of one packing, as in the source on compressed
-particles; colour is potential, width is current. Below, a piece of both, enlarged: where the path through a particle's
-centre is a detour."""
+"""Particle-centred and contact-centred resistor network of one packing, as in the source on compressed particles.
+
+Colour shows potential, width shows current. Below, an enlarged detail of both, in which the path through a particle's
+centre is longer than necessary."""
 
 import json
 import shutil
@@ -14,19 +15,19 @@ from matplotlib.cm import ScalarMappable
 from figures import OUTPUT, SOURCE, claim, kept_run, name_for, request, run, save, save_claims
 
 sys.path.insert(0, str(SOURCE / "python"))
-from lichtenberg.pictures import network  # noqa: E402  the pictures of `lichtenberg network`
+from lichtenberg.pictures import network  # used by `lichtenberg network`
 
-RESISTOR = ["--resistor", "length", "--resistance-per-length", "1000"]  # Ohm/m: 1 Ohm a millimetre
+RESISTOR = ["--resistor", "length", "--resistance-per-length", "1000"]  # Ohm/m: 1 Ohm per millimetre
 
 
 def measure(program, result):
-    """model -> what `network` finds."""
+    """Returns {model: results of `network`}."""
     found = json.loads(run(program, "network", result, *RESISTOR, "--json", "--no-picture"))
     return {entry["model"]: entry for entry in found["networks"]}
 
 
 def around_the_middle(net):
-    """The surroundings of the particle nearest to the middle."""
+    """Returns the surroundings of the particle nearest to the middle."""
     middle = net.position[np.argmin(np.hypot(*(net.position - net.size / 2).T))]
     reach = 3.2 * np.median(net.radius)
     return [(x - reach, x + reach) for x in middle]
@@ -37,7 +38,7 @@ def main():
     packing = asked.result or kept_run(asked.program, SOURCE / "scenes" / "packing.toml", asked.results / "packing.h5")
     name = name_for("figure_packing_networks", asked.result)
     OUTPUT.mkdir(exist_ok=True)
-    result = OUTPUT / f"{name}.h5"  # a copy: the networks are kept in it
+    result = OUTPUT / f"{name}.h5"  # a copy, because the networks are stored in it
     shutil.copyfile(packing, result)
     found = measure(asked.program, result)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""w(q) = (q - 1) ln q, the energy of a contact in units of k: the source's first figure, with force and curvature beside it."""
+"""Energy of a contact w(q) = (q - 1) ln q in units of k, with force and curvature, as in the source's first figure."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,7 +14,7 @@ CURVES = [  # label, formula, colour
 
 
 def main():
-    build_folder(__doc__.splitlines()[0])  # nothing is run
+    build_folder(__doc__.splitlines()[0])  # no program is run
     inside, outside = np.linspace(0.005, 1, 1000), np.array([1, 1.5])
     figure, axes = plt.subplots(figsize=(5, 3.4), layout="constrained")
     for label, formula, colour in CURVES:

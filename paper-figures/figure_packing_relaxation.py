@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The relaxation of scenes/packing.toml: four frames, and energy and largest force against iterations by every method.
+"""Relaxation of scenes/packing.toml: four frames, and energy and largest force against iterations of every method.
 
 The source shows it as a film, by gradient descent.
 """
@@ -12,14 +12,14 @@ import matplotlib.pyplot as plt
 from figures import SOURCE, kept_run, request, save
 
 sys.path.insert(0, str(SOURCE / "python"))
-from lichtenberg.pictures import drawing, packing  # noqa: E402  the pictures of `lichtenberg plot`
+from lichtenberg.pictures import drawing, packing  # used by `lichtenberg plot`
 
 METHODS = {"gradient-descent": "#1a1a1a", "fire": "#d55e00", "lbfgs": "#0c7bdc", "lbfgs-newton": "#009e73"}
-SHOWN = [0, 128, 2048]  # iterations of gradient descent, and the last
+SHOWN = [0, 128, 2048]  # iterations of gradient descent; the last frame is added
 
 
 def result_of(asked, method):
-    """The result file of the scene by a method; run once."""
+    """Returns the result file of the scene by this method; runs the scene if it does not exist."""
     asked.results.mkdir(parents=True, exist_ok=True)
     scene = asked.results / f"packing-{method}.toml"
     text = (SOURCE / "scenes" / "packing.toml").read_text()
@@ -28,7 +28,7 @@ def result_of(asked, method):
 
 
 def frames(path):
-    """Indices of the frames that are shown."""
+    """Returns the indices of the frames to show."""
     with h5py.File(path) as file:
         times = list(file["particles/conductors/position/time"][()])
     return [times.index(iteration) for iteration in SHOWN] + [None]

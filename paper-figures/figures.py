@@ -1,5 +1,5 @@
-"""What the figure scripts share: finding the built programs, running them, saving a figure as PDF and PNG, and what the
-figure says beside what the source says, for the table that make.sh prints (table.py)."""
+"""Functions for the figure scripts: finding and running the built programs, saving a figure as PDF and PNG, and saving
+the comparison of its results with the source for the table that make.sh prints (table.py)."""
 
 import argparse
 import json
@@ -12,17 +12,17 @@ from pathlib import Path
 import h5py
 import matplotlib
 
-matplotlib.use("Agg")  # files only, no display
+matplotlib.use("Agg")  # files only, without a display
 import matplotlib.pyplot as plt
 
 SOURCE = Path(__file__).resolve().parent.parent
 OUTPUT = SOURCE / "paper-figures" / "output"
-_made_with = "unknown"  # version and commit of the programs that request() found
+_made_with = "unknown"  # version and commit of the programs found by request()
 
 
 def request(description, *foreign):
-    """The command line of a figure: `build`, folder of the built programs; `results`, folder of the runs that figures
-    share; and the figure's own options of results to show in their place, pairs (option, help)."""
+    """Parses the command line of a figure. Returns `build`, folder of the built programs; `results`, folder of the runs
+    that figures share; and the figure's own options, pairs (option, help), that select other results."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--build", type=Path, default=SOURCE / "build", help="folder of the built programs")
     parser.add_argument("--results", type=Path, default=OUTPUT,
@@ -37,7 +37,7 @@ def request(description, *foreign):
 
 
 def made_with(program):
-    """From here on, rows say that this program made them."""
+    """Sets the program that the following rows name as their source."""
     global _made_with
     _made_with = version_of(program)
 
@@ -49,17 +49,18 @@ def version_of(program):
 
 
 def build_folder(description):
-    """The folder of the built programs, for a figure that shares no runs."""
+    """Returns the folder of the built programs, for a figure without shared runs."""
     return request(description).build
 
 
 def name_for(name, foreign):
-    """The name of a figure; a figure of results that its user named has another, which is no row of the table."""
+    """Returns the name of a figure. Figures of results chosen by the user have another name and are not in the table.
+    """
     return f"other_{foreign.resolve().stem}_{name}" if foreign else name
 
 
 def run(program, *arguments):
-    """Standard output of a built program. Ends with its message if it fails or has not been built."""
+    """Returns the standard output of a built program. Exits with its message if it fails or is not built."""
     result = attempt(program, *arguments)
     if result.returncode != 0:
         refuse(program, result)
@@ -67,7 +68,7 @@ def run(program, *arguments):
 
 
 def attempt(program, *arguments):
-    """The same, whatever the program's status: a subprocess.CompletedProcess."""
+    """Returns a subprocess.CompletedProcess for any status of the program."""
     if not program.exists():
         sys.exit(f"{program} does not exist: build it first, or give its folder with --build")
     return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
@@ -78,7 +79,7 @@ def refuse(program, result):
 
 
 def scene_in(path):
-    """The scene that a result file is of, as a dictionary; nothing if it cannot be read."""
+    """Returns the scene of a result file as a dictionary; empty if it cannot be read."""
     try:
         with h5py.File(path) as file:
             return tomllib.loads(file["scene/text"][()].decode())
@@ -87,8 +88,8 @@ def scene_in(path):
 
 
 def kept_run(program, scene, result, *options):
-    """The result file of a scene: the one that is there if it is of this very scene (comments aside), else of a new
-    run with these options, which has that name only when it has ended. A run that was stopped goes on."""
+    """Returns the result file of a scene. An existing file is used if it belongs to this scene (comments aside).
+    Otherwise a run with these options creates it under a temporary name until it ends; an interrupted run continues."""
     asked = tomllib.loads(scene.read_text())
     if result.exists():
         if scene_in(result) == asked:
@@ -111,7 +112,7 @@ def can_go_on(path, asked):
 
 
 def save(figure, name):
-    """Writes output/NAME.pdf and .png and says so."""
+    """Writes output/NAME.pdf and .png and prints their paths."""
     OUTPUT.mkdir(exist_ok=True)
     for suffix in (".pdf", ".png"):
         figure.savefig(OUTPUT / (name + suffix), dpi=200, bbox_inches="tight")
@@ -119,16 +120,17 @@ def save(figure, name):
     plt.close(figure)
 
 
-UNDECIDED = 0.2  # of the published value: an interval wider than that agrees with too much
+UNDECIDED = 0.2  # of the published value; a wider interval agrees with too many values
 
 
 def claim(what, source, published, ours, verdict=None, note=""):
-    """A row of the table: what a source claims by a figure, and what we find.
+    """Returns a row of the table: a source's claim from a figure, and the result here.
 
-    published, ours: a number, a pair (number, half width of its 95 % interval or bound of its error), or text. Without
-    a verdict they must be numbers of which one at least has an interval: they differ if by more than both intervals
-    allow, and agree if not and both together are within UNDECIDED of the published value; the verdict says how much
-    that is. A verdict that is given must come from what is found, too. note: why they differ, dropped if they agree.
+    published, ours: a number, a pair (number, half width of its 95 % interval or error bound), or text. Without a
+    verdict, both must be numbers, at least one with an interval. They differ if they do so by more than both intervals
+    allow. They agree if they do not differ and both intervals together are within UNDECIDED of the published value; the
+    verdict states that fraction. A given verdict must follow from the results. note: reason for a difference, omitted
+    if they agree.
     """
     verdict = verdict or agreement(published, ours)
     return {"claim": what, "source": source, "published": published, "ours": ours, "verdict": verdict,
@@ -136,7 +138,7 @@ def claim(what, source, published, ours, verdict=None, note=""):
 
 
 def agreement(published, ours):
-    """The verdict on two numbers, of which one at least has an interval."""
+    """Returns the verdict on two numbers, at least one with an interval."""
     (theirs, allowed), (found, uncertain) = (pair if isinstance(pair, (tuple, list)) else (pair, 0)
                                              for pair in (published, ours))
     if not allowed and not uncertain:
@@ -152,13 +154,13 @@ def agreement(published, ours):
 
 
 def percent(ratio, sign=""):
-    """To two digits."""
+    """Formats a ratio as a percentage with two digits."""
     return format(100 * ratio, sign + (".2g" if abs(ratio) < 0.995 else ".0f"))
 
 
 def save_claims(name, claims):
-    """Writes the rows of the figure NAME to output/NAME.json, where table.py finds them, each with the version of the
-    programs that it was made with. (A run that was kept has its own in its file.)"""
+    """Writes the rows of the figure NAME to output/NAME.json for table.py, each with the version of the programs. (A
+    kept run stores its own version in its file.)"""
     OUTPUT.mkdir(exist_ok=True)
     rows = [{**row, "made with": _made_with} for row in claims]
     (OUTPUT / (name + ".json")).write_text(json.dumps(rows, indent=1) + "\n")

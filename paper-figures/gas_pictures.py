@@ -5,12 +5,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import EllipseCollection, LineCollection
 
-TURN, RISE, DISTANCE = np.radians(28), np.radians(18), 2.6  # of the eye about the box; from its middle, in its edges
+# rotation and elevation of the camera, and its distance from the box's middle in edges
+TURN, RISE, DISTANCE = np.radians(28), np.radians(18), 2.6
 LONE = (0.6, 0.6, 0.6, 0.25)
 
 
 class Grains:
-    """The frame of a result nearest to a time after the warm-up, with the clusters of grains in contact."""
+    """Frame of a result nearest to a time after the warm-up, with the clusters of grains in contact."""
 
     def __init__(self, path, warm, time):
         with h5py.File(path) as file:
@@ -28,13 +29,13 @@ class Grains:
             self.contacts = file["network/contacts_of_all_frames"][ends[index - 1] if index else 0 : ends[index]]
 
     def in_clusters_of(self, least):
-        """[N] whether a grain is in a cluster of so many grains and more."""
+        """Returns for each grain [N] whether its cluster has at least `least` grains."""
         _, inverse, size = np.unique(self.cluster, return_inverse=True, return_counts=True)
         return size[inverse] >= least
 
 
 def project(box, places):
-    """(places in the picture, depth, scale) in perspective."""
+    """Returns (positions in the picture, depth, scale) in perspective."""
     forward = np.array([np.sin(TURN) * np.cos(RISE), np.cos(TURN) * np.cos(RISE), -np.sin(RISE)])
     right = np.cross(forward, [0, 0, 1.0]) / np.cos(RISE)
     depth = DISTANCE * box.max() + (places - box / 2) @ forward
@@ -43,7 +44,7 @@ def project(box, places):
 
 
 def draw(axes, grains, least, title):
-    """Each cluster of `least` grains and more in a colour, pale where far; the other grains in grey."""
+    """Draws each cluster of at least `least` grains in a colour, paler if distant; the other grains in grey."""
     corners = grains.box * np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
     at, depth_of_corners, _ = project(grains.box, corners)
     edges = [at[[i, i | 1 << k]] for i in range(8) for k in range(3) if not i >> k & 1]
@@ -64,7 +65,7 @@ def draw(axes, grains, least, title):
 
 
 def colours_of(cluster):
-    """[N, 4] a colour a cluster, by rank of its size."""
+    """Returns a colour per grain [N, 4] by the size rank of its cluster."""
     numbers, inverse, size = np.unique(cluster, return_inverse=True, return_counts=True)
     rank = np.empty(len(numbers), int)
     rank[np.argsort(-size, kind="stable")] = np.arange(len(numbers))

@@ -1,8 +1,8 @@
-"""Scenes of the gases that figures of grains show (G chapters 3 to 7), small ones and the source's size. Standard library
-only: also for machines that have no more.
+"""Scenes of the gases of the figures of grains (G chapters 3 to 7), in a small size and in the source's size.
 
-K Q^2 alone decides when a charged gas begins to cluster; the source does not state Q. One Q for all, 4.5e-3, puts its
-onsets and clusters where its figures have them.
+Uses the standard library only, for machines without other packages. K Q^2 determines when a charged gas begins to
+cluster, and the source does not state Q. One Q for all gases, 4.5e-3, reproduces the onsets and clusters of its
+figures.
 """
 
 import math
@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 FILLED = 0.07635  # volume fraction of 50016 grains in a cube of 70 (G table 5.2)
 RATE = 4.5e-3  # Q
-WARM = 10  # t0, of elastic collisions before a run's time begins
+WARM = 10  # t0, of elastic collisions before the run's time begins
 SIDES = ("left", "right", "bottom", "top", "front", "back")
 VISCOELASTIC = "[effects.viscoelastic_contact]\nelastic = 278.6\ndissipative = 27.7"
 
 
 @dataclass(frozen=True)
 class Gas:
-    """A gas, in units of its scene. Time is counted from the end of the warm-up."""
+    """Gas, in units of its scene. Time is counted from the end of the warm-up."""
 
     name: str
     count: int
@@ -27,16 +27,16 @@ class Gas:
     temperature: float = 10
     warm: float = WARM  # 0: none
     every: float = 10
-    stiff: float = 0  # so long contacts are ten times as stiff after the warm-up
+    stiff: float = 0  # duration after the warm-up in which contacts are ten times as stiff
     contact: str = VISCOELASTIC
     effects: tuple = ()
     population: str = ""
-    steps: int = 45  # of contacts
-    device: bool = True  # a CUDA device has all that it needs
-    pictured: bool = False  # the result of the first seed is kept, for pictures of its grains
+    steps: int = 45  # contact substeps
+    device: bool = True  # a CUDA device supports all effects
+    pictured: bool = False  # keep the result of the first seed for pictures
 
     def scene(self, seed):
-        """The text of a scene file."""
+        """Returns the text of a scene file."""
         edge = (self.count * math.pi / (6 * self.filled)) ** (1 / 3)
         sides = "\n".join(f'{side} = "periodic"' for side in SIDES)
         parts = [
@@ -65,7 +65,7 @@ def impacts(exponent=0.83, strength=RATE):
 
 
 def random_walk(strength, model="random-walk"):
-    """White noise of the variance Q^2 a unit of time."""
+    """Returns an effect of white noise with the variance Q^2 per unit of time."""
     return f'[effects.charge_exchange]\nmodel = "{model}"\nstrength = {strength:g}\nrate = 1'
 
 
@@ -78,12 +78,12 @@ def drag(speed, stokes=0.05, hold=1):
 
 
 def neutral(full):
-    """N: G 3.5b, 4.1b, 4.2, 4.4 to 4.7."""
+    """Gas N: G 3.5b, 4.1b, 4.2, 4.4 to 4.7."""
     return Gas("neutral", 50016 if full else 8516, 400 if full else 200, 20 if full else 3, pictured=True)
 
 
 def exchanging(full, strength):
-    """X: G 4.1b to 4.8; K Q^2 = 5e-6, 2e-5, 1e-4."""
+    """Gas X: G 4.1b to 4.8; K Q^2 = 5e-6, 2e-5, 1e-4."""
     return Gas(f"exchange-{strength:g}", 50016 if full else 8516, 300 if full else 200, 20 if full else 3,
                effects=(impacts(), coulomb(strength)), pictured=strength != 1)
 
@@ -92,12 +92,12 @@ STRENGTHS = (0.25, 1, 5)
 
 
 def early(full):
-    """X in its first units of time, finely: G 4.1b, 4.4a."""
+    """Gas X at early times with frequent frames: G 4.1b, 4.4a."""
     return Gas("early", 50016 if full else 8516, 10, 3, every=1, effects=(impacts(), coulomb(1)))
 
 
 def monopolar(full, strength):
-    """M: G 4.1a."""
+    """Gas M: G 4.1a."""
     effects = (coulomb(strength),) if strength else ()
     return Gas(f"monopolar-{strength:g}", 8516 if full else 1000, 1000, 8 if full else 3, warm=0, effects=effects,
                contact="[effects.linear_contact]\nstiffness = 278.6\nrestitution = 0.9",
@@ -108,14 +108,15 @@ REPULSIONS = (0, 0.01, 0.1, 1)
 
 
 def walking(full, z):
-    """W: G 3.5a, 3.6 to 3.8. z = 0 in the source can only mean charges of 0: a density exp(-|q|^z) has ever heavier tails."""
+    """Gas W: G 3.5a, 3.6 to 3.8. z = 0 in the source must mean zero charges, because a density exp(-|q|^z) has ever
+    heavier tails."""
     drawn = f'charge = 0.25\ncharge_distribution = "exponential-power"\ncharge_exponent = {z:g}' if z else ""
     return Gas(f"walk-{z:g}", 8516 if full else 1000, 150, 8 if full else 3, every=1, population=drawn,
                effects=(random_walk(0.3) + "\ncapacity = 1", coulomb(1)), device=False, pictured=True)
 
 
 def by_area(full):
-    """A: G 3.5b."""
+    """Gas A: G 3.5b."""
     return Gas("area", 8516 if full else 1000, 1000 if full else 300, 8 if full else 3,
                effects=(random_walk(0.5, "contact-area"), coulomb(1)), device=False)
 
@@ -124,7 +125,7 @@ FILLINGS = {0.013: 8516, 0.03: 19652, 0.076: 50016, 0.137: 89746}  # grains in a
 
 
 def fractal(full, filling=0.076, strength=1):
-    """F: G 5.1, 5.3 to 5.8; in the small set in a box of half the grains of 4.x."""
+    """Gas F: G 5.1, 5.3 to 5.8; in the small set in a box of half the grains of 4.x."""
     count = FILLINGS[filling] if full else round(FILLINGS[filling] / 11.75)
     return Gas(f"fractal-{filling:g}-{strength:g}", count, 1000 if full else 300, 8 if full else 3,
                filled=FILLINGS[filling] * math.pi / 6 / 70**3, effects=(impacts(0.8), coulomb(strength)),
@@ -135,8 +136,8 @@ POLARIZABILITIES = (0, 0.005, 0.075)
 
 
 def polarized(full, polarizability, speed=0):
-    """P, G: G 7.1 to 7.6. K Q^2 = 5e-5. Contacts are stiffer for three units: at T = 10 and A = .075 grains overlap so
-    deeply that they polarize each other without end."""
+    """Gases P and G: G 7.1 to 7.6. K Q^2 = 5e-5. Contacts are stiffer for three units: at T = 10 and A = .075 the
+    overlaps are so deep that mutual polarization diverges."""
     effects = [impacts(strength=7.07e-3), coulomb(1)]
     if polarizability:
         effects.append(dipoles(polarizability))
@@ -148,7 +149,7 @@ def polarized(full, polarizability, speed=0):
                pictured=speed > 0)
 
 
-BLOWN = 1.0  # sigma, v0: of the gas that drags
+BLOWN = 1.0  # sigma, v0: of the gas that exerts the drag
 
 
 def all_gases(full=False):

@@ -1,8 +1,9 @@
-"""What the figures of grains share: runs of their gases (gas_scenes.py) with many seeds, what is kept of them, means with
+"""Functions for the figures of grains: runs of their gases (gas_scenes.py) with many seeds, stored results, means with
 intervals.
 
-Of a run its scene (NAME.toml), what `lichtenberg analyse` finds frame by frame and what it noted itself (NAME.json) are
-kept; of the first seed of gases that are pictured the result file too. They are used again for as long as the scene is the same.
+Each run leaves its scene (NAME.toml) and the results of `lichtenberg analyse` by frame with its own time series
+(NAME.json). Gases with pictures also leave the result file of the first seed. These are used again if the scene is
+unchanged.
 """
 
 import argparse
@@ -24,7 +25,7 @@ from ensembles import student_factor
 
 
 def requested(description):
-    """The command line of a figure of gases."""
+    """Parses the command line of a figure of gases."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--build", type=Path, default=figures.SOURCE / "build", help="folder of the built programs")
     parser.add_argument("--results", type=Path, default=figures.OUTPUT, help="folder of the runs that figures share")
@@ -40,14 +41,14 @@ def requested(description):
 
 @dataclass
 class Course:
-    """What is kept of one run: arrays over its frames and over its notes, in time since the warm-up."""
+    """Stored results of one run: arrays over its frames and over its records, in time since the warm-up."""
 
     frames: dict
     notes: dict
     result: Path
 
     def at(self, name, time):
-        """Of the frame at this time."""
+        """Returns the value of the frame nearest to this time."""
         return self.frames[name][int(np.argmin(np.abs(self.frames["time"] - time)))]
 
 
@@ -60,7 +61,7 @@ def course_of(path, warm, result):
 
 
 def as_array(rows):
-    """Numbers of each frame; null is NaN, and rows of several numbers are as long as the longest."""
+    """Returns an array over frames. null becomes NaN, and rows of several numbers are padded to the longest."""
     if rows and isinstance(rows[0], list):
         width = max(map(len, rows))
         rows = [row + [None] * (width - len(row)) for row in rows]
@@ -68,14 +69,14 @@ def as_array(rows):
 
 
 def keep(program, result, path):
-    """Writes what is kept of a result file as JSON."""
+    """Writes the kept results of a result file as JSON."""
     found = json.loads(figures.run(program, "analyse", result, "--json"))
     frames = {name: [frame[name] for frame in found["frames"]] for name in found["units"]}
     path.write_text(json.dumps({"frames": frames, "notes": found["notes"], "growth": found["growth"]}))
 
 
 def kept_course(asked, gas, seed):
-    """The course of one seed, run unless what is kept is of this very scene."""
+    """Returns the results of one seed; runs it unless results of the same scene are stored."""
     scene, path, result = (asked.folder / f"{gas.name}-{seed}{suffix}" for suffix in (".toml", ".json", ".h5"))
     text = gas.scene(seed)
     same = scene.exists() and tomllib.loads(scene.read_text()) == tomllib.loads(text)
@@ -93,7 +94,7 @@ def kept_course(asked, gas, seed):
 
 
 def courses(asked, *gases):
-    """{name: [course of each seed]}; as many runs at a time as there are processors."""
+    """Returns {name: [results of each seed]}; uses all processors."""
     with concurrent.futures.ThreadPoolExecutor(asked.processes) as pool:
         runs = {gas.name: [pool.submit(kept_course, asked, gas, seed)
                            for seed in range(1, 1 + (asked.seeds or gas.seeds))] for gas in gases}
@@ -101,7 +102,8 @@ def courses(asked, *gases):
 
 
 def mean(values):
-    """Mean of each column and half width of its 95 % interval over the rows (seeds), NaN apart; infinite for one row."""
+    """Returns the mean of each column and the half width of its 95 % interval over rows (seeds), ignoring NaN; infinite
+    for one row."""
     values = np.asarray(values, float)
     number = np.isfinite(values).sum(axis=0)
     middle = np.where(number > 0, np.nansum(values, axis=0) / np.maximum(number, 1), np.nan)
@@ -112,7 +114,7 @@ def mean(values):
 
 
 def over_seeds(courses_of, name, notes=False):
-    """(times, mean, half width) of a quantity over the seeds of a gas."""
+    """Returns (times, mean, half width) of a quantity over the seeds of a gas."""
     groups = [course.notes if notes else course.frames for course in courses_of]
     shortest = min(len(group["time"]) for group in groups)
     middle, half = mean([group[name][:shortest] for group in groups])
@@ -120,7 +122,8 @@ def over_seeds(courses_of, name, notes=False):
 
 
 def exponent(courses_of, name, first, last, notes=False):
-    """Mean slope of ln NAME over ln t between two times, with the half width of its 95 % interval over seeds."""
+    """Returns the mean slope of ln NAME over ln t between two times, with the half width of its 95 % interval over
+    seeds."""
     slopes = []
     for course in courses_of:
         group = course.notes if notes else course.frames
@@ -134,7 +137,7 @@ def exponent(courses_of, name, first, last, notes=False):
 
 
 def draw_mean(axes, courses_of, name, colour, label, notes=False, factor=1.0, first=0.0, style="-"):
-    """Mean over seeds as a line, its interval as a band; from `first` on."""
+    """Draws the mean over seeds as a line and its interval as a band, from `first` on."""
     time, middle, half = over_seeds(courses_of, name, notes)
     shown = (time > first) & np.isfinite(middle)
     axes.plot(time[shown], factor * middle[shown], style, color=colour, linewidth=1.2, label=label)
@@ -143,21 +146,23 @@ def draw_mean(axes, courses_of, name, colour, label, notes=False, factor=1.0, fi
 
 
 def draw_band(axes, time, middle, half, colour):
-    """Of what is above zero by as large a factor down as up: a logarithmic axis has no place for less than nothing."""
+    """Draws an interval. For positive means it is symmetric on a logarithmic axis, which cannot show values below zero.
+    """
     with np.errstate(all="ignore"):
         low = np.where(middle > 0, middle / (1 + half / middle), middle - half)
     axes.fill_between(time, low, middle + half, color=colour, alpha=0.2, linewidth=0)
 
 
 def plain_ticks(*panels):
-    """No numbers between powers of ten, where they run into each other."""
+    """Removes labels between powers of ten, which would overlap."""
     for axes in panels:
         axes.xaxis.set_minor_formatter(NullFormatter())
         axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def theory(program, *arguments):
-    """What `lichtenberg theory` answers: tables by name, each {column: values}, and its figures, lists by name."""
+    """Returns the results of `lichtenberg theory`: tables by name, each {column: values}, and its figures, lists by
+    name."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "answer.json"
         figures.run(program, "theory", *arguments, "--json", path)
@@ -171,17 +176,17 @@ def theory(program, *arguments):
 
 
 INK, NEUTRAL, GREY = "#1a1a1a", "#1a1a1a", "#8c8c8c"
-COLOURS = ("#0c7bdc", "#009e73", "#d55e00", "#cc79a7")  # distinct also to the colour-blind (Okabe & Ito)
+COLOURS = ("#0c7bdc", "#009e73", "#d55e00", "#cc79a7")  # distinguishable for colour-blind readers (Okabe & Ito)
 TIME = "time after the warm-up ($t_0$)"
 
 
 def number(value):
-    """The pair (number, half width) of a row, of which the interval may be missing."""
+    """Returns the pair (number, half width) of a row whose interval may be missing."""
     return [float(value[0]), float(value[1])]
 
 
 def of_seeds(values):
-    """(mean, half width of its 95 % interval) of one number a seed."""
+    """Returns (mean, half width of its 95 % interval) of one number per seed."""
     middle, half = mean(np.array(values, float)[:, None])
     return float(middle[0]), float(half[0])
 
@@ -191,22 +196,22 @@ def all_in_words(values):
 
 
 def apart(one, other):
-    """Whether two pairs (number, half width) differ by more than both intervals allow."""
+    """Returns whether two pairs (number, half width) differ by more than both intervals allow."""
     return abs(one[0] - other[0]) > math.hypot(one[1], other[1])
 
 
 def rises(pairs):
-    """Whether each is larger than the one before, by more than the intervals allow from the first to the last."""
+    """Returns whether values increase monotonically, and from first to last by more than the intervals allow."""
     return all(a[0] < b[0] for a, b in zip(pairs, pairs[1:])) and apart(pairs[0], pairs[-1])
 
 
 def in_words(value, unit=""):
-    """A number with its interval, for rows that hold several."""
+    """Formats a number with its interval, for rows of several numbers."""
     middle, half = value
     return (f"{middle:.3g}" + (f" ± {half:.2g}" if np.isfinite(half) else " (one run)")) + unit
 
 
 def guide(axes, first, last, level, power, label, **style):
-    """A line of a power of time, through `level` at `first`."""
+    """Draws a power of time through `level` at `first`."""
     times = np.array([first, last])
     axes.plot(times, level * (times / first) ** power, color=GREY, linewidth=1, **{"linestyle": ":", **style}, label=label)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
-"""Figure G 3.5: energy and temperature of gases whose grains exchange charge by a random walk, or by the area in contact,
-beside a neutral one."""
+"""Figure G 3.5: energy and temperature of gases with charge exchange, and of a neutral gas.
+
+Grains exchange charge by a random walk or by the area in contact."""
 
 import matplotlib.pyplot as plt
 

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
-"""Figures G 3.6 to 3.8: grains that exchange charge by a random walk, from three distributions of charge: distributions,
-temperature, and where they are at t = 1 and 100."""
+"""Figures G 3.6 to 3.8: grains that exchange charge by a random walk, from three distributions of charge.
+
+The figures show distributions, temperature, and positions at t = 1 and 100."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,7 +16,7 @@ BINS = np.linspace(-6, 6, 61)
 
 
 def late(course, name):
-    """Mean over the frames after t = 135."""
+    """Returns the mean over the frames after t = 135."""
     return np.mean(course.frames[name][course.frames["time"] > 135], axis=0)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figure G 4.1: cooling of grains that repel each other, and of neutral and charged viscoelastic ones, beside theory."""
+"""Figure G 4.1: cooling of repelling grains, and of neutral and charged viscoelastic grains, with theory."""
 
 import matplotlib.pyplot as plt
 import numpy as np

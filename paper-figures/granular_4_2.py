@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figure G 4.2: clusters of ten grains and more (coloured), neutral and charged, as time goes on."""
+"""Figure G 4.2: clusters of ten grains and more (coloured), neutral and charged, at several times."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,14 +14,15 @@ LEAST = 10
 
 
 def first_time(found, least=20):
-    """When the largest cluster has so many grains, to the ten units between frames: mean over seeds with its half width."""
+    """Returns the time when the largest cluster has `least` grains, at a resolution of ten: mean over seeds with its
+    half width."""
     times = []
     for course in found:
         large = np.flatnonzero(course.frames["largest_cluster"] >= least)
         large = large[course.frames["time"][large] > 20] if len(large) else large
         times.append(course.frames["time"][large[0]] if len(large) else np.nan)
     middle, half = of_seeds(times)
-    return middle, max(half, 5)  # frames are ten apart
+    return middle, max(half, 5)  # frames are ten units apart
 
 
 def main():

@@ -13,7 +13,7 @@ TAGGED = 8
 
 
 def contacts_of(path, warm):
-    """(times, [frames, grains] contacts of each grain)."""
+    """Returns (times, [frames, grains] contacts of each grain)."""
     with h5py.File(path) as file:
         times = file["particles/conductors/position/time"][()] - warm
         grains = len(file["particles/conductors/radius"])

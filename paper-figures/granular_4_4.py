@@ -18,7 +18,7 @@ def draw_charge(axes, asked, early, found):
     draw_mean(axes, found, "mean_charge_magnitude", COLOURS[1], "K = 1", notes=True, first=0.9)
     draw_mean(axes, early, "mean_charge_magnitude", COLOURS[1], None, notes=True)
     table = theory(asked.program, "haff", "--scene", asked.folder / "early-1.toml")[0]["course"]
-    charge = np.sqrt(2 * table["square_charge_lasting"] / np.pi)  # of Gaussian charges
+    charge = np.sqrt(2 * table["square_charge_lasting"] / np.pi)  # for Gaussian charges
     axes.plot(table["time"], charge, "--", color=GREY, label="theory, Gaussian charges")
     axes.set(xscale="log", yscale="log", xlabel=TIME, ylabel=r"mean $|q|$ ($q_0$)", xlim=(0.1, 200))
     axes.set_title("(a)", fontsize=9)
@@ -27,7 +27,7 @@ def draw_charge(axes, asked, early, found):
 
 
 def numbers_by_size(found, time):
-    """Mean over seeds of N_s, in logarithmic bins: (sizes, numbers a unit of size)."""
+    """Returns means over seeds of N_s in logarithmic bins: (sizes, numbers per unit of size)."""
     rows = [course.at("density_cluster_number", time) for course in found]
     width = max(map(len, rows))
     number = np.mean([np.nan_to_num(np.pad(row, (0, width - len(row)))) for row in rows], axis=0)

@@ -1,6 +1,8 @@
 #!/usr/bin/python3
-"""Figure G 4.5: growth of clusters of dense cells and of aggregates, and its local exponent; by K Q^2, neutral beside
-charged, at the source's size with twenty seeds (growth_study.py) beside the runs of this set."""
+"""Figure G 4.5: growth of clusters of dense cells and of aggregates, and its local exponent.
+
+Shown by K Q^2 for neutral and charged gases, at the source's size with twenty seeds (growth_study.py) and for the runs
+of this set."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -23,7 +25,7 @@ def draw_stored(axes, quantity):
 
 
 def draw_slopes(axes, quantity, p=2):
-    """Local exponents of the means (G 4.11)."""
+    """Draws local exponents of the means (G 4.11)."""
     for point, (colour, words) in POINTS.items():
         if quantity == "mean_bound_aggregate" and point == "neutral":
             continue
@@ -70,7 +72,7 @@ def main():
 
 
 def ranged(values):
-    """Whether exponents of consecutive intervals differ by more than their intervals allow."""
+    """Returns whether exponents of consecutive intervals differ by more than their uncertainties allow."""
     return any(apart(one, other) for one, other in zip(values, values[1:]))
 
 
@@ -79,7 +81,7 @@ def within(values, least, most):
 
 
 def claims(z):
-    """Of the stored exponents."""
+    """Returns claims on the stored exponents."""
     neutral, strong, weak = ("neutral", "5e-4", "2e-5")
     size, bound, mean_of = "density_cluster_size", "mean_bound_aggregate", "mean_aggregate"
     no_plateau = "the local exponent of (4.8) never rests: it grows from 0 on until a cluster spans the box"

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figure G 4.6: growth beside Smoluchowski's equation with the source's kernels; mean square displacement."""
+"""Figure G 4.6: growth compared with Smoluchowski's equation for the source's kernels; mean square displacement."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -11,7 +11,7 @@ from growth_report import stored_course, stored_exponents
 
 
 def scaled(theory_time, theory_size, time, size):
-    """Theory with its time multiplied such that it has the last size when the run has it."""
+    """Returns the theory's times multiplied so that it reaches the run's last size at the same time."""
     inside = size[-1] < np.nanmax(theory_size)
     factor = np.interp(size[-1], theory_size[np.isfinite(theory_size)], theory_time[np.isfinite(theory_size)]) / time[-1]
     return theory_time / factor if inside else theory_time
@@ -42,7 +42,7 @@ def main():
         panel.legend(frameon=False, fontsize=7, loc="upper left")
     save(figure, "granular_4_6")
     fitted = [numbers[f"fitted_exponent_{kind}"][0] for kind in ("neutral", "charged")]
-    # From t = 10 on: the warm-up and the fastest units of time are not what is asked.
+    # From t = 10 on, which excludes the warm-up and the initial fast evolution.
     last = {gas.name: of_seeds([course.frames["mean_square_displacement"][-1] - course.at("mean_square_displacement", 10)
                                 for course in found[gas.name]]) for gas in (neutral, charged)}
     ratio = last[charged.name][0] / last[neutral.name][0]

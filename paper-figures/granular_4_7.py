@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figure G 4.7: distribution of speeds, neutral and charged, as time goes on, beside Maxwell's."""
+"""Figure G 4.7: distribution of speeds, neutral and charged, at several times, and Maxwell's."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -17,7 +17,7 @@ def maxwell(x):
 
 
 def beyond(found, time):
-    """Share of grains faster than FAST over Maxwell's, mean over seeds with its half width."""
+    """Returns the fraction of grains faster than FAST over Maxwell's, mean over seeds with its half width."""
     x = np.linspace(0, 5, 5001)
     expected = np.trapezoid(maxwell(x[x >= FAST]), x[x >= FAST]) if hasattr(np, "trapezoid") else np.trapz(maxwell(x[x >= FAST]), x[x >= FAST])
     shares = [course.at("speed_density", time)[25:].sum() * 0.1 / expected for course in found]

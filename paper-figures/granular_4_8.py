@@ -28,7 +28,7 @@ def main():
         panel.set(xlim=(0, 5), ylim=(-5, 5), xlabel=r"$v / \langle v^2 \rangle^{1/2}$")
         panel.set_title(f"({'abc'[TIMES.index(time)]}) t = {time}", fontsize=9)
         middle, half = mean([course.at("charge_by_speed", time) for course in found])
-        known = half < 0.6  # what fewer grains say is left out
+        known = half < 0.6  # omits bins with few grains
         axes[3].errorbar(bins[known], middle[known], yerr=half[known], color=colour, marker="o", markersize=2.5,
                          linewidth=0.8, label=f"t = {time}")
     axes[0].set_ylabel(r"$q / \langle q^2 \rangle^{1/2}$")

@@ -13,7 +13,7 @@ TIMES = (20, 60, 100)
 
 
 def share_in_clusters(course, time, grains):
-    number = np.nan_to_num(course.at("cluster_number", time))  # of clusters by how many grains they have
+    number = np.nan_to_num(course.at("cluster_number", time))  # number of clusters by number of grains
     return float((number[10:] * np.arange(10, len(number))).sum() / grains)
 
 

@@ -11,7 +11,7 @@ BARRIERS = {0: "#1a1a1a", 0.01: "#0c7bdc", 0.1: "#009e73", 1: "#d55e00"}  # 4 K 
 
 
 def first_order(speed, coefficient=1.438):
-    """G 5.31 with this gas's constants; negative above .16."""
+    """Returns G 5.31 with this gas's constants; negative above .16."""
     return 1 - coefficient * speed**0.2
 
 
@@ -25,7 +25,7 @@ def main():
         merge = np.sqrt(barrier)
         below = np.append(speed[speed < merge], merge)
         above = np.append(merge, speed[speed > merge]) if barrier else speed
-        apart = 0.008 * (place - 2)  # or the lines at 0 would hide each other
+        apart = 0.008 * (place - 2)  # separates the lines at 0
         axes.plot(below if barrier else [], np.full(len(below) if barrier else 0, apart), color=colour, linewidth=1.2)
         axes.plot(above, np.interp(above, speed, eps), color=colour, linewidth=1.2, label=label)
         axes.axvline(merge, color=colour, linewidth=0.6, linestyle=":")
@@ -36,7 +36,7 @@ def main():
     axes.legend(frameon=False, fontsize=8)
     save(figure, "granular_5_2")
     ours = float(np.interp(1, speed, eps))
-    # A pair that comes from afar is bound if its energy, (m/2) v^2 / 2, is less than K |q_i q_j| / d: v^2 < b.
+    # A pair from far away is bound if its energy, (m/2) v^2 / 2, is less than K |q_i q_j| / d: v^2 < b.
     effective_mass, printed = 0.5, 2
     factor = 2 / effective_mass
     save_claims("granular_5_2", [

@@ -13,7 +13,7 @@ PANELS = (("bound_cluster_local_temperature", "T of clusters"), ("bound_cluster_
 
 
 def plateau(found, name="bound_bjerrum"):
-    """Largest value of a course after t = 20, mean over seeds with its half width."""
+    """Returns the largest value after t = 20, mean over seeds with its half width."""
     return of_seeds([np.nanmax(course.frames[name][course.frames["time"] > 20]) for course in found])
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figure G 5.4: the Bjerrum number of clusters beside kinetic theory with and without merging."""
+"""Figure G 5.4: the Bjerrum number of clusters, and kinetic theory with and without merging."""
 
 import matplotlib.pyplot as plt
 import numpy as np

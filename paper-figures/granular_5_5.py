@@ -10,11 +10,11 @@ from gases import COLOURS, GREY, INK, TIME, courses, draw_band, in_words, of_see
 from growth_report import stored_course
 
 TIMES = (100, 200, 300)
-WORST = 0.25  # standard error of a dimension that is drawn
+WORST = 0.25  # largest standard error of a dimension that is drawn
 
 
 def draw_known(axes, of, colour, label):
-    """A course of the small set, as far as its seeds tell."""
+    """Draws a time series of the small set where its scatter over seeds is small."""
     time, middle, half = over_seeds(of, "bound_fractal_dimension")
     known = half < 2 * WORST
     if known.any():
@@ -27,7 +27,8 @@ def main():
     fillings = {filling: gas_scenes.fractal(asked.full, filling) for filling in gas_scenes.FILLINGS}
     weak, strong = fillings[0.076], gas_scenes.fractal(asked.full, strength=5)
     found = courses(asked, *fillings.values(), strong)
-    for course in (course for of in found.values() for course in of):  # ten clusters or so have none that means much
+    # too few clusters (about ten) give no reliable dimension
+    for course in (course for of in found.values() for course in of):
         dimension, error = (course.frames["bound_fractal_dimension" + name] for name in ("", "_error"))
         dimension[~(error < WORST)] = np.nan
     figure, grid = plt.subplots(2, 2, figsize=(8.5, 6.6), layout="constrained")

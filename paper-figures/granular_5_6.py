@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figure G 5.6: distribution of the charges of grains, beside a Gaussian."""
+"""Figure G 5.6: distribution of the charges of grains, and a Gaussian."""
 
 import matplotlib.pyplot as plt
 import numpy as np

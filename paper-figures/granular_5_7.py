@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figure G 5.7: temperature, charge and number of clusters beside kinetic theory; the Mach number."""
+"""Figure G 5.7: temperature, charge and number of clusters, with kinetic theory; the Mach number."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -16,7 +16,7 @@ def main():
     found = courses(asked, gas)[gas.name]
     table = theory(asked.program, "kinetic", "--scene", asked.folder / f"{gas.name}-1.toml")[0]["course"]
     figure, axes = plt.subplots(1, 3, figsize=(11.5, 3.8), layout="constrained")
-    density = 6 / np.pi * gas.filled  # of grains
+    density = 6 / np.pi * gas.filled  # number density of grains
     panels = (("bound_cluster_local_temperature", "temperature", 1, "T of clusters"),
               ("bound_cluster_square_charge", "square_charge", 1, r"$\langle q^2 \rangle$ of clusters"),
               ("bound_clusters", "density", density / gas.count, "clusters a volume ($1/d_0^3$)"))

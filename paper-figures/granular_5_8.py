@@ -10,7 +10,7 @@ from gases import COLOURS, TIME, all_in_words, courses, draw_band, mean, of_seed
 
 
 def sizes(course, name):
-    """(times, <m>^(1/D_f)) where there is a dimension."""
+    """Returns (times, <m>^(1/D_f)) where a dimension exists."""
     with np.errstate(invalid="ignore"):
         return course.frames["time"], course.frames[name] ** (1 / course.frames["bound_fractal_dimension"])
 
@@ -25,7 +25,7 @@ def main():
         for panel, name in zip(axes, ("mean_bound_cluster", "largest_bound_cluster")):
             time = sizes(found[gas.name][0], name)[0]
             middle, half = mean([sizes(course, name)[1] for course in found[gas.name]])
-            shown = np.isfinite(half) & (time > 15)  # two seeds at least
+            shown = np.isfinite(half) & (time > 15)  # at least two seeds
             panel.plot(time[shown], middle[shown], color=colour, linewidth=1.2, label=f"K = {strength:g}")
             draw_band(panel, time[shown], middle[shown], half[shown], colour)
         ratios = []

@@ -5,7 +5,7 @@ from figures import claim, save_claims
 from gases import requested
 from modes import draw, grows_at, largest_critical, modes
 
-NUMBERS = (0, 5e-4, 1e-3, 2e-3, 0.01, 0.9)  # G has six between 0 and .9 and does not say which
+NUMBERS = (0, 5e-4, 1e-3, 2e-3, 0.01, 0.9)  # G has six between 0 and .9 without their values
 SMALL = 0.06  # k l_0
 
 

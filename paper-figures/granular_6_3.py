@@ -12,7 +12,7 @@ COLOURS = {0.9: "#0c7bdc", 0.7: "#1a1a1a", 0.5: "#d55e00"}
 
 
 def switch(table):
-    """R / |eps^2 - 1| from which on sound has the larger critical wave number, and both there."""
+    """Returns R / |eps^2 - 1| from which sound has the larger critical wave number, and both wave numbers there."""
     sound = np.nan_to_num(table["sound"]) > np.nan_to_num(table["heat"])
     first = int(np.argmax(sound))
     return table["charge_by_loss"][first], table["heat"][first - 1], table["sound"][first]

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Figures G 7.1 and 7.5: dipole moment of clusters against their mass, by polarizability, and in a gas that drags."""
+"""Figures G 7.1 and 7.5: dipole moment of clusters against their mass, by polarizability, and in a gas that exerts
+drag."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,7 +11,7 @@ from gases import COLOURS, GREY, apart, courses, in_words, mean, of_seeds, plain
 
 
 def by_grains(found, name, time):
-    """(grains, mean over seeds) of a dipole of clusters against how many grains they have."""
+    """Returns (grains, mean over seeds) of a dipole of clusters against their number of grains."""
     rows = [course.at(name, time) for course in found]
     width = max(map(len, rows))
     with np.errstate(all="ignore"):
@@ -47,12 +48,12 @@ def main():
         column[1].set_xlabel("grains of a cluster")
     for row in grid:
         row[0].set_ylabel(r"$|\sum\mu|$, mean ($q_0 d_0$)")
-        row[0].set_ylim(bottom=0.2 * row[0].get_ylim()[0])  # room for the legend
+        row[0].set_ylim(bottom=0.2 * row[0].get_ylim()[0])  # space for the legend
         row[0].legend(frameon=False, fontsize=6, loc="lower right")
     plain_ticks(*grid.flat)
     save(figure, "granular_7_1")
     def part(of, name, least, most, power=0):
-        """Of each seed the mean dipole of clusters of so many grains, over grains^power."""
+        """Returns for each seed the mean dipole of clusters of least to most grains, over grains^power."""
         dipoles = [course.at(name, times[-1])[least : most + 1] for course in of]
         return np.array([np.nanmean(row / np.arange(least, least + len(row)) ** power) for row in dipoles])
 

@@ -8,16 +8,16 @@ import gas_scenes
 from figures import claim, save, save_claims
 from gases import COLOURS, TIME, all_in_words, apart, courses, draw_mean, mean, requested
 
-LATE = 200  # t0, from which on G compares
+LATE = 200  # t0; G compares later times
 
 
 def late(found, name):
-    """Mean over the frames from LATE on, of each seed."""
+    """Returns the mean of each seed over the frames from LATE on."""
     return np.array([np.nanmean(course.frames[name][course.frames["time"] >= LATE]) for course in found])
 
 
 def compared(found, name, gases):
-    """Ratio to A = 0 of the two others, with half widths over seeds of both."""
+    """Returns the ratios to A = 0 of the two others, with half widths over seeds of both."""
     (none,), (off,) = mean(late(found[gases[0].name], name)[:, None])
     ratios = []
     for a in gas_scenes.POLARIZABILITIES[1:]:
@@ -52,7 +52,7 @@ def main():
 
 
 def verdict(ratio):
-    """Whether it is below or above 1 by more than its interval."""
+    """Returns whether the ratio is below or above 1 by more than its interval."""
     return "undecided" if not apart(ratio, (1, 0)) else "falls" if ratio[0] < 1 else "grows"
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figure G 7.4: energy and temperature of a polarized gas, alone and in a gas that drags."""
+"""Figure G 7.4: energy and temperature of a polarized gas, without and with drag by another gas."""
 
 import matplotlib.pyplot as plt
 import numpy as np

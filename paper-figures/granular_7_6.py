@@ -11,7 +11,7 @@ from gases import courses, requested
 
 
 def chains(grains, sizes):
-    """Share of clusters of these sizes without a loop whose grains touch two others at most."""
+    """Returns the fraction of clusters of these sizes without a loop in which grains touch at most two others."""
     numbers, inverse, size = np.unique(grains.cluster, return_inverse=True, return_counts=True)
     degree = np.bincount(grains.contacts.ravel(), minlength=len(grains.cluster))
     pairs = np.bincount(inverse[grains.contacts[:, 0]], minlength=len(numbers))

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Figure G A5.3: charge and density of a gas as a fluid, from charges of either sign apart from each other; in the plane."""
+"""Figure G A5.3: charge and density of a gas as a fluid, from initially separated charges of either sign; in the plane.
+"""
 
 import json
 import tempfile
@@ -14,7 +15,7 @@ from gases import requested
 
 
 def fields_of(program, cells):
-    """The pictures of `lichtenberg theory hydrodynamics`: [(title, length, {field: [cells, cells]})]."""
+    """Returns the maps of `lichtenberg theory hydrodynamics`: [(title, length, {field: [cells, cells]})]."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "flow.json"
         figures.run(program, "theory", "hydrodynamics", "--separated", "--cells", cells, "--json", path)

@@ -1,4 +1,4 @@
-"""The tables of growth_study.py: means over seeds by time, exponents by interval and by definition, with 95 % intervals."""
+"""Tables of growth_study.py: means over seeds by time, exponents by interval and by definition, with 95 % intervals."""
 
 import csv
 import json
@@ -15,15 +15,15 @@ QUANTITIES = ("density_cluster_size", "mean_aggregate", "mean_bound_aggregate", 
               "bound_fractal_dimension", "bound_bjerrum", "bjerrum", "density_cluster_exponent", "local_temperature",
               "temperature", "mach_number_of_flow", "mean_square_displacement")
 WINDOWS = ((20, 40), (50, 100), (70, 140), (100, 150), (100, 200), (150, 290), (200, 400))
-FEWEST = 5  # seeds of a row
-# Of the gases of --conditions: when the number mean of bound aggregates is ONSET; its exponent on the way between STAGE,
-# and the fractal dimension at the end of it: at one stage, whatever the time.
+FEWEST = 5  # minimum number of seeds per row
+# For the gases of --conditions: the time when the number mean of bound aggregates reaches ONSET; its exponent between
+# the sizes STAGE, and the fractal dimension at the end of STAGE. Gases are compared at equal sizes, not at equal times.
 CONDITIONS = FOLDER / "growth_conditions.csv"
 ONSET, STAGE = 4, (3, 6)
 
 
 def runs(folder):
-    """{point: [run of each seed]}, with more than the first frames."""
+    """Returns {point: [run of each seed]} for runs with more than the first frames."""
     found = {}
     for path in sorted(folder.glob("*.json")):
         run = json.loads(path.read_text())
@@ -33,13 +33,13 @@ def runs(folder):
 
 
 def series(run, quantity):
-    """(times since the warm-up, values); a quantity may be S by one of the definitions, by its index."""
+    """Returns (times since the warm-up, values). A quantity may be S by one of the definitions, given by its index."""
     values = run["frames"][quantity] if isinstance(quantity, str) else run["definitions"]["definitions"][quantity]["size"]
     return np.array(run["frames"]["time"]) - run["warm"], np.array(values, dtype=float)
 
 
 def course(of, quantity, times):
-    """(mean, half width, seeds) at each time."""
+    """Returns (mean, half width, seeds) at each time."""
     rows = []
     for run in of:
         time, values = series(run, quantity)
@@ -50,7 +50,7 @@ def course(of, quantity, times):
 
 
 def exponent(of, quantity, first, last):
-    """Of a power of time between two, by least squares in logarithms: (mean, half width, seeds)."""
+    """Returns the exponent of time between two times by least squares of logarithms: (mean, half width, seeds)."""
     slopes = []
     for run in of:
         time, values = series(run, quantity)
@@ -104,7 +104,7 @@ def exponents(found):
 
 
 def stored_exponents():
-    """{(point, quantity, from, to): (exponent, half width, seeds)}, of what growth_exponents.csv has; S by definition
+    """Returns {(point, quantity, from, to): (exponent, half width, seeds)} of growth_exponents.csv; S by definition
     under (point, edge, least, from, to)."""
     with open(EXPONENTS) as file:
         rows = list(csv.DictReader(file))
@@ -117,14 +117,15 @@ def stored_exponents():
 
 
 def stored_course(point, quantity):
-    """(times, means, half widths) of growth_course.csv."""
+    """Returns (times, means, half widths) of growth_course.csv."""
     with open(COURSE) as file:
         rows = [row for row in csv.DictReader(file) if row["point"] == point and row[quantity]]
     return tuple(np.array([float(row[name]) for row in rows]) for name in ("time", quantity, quantity + "_half"))
 
 
 def condition_exponents():
-    """{condition: (exponent of the number mean of bound aggregates at one stage, half width)} of growth_conditions.csv."""
+    """Returns {condition: (exponent of the number mean of bound aggregates during STAGE, half width)} of
+    growth_conditions.csv."""
     with open(CONDITIONS) as file:
         return {row["point"]: (float(row["exponent"]), float(row["exponent_half"])) for row in csv.DictReader(file)}
 
@@ -135,8 +136,8 @@ def print_exponents():
 
 
 def reached(run, size):
-    """(time, index of the frame before, part of the way to the next) at which the number mean of bound aggregates is that
-    large; by powers of time between frames. None: never."""
+    """Returns (time, index of the preceding frame, fraction to the next) at which the number mean of bound aggregates
+    reaches this size, interpolated as a power of time. None if it never does."""
     time, mean_size = series(run, "mean_bound_aggregate")
     for n in range(len(time) - 1):
         if time[n] > 0 and mean_size[n] < size <= mean_size[n + 1]:
@@ -146,7 +147,7 @@ def reached(run, size):
 
 
 def of_a_condition(run):
-    """{quantity: value} of one run; NaN where it did not come so far."""
+    """Returns {quantity: value} of one run; NaN if the run ended earlier."""
     onset, *stage = (reached(run, size) for size in (ONSET, *STAGE))
     found = {"onset": onset[0] if onset else np.nan, "exponent": np.nan, "dimension": np.nan}
     if all(stage):

@@ -1,15 +1,17 @@
 #!/usr/bin/python3
-"""What decides how fast aggregates grow: exponent z, onset and fractal dimension against K Q^2 and against what is called
-a cluster, neutral beside charged gases, at the source's size (50016 grains) and with many seeds; and against number,
-density, law of restitution and accuracy of forces (--conditions), one thing changed at a time.
+"""Studies the growth of aggregates: exponent z, onset and fractal dimension against K Q^2 and the definition of a
+cluster.
 
-    growth_study.py --device cuda --seconds 450 --processes 12    runs what there is time for; again goes on
-    growth_study.py --report                                      the table of what is there
-    growth_study.py --conditions ...                              the same of those
+Compares neutral and charged gases at the source's size (50016 grains) with many seeds. --conditions varies number,
+density, law of restitution and accuracy of forces, one at a time.
 
-Runs stand in output/growth (--out), a JSON a run: what `lichtenberg analyse` and `dense_cells` found of its frames. Seed
-by seed, so that each point has as many when time is over; a run that time cuts short counts up to there. Running takes
-the standard library only.
+    growth_study.py --device cuda --seconds 450 --processes 12    runs as time permits; a new call continues
+    growth_study.py --report                                      the table of the stored results
+    growth_study.py --conditions ...                              the same for the conditions
+
+Results are in output/growth (--out), one JSON per run: results of `lichtenberg analyse` and `dense_cells` by frame.
+Runs proceed seed by seed, so that all points have equally many when time is over; an interrupted run counts up to its
+end. Running needs the standard library only.
 """
 
 import argparse
@@ -26,9 +28,9 @@ from pathlib import Path
 import gas_scenes
 
 SOURCE = Path(__file__).resolve().parent.parent
-# Name: the gas and what K Q^2 it has, in the order in which they are run; the second list once all of the first are there.
+# Name: the gas and its K Q^2, in the order of execution. The second list begins when all of the first are complete.
 POINTS = [{"5e-4": (5e-4, 150), "2e-5": (2e-5, 300), "neutral": (0, 400)}, {"1e-4": (1e-4, 200), "5e-6": (5e-6, 300)}]
-# What is kept of a frame; sizes of clusters, speeds and so on are not.
+# Quantities kept per frame; distributions of cluster sizes, speeds and others are omitted.
 KEPT = ("time", "temperature", "local_temperature", "sonine", "mean_charge_magnitude", "mean_square_charge",
         "charge_kurtosis", "charge_speed_correlation", "contacts", "clusters", "largest_cluster", "mean_aggregate",
         "mean_cluster", "percolating_clusters", "fractal_dimension", "fractal_dimension_error", "fractal_dimension_from",
@@ -48,12 +50,12 @@ def gas_of(coupling, until, accuracy=1e-3, **changes):
 
 
 def condition(**changes):
-    """K Q^2 = 1e-4, 16000 grains but for what is changed. Contacts are stiffer for three units after the warm-up, in which
-    some grains would fly through each other else."""
+    """Returns a gas of K Q^2 = 1e-4 and 16000 grains with the given changes. Contacts are stiffer for three units after
+    the warm-up, because some grains would otherwise pass through each other."""
     return gas_of(1e-4, 100, **{"count": 16000, "stiff": 3, **changes})
 
 
-# Name: the gas, in the order in which they are run.
+# Name: the gas, in the order of execution.
 CONDITIONS = {
     "base": condition(),
     "N = 4000": condition(count=4000),
@@ -68,7 +70,7 @@ CONDITIONS = {
 
 
 def studied(conditions):
-    """Lists of gases by name; each list once all of those before are there."""
+    """Returns lists of gases by name; each list begins when all earlier ones are complete."""
     if conditions:
         return [CONDITIONS]
     return [{name: gas_of(*point) for name, point in points.items()} for points in POINTS]
@@ -83,7 +85,7 @@ class Study:
         self.analysing = concurrent.futures.ThreadPoolExecutor(max(1, request.processes // 2))
 
     def left(self):
-        """Seconds for runs: what they leave is analysed after them."""
+        """Returns the seconds left for runs, reserving time for the analysis."""
         return self.end - min(0.12 * self.request.seconds, 60) - time.monotonic()
 
     def go(self):
@@ -171,7 +173,7 @@ def read_request():
 def main():
     request = read_request()
     if request.report:
-        import growth_report  # wants numpy and matplotlib
+        import growth_report  # needs numpy and matplotlib
 
         return growth_report.report_conditions(request.out) if request.conditions else growth_report.report(request.out)
     Study(request).go()

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Regenerates the sources' figures, all or those that are named, and prints the table of published values, ours and
-# verdicts. A figure that fails is reported and the rest go on; then the exit status is 1.
+# Generates the sources' figures, all or the named ones, and prints the table of published values, values here and
+# verdicts. Reports a failed figure and continues; the exit status is then 1.
 #   paper-figures/make.sh              all
 #   paper-figures/make.sh 7_3 7_4      these
 #   paper-figures/make.sh granular       those of grains (granular_*.py); --full: at the source's size, on a device
 #   paper-figures/make.sh granular_4_5   this one of them
 #   paper-figures/make.sh --build DIR    with the programs built there
+#   paper-figures/make.sh --results DIR  with the runs kept there (default: output/)
 #   paper-figures/make.sh --results DIR  with the runs kept there (default: output/)
 set -uo pipefail
 

@@ -10,17 +10,17 @@ NEUTRAL, CHARGED, SHEAR = "#1a1a1a", "#d55e00", "#8c8c8c"
 
 
 def modes(program, restitution, charge_number):
-    """Tables of `lichtenberg theory stability`."""
+    """Returns the tables of `lichtenberg theory stability`."""
     return theory(program, "stability", "--restitution", restitution, "--charge-number", charge_number)
 
 
 def largest_critical(program, restitution, charge_number):
-    """The largest wave number at which a mode begins or ceases to grow; 0 if there is none."""
+    """Returns the largest wave number at which a mode begins or ceases to grow; 0 if there is none."""
     return max(modes(program, restitution, charge_number)[1].get("critical", [0.0]))
 
 
 def grows_at(table, kind, wave):
-    """Whether modes of a kind, oscillating (sound) or not (heat), grow at this wave number."""
+    """Returns whether modes of a kind, oscillating (sound) or not (heat), grow at this wave number."""
     n = int(abs(table["wave_number"] - wave).argmin())
     return any(table[f"growth{m}"][n] > 0 and (abs(table[f"frequency{m}"][n]) > 1e-9) == (kind == "sound")
                for m in (1, 2, 3))
@@ -39,7 +39,7 @@ def draw_panel(axes, table, title):
 
 
 def draw(name, panels):
-    """Six panels (title, table)."""
+    """Draws six panels (title, table)."""
     figure, grid = plt.subplots(2, 3, figsize=(9, 5.2), sharex=True, sharey=True, layout="constrained")
     for axes, letter, (title, table) in zip(grid.flat, "abcdef", panels):
         draw_panel(axes, table, f"({letter}) {title}")

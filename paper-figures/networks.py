@@ -1,4 +1,4 @@
-"""What the figures of networks share: the run that they show, its contacts, panels of conductors and edges."""
+"""Functions for the figures of networks: the run, its contacts, panels of conductors and edges."""
 
 import sys
 
@@ -8,12 +8,12 @@ import numpy as np
 from figures import SOURCE, kept_run, name_for, request
 
 sys.path.insert(0, str(SOURCE / "python"))
-from lichtenberg.pictures import drawing  # noqa: E402  the pictures of `lichtenberg plot`
+from lichtenberg.pictures import drawing  # used by `lichtenberg plot`
 
 
 def last_state(description, name):
-    """The last frame of the result file that the command line names, by default of scenes/dendrite.toml, run once; its
-    contacts, [E, 2] indices, -1 the ground; and the name of the figure NAME of it."""
+    """Returns the last frame of the result file on the command line (default: scenes/dendrite.toml, run once), its
+    contacts [E, 2] as indices (-1: the ground), and the name of the figure NAME."""
     asked = request(description, ("--result", "result file of `lichtenberg run` to show in place of dendrite's"))
     path = asked.result or kept_run(asked.program, SOURCE / "scenes" / "dendrite.toml", asked.results / "dendrite.h5")
     try:
@@ -28,13 +28,14 @@ def last_state(description, name):
 
 
 def degrees(snapshot, contacts):
-    """Number of contacts of each conductor, the ground among them (D 7.2)."""
+    """Returns the number of contacts of each conductor, including the ground (D 7.2)."""
     return np.bincount(contacts[contacts >= 0], minlength=len(snapshot.radius))
 
 
 def loops(count, contacts):
-    """Contacts among COUNT conductors beyond those of a forest: each closes a loop. The ground is one node."""
-    towards = list(range(count + 1))  # each node's way to its tree's root; the last, which is -1, is the ground
+    """Returns the number of contacts among COUNT conductors beyond those of a forest; each closes a loop. The ground is
+    one node."""
+    towards = list(range(count + 1))  # next node on each node's path to its tree's root; the last, -1, is the ground
 
     def root(node):
         while towards[node] != node:
@@ -50,7 +51,7 @@ def loops(count, contacts):
 
 
 def contact_edges(snapshot, contacts):
-    """[E, 2, 2] from centre to centre, or to the nearest point of the ground; mm."""
+    """Returns lines [E, 2, 2] from centre to centre, or to the nearest point of the ground; mm."""
     ends = []
     for i, j in contacts:
         start = snapshot.position[i]
@@ -65,5 +66,5 @@ def panel(axes, snapshot, title):
 
 
 def draw_nodes(axes, snapshot, chosen, colour):
-    """Conductors as dots."""
+    """Draws conductors as dots."""
     axes.scatter(*snapshot.position[chosen].T, s=9, color=colour, linewidths=0, zorder=5)

@@ -1,5 +1,6 @@
-// Euclidean minimum spanning trees of random points (D 7.4.1, figure 7.5), as JSON: one tree in [-1, 1] x [-1, 1] to
-// draw, and the degrees of many, of uniform points and of points that keep a distance, as spheres do.
+// Euclidean minimum spanning trees of random points (D 7.4.1, figure 7.5), as JSON. The output holds one tree in [-1,
+// 1] x [-1, 1] for a picture, and the degrees of many trees. Points are uniform, or have a minimum distance like
+// spheres.
 //
 //   spanning_tree
 
@@ -16,7 +17,7 @@ using namespace lichtenberg;
 
 namespace {
 
-/// D 7.4.1; `distance`: the least that two points keep, by random sequential addition.
+/// Returns random points (D 7.4.1) with a minimum distance of `distance`, by random sequential addition.
 std::vector<Vec2> random_points(int n, double distance, UniformRandom& random) {
   std::vector<Vec2> point;
   while (static_cast<int>(point.size()) < n) {
@@ -27,7 +28,7 @@ std::vector<Vec2> random_points(int n, double distance, UniformRandom& random) {
   return point;
 }
 
-/// Fractions of nodes by degree, with the standard errors of their means over the trees.
+/// Returns the fractions of nodes by degree, with the standard errors of their means over the trees.
 nlohmann::ordered_json degrees(int n, int trees, double distance, UniformRandom& random) {
   std::vector<double> sum(7), squares(7);
   for (int k = 0; k < trees; ++k) {
@@ -51,7 +52,7 @@ nlohmann::ordered_json degrees(int n, int trees, double distance, UniformRandom&
 
 int main() {
   constexpr int nodes = 324;  // as in the source's runs
-  // Its 324 spheres of .775 mm, 0.1 mm apart at least, in a box of 51.2 mm, which is 2 wide here.
+  // 324 spheres of .775 mm radius, at least 0.1 mm apart, in a box of 51.2 mm, which has width 2 here.
   constexpr double distance = (2 * 0.775 + 0.1) * 2 / 51.2;
   UniformRandom random(1);
   const std::vector<Vec2> point = random_points(nodes, 0, random);

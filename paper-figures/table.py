@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""The table of what the sources claim by their figures and what we find, from the rows that the figure scripts left in
-output/ (figures.claim), and with which version of the programs. Printed, and written to output/table.md. Arguments:
-figures that have just failed."""
+"""Prints the table of the sources' claims and the results here, and writes it to output/table.md.
+
+The rows come from the figure scripts (figures.claim) in output/, with the version of the programs. Arguments: figures
+that have just failed."""
 
 import json
 import math
@@ -14,7 +15,7 @@ HEADINGS = ("figure", "claim", "source", "published", "ours", "verdict", "note")
 
 
 def shown(value):
-    """A number, one with its interval (of two digits, and the number to the same place), or words."""
+    """Formats a number, a number with its interval (two digits, and the number to the same decimal), or a text."""
     if isinstance(value, list):
         number, half_width = value
         if half_width == math.inf:
@@ -27,12 +28,12 @@ def shown(value):
 
 
 def label(figure):
-    """7_1 is figure 7.1; other names are words."""
+    """Returns the label of a figure: 7_1 is figure 7.1; other names are words."""
     return re.sub(r"(?<=\d)_(?=\d)", ".", figure).replace("_", " ")
 
 
 def saved(failed):
-    """Pairs (figure, row)."""
+    """Yields pairs (figure, row)."""
     for path in sorted([*OUTPUT.glob("figure_*.json"), *OUTPUT.glob("granular_*.json")]):
         figure = path.stem.removeprefix("figure_")
         if figure not in failed:
@@ -48,7 +49,7 @@ def rows(failed):
 
 
 def versions(failed):
-    """A line for each version of the programs: which figures were made with it."""
+    """Returns a line for each version of the programs with the figures that it made."""
     figures = {}
     for figure, row in saved(failed):
         figures.setdefault(row.get("made with", "unknown"), set()).add(figure)

@@ -1,15 +1,15 @@
 #!/usr/bin/python3
-"""What decides the topology: endpoints f1 and branch points B against everything that might move them.
+"""Studies the topology: endpoints f1 and branch points B against all parameters that may change them.
 
-Each point is an ensemble of seeds (`lichtenberg ensemble`) that differs from the base in one thing. The base is
-scenes/dendrite.toml with 100 conductors in a box of the same density, S = 128: pieces `size`, `cells` and `tolerance`
-show what that costs in truth. Runs stand in output/study, a folder a point; what is finished there is not run again, so the study can
-be made piece by piece and with a budget of time:
+Each point is an ensemble of seeds (`lichtenberg ensemble`) that differs from the base in one parameter. The base is
+scenes/dendrite.toml with 100 conductors in a box of equal density and S = 128. The pieces `size`, `cells` and
+`tolerance` measure the error of these choices. Results are in output/study, one folder per point. Finished runs are not
+repeated, so the study can proceed in pieces with limited time:
 
     topology_study.py --list                    pieces and their points
     topology_study.py gap hysteresis            these pieces, to their end
-    topology_study.py --minutes 30              all, as far as half an hour goes; again goes on
-    topology_study.py --minutes 0               nothing is run: table and figure of what is there
+    topology_study.py --minutes 30              all pieces for at most half an hour; a new call continues
+    topology_study.py --minutes 0               no runs: table and figure of the present results
 
 Prints the table, and writes it to output/topology_study.md and the figure to output/topology_study.pdf and .png.
 """
@@ -34,7 +34,8 @@ SYMBOL = {"endpoint_fraction": "$f_1$", "branch_fraction": "$B$"}
 
 
 def box(conductors, cells):
-    """So many conductors at the density of scenes/dendrite.toml, in a square with the ground in the middle of a side."""
+    """Returns settings for `conductors` at the density of scenes/dendrite.toml, in a square with the ground at the
+    middle of a side."""
     side = 2.844e-2 * (conductors / 100) ** 0.5
     return {"population.count": conductors, "domain.size": f"[{side:.5g}, {side:.5g}]",
             "electrode[0].at": f"{side / 2:.6g}", "field.cells": cells}
@@ -44,11 +45,11 @@ BASE = ("dendrite", box(100, 128))
 
 
 def dendrite(**changes):
-    """The base with other values; keys with two underscores for their dots."""
+    """Returns the base with other values; in keys, two underscores mean a dot."""
     return "dendrite", BASE[1] | {key.replace("__", "."): value for key, value in changes.items()}
 
 
-# Name: what is varied, and for each point its label, its scene and what `--vary` sets there.
+# Name: the varied parameter, and for each point its label, its scene and its settings for `--vary`.
 PIECES = {
     "source": ("the source's set-up", {
         "N = 324, S = 512": ("dendrite", {}),
@@ -75,7 +76,7 @@ PIECES = {
         "ring": ("dish", {}),
     }),
 }
-# Other readings of the degree, for the base and the source's set-up; see `lichtenberg ensemble`.
+# Other definitions of the degree, for the base and the source's set-up; see `lichtenberg ensemble`.
 READINGS = {"": "D 7.2: contacts, the ground is one", "_without_ground": "the ground does not count",
             "_in_tree": "in the tree A, without loops", "_without_hysteresis": "gap < R only, as D 7.1"}
 
@@ -87,12 +88,12 @@ def folder_of(point):
     other = {key: value for key, value in settings.items() if scene != BASE[0] or BASE[1].get(key) != value}
     words = [scene, *(f"{key.split('.')[-1]}-{value}" for key, value in other.items())]
     if other == settings and settings:
-        words.append("alone")  # not a change of the base, but all that differs from the scene itself
+        words.append("alone")  # the settings differ from the scene itself, not from the base
     return STUDY / "_".join(word.replace("[", "").replace("]", "").replace(", ", "x") for word in words)
 
 
 def fill(program, point, seeds, seconds):
-    """Runs a point's ensemble, or goes on with it, for as long as there is time. Whether it is done."""
+    """Runs or continues a point's ensemble for the remaining time. Returns whether it is complete."""
     scene, settings = point
     vary = [word for key, value in settings.items() for word in ("--vary", f"{key}={value}")]
     command = [program, "ensemble", SOURCE / "scenes" / f"{scene}.toml", *vary, "--seeds", seeds, "--out",
@@ -109,7 +110,7 @@ def fill(program, point, seeds, seconds):
 
 
 def summary_of(point):
-    """Means and intervals of a point of which all runs are finished, else nothing."""
+    """Returns means and intervals of a point if all its runs are finished, otherwise None."""
     path = folder_of(point) / "ensemble.json"
     if not path.exists():
         return None
@@ -124,7 +125,7 @@ def estimate(quantities, name):
 
 
 def rows(pieces):
-    """(piece, label, quantities) of the points that are complete, and the labels of those that are not."""
+    """Returns (piece, label, quantities) of the complete points, and the labels of the others."""
     complete, incomplete = [], []
     for name in pieces:
         title, points = PIECES[name]
@@ -160,7 +161,7 @@ def write_table(complete, incomplete):
 
 
 def draw(complete):
-    """A row a point, f1 and B with their intervals, beside the published values and the base's."""
+    """Draws a row per point with f1 and B and their intervals, and the published values and those of the base."""
     positions, ticks, row = [], [], 0.0
     for index, (title, label, _) in enumerate(complete):
         row += 1 if index and complete[index - 1][0] == title else 1.8

@@ -9,16 +9,17 @@ import numpy as np
 
 from figures import SOURCE, kept_run
 
-LENGTH, DISTANCE, RADIUS, N = 40e-3, 20e-3, 0.775e-3, 25  # m: between the electrodes, between the transverse ones
+# m: distance of the electrodes, distance of the transverse electrodes, radius; number of spheres
+LENGTH, DISTANCE, RADIUS, N = 40e-3, 20e-3, 0.775e-3, 25
 VOLTAGE = 18e3
-# V: s. Near the critical voltage the wire gives way slowly.
+# V: s. Near the critical voltage the wire breaks slowly.
 RUNS = {1e3: 0.4, 2e3: 0.4, 4e3: 0.4, 6e3: 0.5, 8e3: 0.6, 9e3: 0.8, 10e3: 0.8, 11e3: 0.8, 12e3: 0.8, 14e3: 0.6,
         16e3: 0.6, 20e3: 0.5}
-LATE = 0.3  # of a run, at its end: what is averaged
+LATE = 0.3  # fraction of a run, at its end, over which values are averaged
 
 
 class Wire:
-    """A run: times (s), places along and across the wire (m, frames x conductors), charge from left to right (C)."""
+    """Run: times (s), positions along and across the wire (m, frames x conductors), charge from left to right (C)."""
 
     def __init__(self, volts, path):
         self.volts = volts
@@ -34,23 +35,24 @@ class Wire:
         self.late = self.time >= (1 - LATE) * self.time[-1]
 
     def shape(self):
-        """Mean place along and across the wire of each conductor late in the run (m)."""
+        """Returns the mean position along and across the wire of each conductor late in the run (m)."""
         return self.along[self.late].mean(axis=0), self.across[self.late].mean(axis=0)
 
     def largest(self):
-        """The largest displacement that is odd about the middle, as the force is (m): late mean."""
+        """Returns the late mean of the largest displacement that is antisymmetric about the middle, like the force (m).
+        """
         across = self.shape()[1]
         return np.abs(across - across[::-1]).max() / 2
 
     def resistance(self):
-        """18 kV over the late mean current (Ohm); infinite without any."""
+        """Returns 18 kV over the late mean current (Ohm); infinite without current."""
         time, passed = self.time[self.late], self.passed[self.late]
         current = (passed[-1] - passed[0]) / (time[-1] - time[0])
         return VOLTAGE / abs(current) if current else np.inf
 
 
 def result(asked, volts):
-    """The result file at this transverse voltage."""
+    """Returns the result file at this transverse voltage."""
     text = (SOURCE / "scenes" / "broken-wire.toml").read_text()
     for old, new in ((r"bottom = .*", f"bottom = {{ potential = {-volts / 2:g} }}"),
                      (r"top = .*", f"top = {{ potential = {volts / 2:g} }}"), (r"time = .*", f"time = {RUNS[volts]}")):
@@ -63,6 +65,6 @@ def result(asked, volts):
 
 
 def wires(asked, volts):
-    """The runs at these transverse voltages, as many at a time as there are cores."""
+    """Returns the runs at these transverse voltages; uses all cores."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return [Wire(v, path) for v, path in zip(volts, pool.map(lambda v: result(asked, v), volts))]

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""A page with a picture and the command of each scene: runs them all, some shortened, and draws what they leave.
+"""Makes a page with a picture and the command of each scene. Runs all scenes, some shortened, and draws the results.
 
     scenes/gallery.py [FOLDER] [--only NAME,NAME]      writes FOLDER/index.html (default: gallery)
 
-It takes the program of build/, or that which LICHTENBERG names. Results stay beside the pictures; those that are there are not
-computed again.
+Uses the program of build/, or the one that LICHTENBERG names. Results are stored with the pictures; existing ones are
+not computed again.
 """
 import argparse
 import html
@@ -16,7 +16,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 PROGRAM = os.environ.get("LICHTENBERG", str(HERE.parent / "build/lichtenberg"))
-SHORTER = {  # what a scene is set to here, so that the page is there within an hour of one core
+SHORTER = {  # reduced settings, so that the page needs at most an hour of one core
     "large-dendrite": ["population.count=600", "stop.time=1"],
     "huge-dendrite": ["population.count=600", "field.cells=1024", "stop.time=0.5"],
     "granular-gas-full": ["stop.time=8"],
@@ -44,7 +44,7 @@ FIGURE = """<figure><a href="{picture}"><img src="{picture}" alt="{name}"></a>
 
 
 def rows():
-    """[(name, what it shows)] of the README's table."""
+    """Returns [(name, description)] of the README's table."""
     table = (HERE / "README.md").read_text()
     return re.findall(r"^\| `([a-z0-9-]+)\.toml` \| `[^`]*` \| (.*) \|$", table, re.MULTILINE)
 
@@ -54,7 +54,7 @@ def call(*words):
 
 
 def make(name, folder):
-    """Draws the scene into the folder; returns the command that does."""
+    """Draws the scene into the folder. Returns the command."""
     scene, picture, result = HERE / f"{name}.toml", folder / f"{name}.png", folder / f"{name}.h5"
     if name in SOLVED:
         call("solve", scene, "--picture", picture, "--overwrite")

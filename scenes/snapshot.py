@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""Writes a frame of a result file as a scene for the field alone: every conductor where it was, with the charge it had.
+"""Writes a frame of a result file as a scene of the field only: each conductor at its position with its charge.
 
     snapshot.py FILE.h5 FRAME > SCENE.toml
 
-Conductors that were one electrically are wired together, those connected to an electrode are held at its potential: the
-contacts themselves depend on what happened before (hysteresis). Domain, medium, electrodes and grid are the run's.
+Conductors that were electrically connected become one group; those connected to an electrode are fixed at its
+potential. Contacts themselves are not stored, because they depend on earlier frames (hysteresis). Domain, medium,
+electrodes and grid are those of the run.
 """
 
 import argparse
@@ -18,7 +19,7 @@ GROUNDED = -1
 
 
 def tables(text):
-    """The scene's tables as they stand, each a list of lines."""
+    """Returns the scene's tables unchanged, each as a list of lines."""
     result = [[]]
     for line in text.splitlines():
         if line.startswith("["):
@@ -32,7 +33,7 @@ def kept_tables(text):
 
 
 def wires(group, charge, potential):
-    """The scene's [[group]]s, and the name of each conductor's, None for one of its own."""
+    """Returns the scene's [[group]]s, and the name of each conductor's group; None for a conductor of its own."""
     text, name = "", [None] * len(group)
     for identity in np.unique(group):
         members = np.flatnonzero(group == identity)

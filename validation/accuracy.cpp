@@ -1,5 +1,5 @@
-// Ask for accuracy in place of a grid: is the realised error below what was asked for? Against the spectral solver at
-// 1e-12, the reference cases in data/reference-disks, and, where there are bars and rings, much finer grids.
+// Compares the realised error with the requested accuracy. References: the spectral solver at 1e-12, the cases in
+// data/reference-disks and, for bars and rings, much finer grids.
 //
 //   accuracy         seconds
 //   accuracy long    ten times as many random scenes, and finer accuracies on grids; minutes
@@ -34,7 +34,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-/// The sides of the box, and sometimes a half-disk at the bottom's potential.
+/// Returns a box with random sides and, in some cases, a half-disk at the bottom's potential.
 LaplaceProblem random_box(Random& random) {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, random.chance(0.7) ? 1.0 : 0.5};
@@ -49,8 +49,8 @@ LaplaceProblem random_box(Random& random) {
   return problem;
 }
 
-/// A place for a disk that keeps `least_gap` to everything; every other one is tried right at that gap from a
-/// neighbour.
+/// Returns a position for a disk with a distance of at least `least_gap` to all bodies and sides. Every other attempt
+/// has exactly that gap from a neighbour.
 std::optional<Vec2> random_place(Random& random, const LaplaceProblem& problem, double radius, double least_gap) {
   const Vec2 size = problem.size;
   const double margin = radius + least_gap;
@@ -69,7 +69,8 @@ std::optional<Vec2> random_place(Random& random, const LaplaceProblem& problem, 
   return {};
 }
 
-/// 2 to 60 disks, alike or of radii 1 to 3, gaps from a hundredth of a radius, floating, held and in groups.
+/// Returns 2 to 60 disks, equal or with radii from 1 to 3 units, gaps from 0.01 radius; some float, some are fixed,
+/// some form groups.
 LaplaceProblem random_problem(int seed) {
   Random random(seed);
   LaplaceProblem problem = random_box(random);
@@ -124,7 +125,8 @@ std::vector<Trial> reference_trials() {
   return trials;
 }
 
-/// A bar between two disks at its ends' height, in a dish, in a box and in a box with a rim that is cut by its sides.
+/// Returns scenes with a bar between two disks at its ends' height, in a dish, in a box, and in a box whose sides cut
+/// the rim.
 std::vector<Trial> trials_of_other_shapes(int cells) {
   const std::vector<Body> disks = {
       {Disk{{0.3, 0.55}, 0.05}, 0}, {Disk{{0.62, 0.7}, 0.06}, 1}, {Disk{{0.7, 0.4}, 0.04}, 2}};
@@ -144,7 +146,7 @@ std::vector<Trial> trials_of_other_shapes(int cells) {
   return trials;
 }
 
-/// One row: realised over asked, worst of the trials, which has to be at most 1.
+/// Adds one row: the worst ratio of realised to requested error of the trials, which must be at most 1.
 void ask(Report& report, const std::string& what, const std::vector<Trial>& trials, AccuracyRequest request) {
   std::vector<double> ratio;
   int refused = 0;
@@ -158,7 +160,7 @@ void ask(Report& report, const std::string& what, const std::vector<Trial>& tria
       ++refused;
     }
   }
-  if (ratio.empty()) ratio.push_back(INFINITY);  // refusing everything meets nothing
+  if (ratio.empty()) ratio.push_back(INFINITY);  // without solutions the row fails
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   report.at_most(fmt::format("{} {:g}: {} ({} refused), {:.1f} s", what, request.accuracy, trials.size() - refused,
                              refused, seconds),

@@ -1,10 +1,10 @@
-// Random scenes, each asked for an accuracy: is every potential, charge and force as accurate as asked? In the plane
-// cut cells and multipoles beside multipoles at 1e-13, in space spheres beside spheres at 1e-12. Each seed is a scene
-// of 1, 2, 3, 10 or 30 bodies: all neutral, all charged, or some held at potentials.
+// Random scenes with a requested accuracy: checks the error of every potential, charge and force. In the plane, cut
+// cells and multipoles are compared with multipoles at 1e-13. In space, spheres are compared with spheres at 1e-11.
+// Each seed gives a scene of 1, 2, 3, 10 or 30 bodies: all neutral, all charged, or some at fixed potentials.
 //
 //   accuracy_asked               the first 30 seeds of each method: seconds
 //   accuracy_asked long          500 in the plane and 500 in space
-//   accuracy_asked FROM TO       a part of these
+//   accuracy_asked FROM TO       seeds FROM to TO of these
 
 #include <array>
 #include <cstdlib>
@@ -36,10 +36,10 @@ double pick(Random& random, std::initializer_list<double> values) {
 
 double logarithmic(Random& random, double low, double high) { return low * std::pow(high / low, random.uniform(0, 1)); }
 
-/// Kinds of bodies in a scene.
+/// Groups of a scene: all neutral, all charged, or some of them at fixed potentials.
 enum class Kind { neutral, charged, mixed };
 
-/// Charges are `unit` times some number.
+/// Returns a random group. `unit`: scale of the charges.
 Group random_group(Random& random, Kind kind, double unit) {
   if (kind == Kind::neutral) return {.charge = 0};
   const double charge = unit * random.uniform(-1, 1);
@@ -48,14 +48,14 @@ Group random_group(Random& random, Kind kind, double unit) {
   return {.charge = random.uniform(0, 1) < 0.5 ? charge : 0};
 }
 
-/// Without ground charges have to cancel.
+/// Makes the total charge zero, as a scene without ground requires.
 void neutralize(std::vector<Group>& groups) {
   double total = 0;
   for (const Group& group : groups) total += group.charge;
   for (Group& group : groups) group.charge -= total / static_cast<double>(groups.size());
 }
 
-/// A box of `dimension` axes with bodies of radii `radius` in it that keep `gap` from each other and the sides.
+/// Box of `dimension` axes. Its bodies of radii `radius` are at least `gap` apart from each other and from the sides.
 struct Places {
   int dimension;
   std::array<double, 3> size{};
@@ -75,7 +75,7 @@ struct Places {
     return true;
   }
 
-  /// Anywhere, or at the gap from another one.
+  /// Adds a body at a random position, or at the gap from another one.
   void add(Random& random, double radius) {
     for (int attempt = 0; attempt < 10000; ++attempt) {
       std::array<double, 3> p{};
@@ -93,7 +93,7 @@ struct Places {
   }
 };
 
-/// A box with `count` bodies.
+/// Returns a box with `count` bodies.
 Places random_places(Random& random, int dimension, int count) {
   const double radius = logarithmic(random, 3e-4, 1e-3), ratio = pick(random, {1, 1, 1.4, 3});
   Places places{.dimension = dimension};
@@ -105,7 +105,7 @@ Places random_places(Random& random, int dimension, int count) {
   return places;
 }
 
-/// Puts bodies of fixed groups last, as electrodes are. Returns the number of the others.
+/// Puts bodies of fixed groups last, as electrodes are. Returns the number of the other bodies.
 template <class Body>
 int free_first(std::vector<Body>& bodies, const std::vector<Group>& groups) {
   const auto held =
@@ -169,7 +169,7 @@ SphereProblem random_space(int seed) {
   return problem;
 }
 
-/// Realised over asked, by method and number of bodies.
+/// Ratios of realised to requested error, by method and number of bodies.
 class Rows {
  public:
   void add(const std::string& method, int seed, double asked, double error) {
@@ -178,7 +178,7 @@ class Rows {
       fmt::print("seed {}: {} asked for {:g} has {:.3g} times that\n", seed, method, asked, error / asked);
   }
   void add_refusal(const std::string& method, int seed) { ++row(method, seed).refused; }
-  /// Cut cells may refuse, for their grids are bounded here.
+  /// Prints the rows. Cut cells may refuse an accuracy, because their grids are bounded here.
   void print(Report& report) const {
     for (const auto& [name, row] : rows_) {
       const std::size_t asked = row.ratio.values.size() + static_cast<std::size_t>(row.refused);
@@ -217,7 +217,7 @@ void ask_in_plane(Rows& rows, int seed) {
 
 void ask_in_space(Rows& rows, int seed) {
   const SphereProblem problem = random_space(seed);
-  const SphereSolution exact = SphereSolver({.accuracy = 1e-11}).solve(problem);  // narrow gaps refuse 1e-12
+  const SphereSolution exact = SphereSolver({.accuracy = 1e-11}).solve(problem);  // narrow gaps do not permit 1e-12
   const Scales scales = scales_of(problem, exact);
   Random random({.seed = static_cast<std::uint64_t>(seed), .purpose = RandomPurpose::exchange});
   const double accuracy = pick(random, {1e-1, 1e-2, 1e-3, 1e-4, 1e-6});

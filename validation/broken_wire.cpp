@@ -1,5 +1,6 @@
-// The forces on D's broken wire (D 4.8-4.13, 25 spheres between electrodes, one gap, a transverse field) from the field
-// solver, gap by gap: what the mean over all places of the gap must be by symmetry, and what the source assumes of it.
+// Forces on D's broken wire (D 4.8-4.13: 25 spheres between electrodes, one gap, a transverse field) by the field
+// solver for each position of the gap. Compares their mean with symmetry requirements and with the source's
+// assumptions.
 //
 //   broken_wire          S = 168, a second
 //   broken_wire long     S = 672
@@ -24,8 +25,8 @@ constexpr double radius = 0.775e-3, length = 40e-3, end = 1e-3, height = 20e-3, 
 constexpr double permittivity = 4.7 * 8.8541878128e-12, tolerance = 1e-11;
 constexpr double whole_gap = length - 2 * n * radius;
 
-/// scenes/broken-wire.toml with `left` spheres at the left electrode's potential, and all of the gap after them. The
-/// rest of the spheres touch.
+/// Returns scenes/broken-wire.toml with `left` spheres at the left electrode's potential and the whole gap after them.
+/// The other spheres touch each other.
 laplace::LaplaceProblem wire(int left, double voltage, double transverse) {
   using enum laplace::Side::Kind;
   laplace::LaplaceProblem problem;
@@ -43,7 +44,7 @@ laplace::LaplaceProblem wire(int left, double voltage, double transverse) {
   return problem;
 }
 
-/// N, across the wire, a sphere: mean over the n + 1 places of the gap.
+/// Returns the mean transverse force (N) on each sphere over the n + 1 positions of the gap.
 std::vector<double> mean_forces(int cells, double voltage, double transverse) {
   laplace::CutCellSolver solver({.cells = cells, .tolerance = tolerance});
   std::vector<double> force(n);
@@ -70,10 +71,10 @@ void transverse_forces(Report& report, int cells) {
     product += force[i] * line;
     square += line * line;
   }
-  // A straight wire is its own mirror image, so the force across it is bilinear in the two voltages; turning it round
-  // and changing all signs leaves it as it is. What is left is the solver's tolerance, relative to the largest stress:
-  // that of 18 kV in the gap, some hundred times the transverse force. Each of the forces that are added or subtracted
-  // has that error, times its factor.
+  // A straight wire is its own mirror image, so the transverse force is bilinear in the two voltages. Reversal of the
+  // wire and of all signs leaves it unchanged. The remainder is the solver's tolerance, relative to the largest stress:
+  // that of 18 kV across the gap, about a hundred times the transverse force. Each added or subtracted force
+  // contributes this error times its factor.
   const double rounding = 1e3 * tolerance;
   report.at_most("odd about the middle, fraction of the largest", largest(odd) / largest(force), 2 * rounding);
   report.at_most("twice as large in twice the transverse field", largest(in_field) / largest(force), 3 * rounding);
@@ -81,11 +82,11 @@ void transverse_forces(Report& report, int cells) {
   std::vector<double> off_line;
   for (int i = 0; i < n; ++i) off_line.push_back(force[i] - product / square * (n + 1 - 2 * (i + 1)));
   report.at_most("off D 4.10's straight line, fraction of the largest", largest(off_line) / largest(force), {});
-  // 4.10's slope is C V E / 2(N + 1).
+  // The slope of 4.10 is C V E / 2(N + 1).
   const double field = -2e3 / height, capacitance = product / square * 2 * (n + 1) / (18e3 * field);
   const double free = 4 * std::numbers::pi * permittivity * radius;
   report.at_most("C of a sphere in 4.10, over 4 pi eps R", capacitance / free, {});
-  // Gaps that are all alike, each with its share of the voltage: what the runs of scenes/broken-wire.toml are like.
+  // Equal gaps with equal shares of the voltage, as in the runs of scenes/broken-wire.toml.
   const theory::BrokenWire disks = {n, radius, length, 18e3, permittivity, capacitance};
   const theory::DiskPair pair = {{{0, 0}, radius}, {{2 * radius + disks.mean_gap(), 0}, radius}, permittivity};
   const double pull = depth * norm(theory::force(pair, 18e3 / (n + 1) * theory::capacitance(pair)));
@@ -95,12 +96,13 @@ void transverse_forces(Report& report, int cells) {
   report.at_most("its largest displacement at 2 kV, mm", 1e3 * theory::largest_displacement(disks, b), {});
 }
 
-/// The force across the gap, beside that of two disks alone: the rest of the wire and the other electrodes change it.
+/// Compares the force across the gap with that of two isolated disks. The rest of the wire and the electrodes change
+/// it.
 void tensions(Report& report, int cells) {
   report.section("tension across the gap in the middle, N");
   laplace::CutCellSolver solver({.cells = cells, .tolerance = tolerance});
   const auto solution = solver.solve(wire(12, 18e3, 0));
-  double pull = 0;  // on all that is left of the gap, the half-disk's side being held
+  double pull = 0;  // on all spheres left of the gap; the half-disk is fixed
   for (int i = 0; i < 12; ++i) pull += depth * solution.body_force[i].x;
   const theory::DiskPair pair = {{{0, 0}, radius}, {{2 * radius + whole_gap, 0}, radius}, permittivity};
   const double alone = depth * norm(theory::force(pair, 18e3 * theory::capacitance(pair)));

@@ -1,5 +1,5 @@
-// Charge over a whole run, from the first instant of a tree to its stationary state: what is on the conductors and what
-// has drained to ground is what was fed, N J t, at every frame and through every contact made and lost.
+// Charge balance over whole runs, from the start of a tree to its stationary state. The charge on conductors plus the
+// charge collected by the ground equals the injected charge N J t at every frame and through every contact change.
 //
 //   charge_balance         the seedling, 36 conductors
 //   charge_balance long    the dendrite, 324 conductors, on S = 256
@@ -35,7 +35,7 @@ void run(Report& report, Scene scene) {
   report.section(fmt::format("{}: {} conductors, {} frames to t = {:.3g} s; {} contacts made, {} lost", scene.title,
                              scene.conductors.size(), unbalanced.size(), frame.time, counters.contacts_made,
                              counters.contacts_lost));
-  // Sums are compensated, so a few roundings of 1e-16 are left of the 1e-11 a plain sum would lose.
+  // Compensated sums leave a few roundings of 1e-16; a plain sum would lose 1e-11.
   report.at_most("held + drained - fed, fraction of fed", spread(unbalanced), 1e-12);
   report.at_most("fed - N J t, fraction of it", spread(misfed), 1e-12);
   report.at_least("contacts made and lost (or nothing was tested)",

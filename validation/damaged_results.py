@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""Damages result files in many ways and gives them to every reader of the program.
+"""Damages result files by many methods and runs every reader of the program on them.
 
     damaged_results.py [--files 2000] [--seed 1] [--first 0] [--readers 1] [--jobs 1] [--keep FOLDER]
 
-Each file is a result of a short run (conductors, a gas, a packing, a run whose frames stand beside it) with flipped bits,
-a range of zeros, a missing end, exchanged blocks, or an object that h5py has changed; the checksum is left, damaged, or
-made right again. A reader may refuse a file (exit status 1 or 2 and a sentence) or read it. It fails if it ends by a
-signal, takes more than a minute, leaves a list of Python's calls, or prints nan with status 0. The exit status is the
-number of failures, at most 100. File k of a seed is the same each time.
+Each file is the result of a short run (conductors, a gas, a packing, a run with separate segments of frames). Damages
+are flipped bits, a range of zeros, a missing end, exchanged blocks, or an object changed by h5py. The checksum is
+unchanged, damaged, or made valid again. A reader may refuse a file (exit status 1 or 2 and an error message) or read
+it. It fails if it ends by a signal, takes more than a minute, prints a Python traceback, or prints nan with status 0.
+The exit status is the number of failures, at most 100. File k of a seed is the same each time.
 """
 import argparse
 import os
@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests/python"))
 
 from runs import FOOTER, HOME, MAGIC, PROGRAM, gas_scene, sealed  # noqa: E402
 
-LIMIT = 60  # s, of one reader
+LIMIT = 60  # s, per reader
 
 CONDUCTORS = """
 title = "Conductors"
@@ -77,7 +77,7 @@ picture = false
 
 
 class Source:
-    """A sound result, and what its run and its readers are."""
+    """Intact result with its run and its readers."""
 
     def __init__(self, folder, name, scene, readers):
         self.name, self.readers = name, readers
@@ -90,7 +90,7 @@ class Source:
         return self
 
     def interrupt_once_frames_stand_beside(self):
-        """The run ends while the file is an index of segments."""
+        """Ends the run while the file is an index of segments."""
         process = subprocess.Popen([PROGRAM, "run", self.scene, "--out", self.file, "--quiet"], stderr=subprocess.DEVNULL)
         while process.poll() is None and not (self.file.exists() and list(self.segments.glob("segment-*.h5"))):
             try:
@@ -123,7 +123,7 @@ def make_sources(folder, with_segments):
     return sources
 
 
-# ---- Damages, each of bytes without the checksum ----
+# ---- Damages of bytes without the checksum ----
 
 
 def flip_bits(chance, data):
@@ -132,7 +132,7 @@ def flip_bits(chance, data):
 
 
 def flip_bits_of_structure(chance, data):
-    """Where HDF5 says what there is: near its signatures."""
+    """Flips bits near HDF5's signatures, in its structure data."""
     marks = [m.start() for m in re.finditer(rb"TREE|HEAP|SNOD|GCOL|OHDR|\x89HDF", bytes(data))]
     for _ in range(chance.choice([1, 2, 6])):
         at = chance.choice(marks) + chance.randrange(200)
@@ -166,7 +166,7 @@ def truncate(chance, data):
 BYTE_DAMAGES = [flip_bits, flip_bits_of_structure, flip_bits_of_structure, zero_range, random_range, swap_blocks, truncate]
 
 
-# ---- Damages by h5py, which leave a file that HDF5 finds sound ----
+# ---- Damages by h5py, which leave a file that is valid for HDF5 ----
 
 
 def objects_of(file):
@@ -275,7 +275,7 @@ H5PY_DAMAGES = [other_type, other_shape, other_shape, huge_shape, strange_number
 
 
 def damage_file(chance, path):
-    """Returns what was done, in words."""
+    """Damages the file. Returns a description."""
     if chance.random() < 0.45:
         kind = chance.choice(H5PY_DAMAGES)
         with h5py.File(path, "r+") as file:
@@ -336,7 +336,7 @@ def command(reader, source, path):
 
 
 def trouble(words):
-    """What is wrong with a reader, or None."""
+    """Returns the failure of a reader, or None."""
     process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                text=True, errors="replace", start_new_session=True)  # fmt: skip
     try:
@@ -357,7 +357,7 @@ def trouble(words):
 
 
 def try_file(sources, seed, number, count, keep):
-    """Failures of so many readers of file `number`, as sentences."""
+    """Returns messages on the failures of `count` readers of file `number`."""
     chance = random.Random(f"{seed} {number}")
     weights = [1 if source.name == "frames" else 10 for source in sources]
     source = chance.choices(sources, weights)[0]

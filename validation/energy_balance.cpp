@@ -1,19 +1,19 @@
-// Energy of a run with everything that moves charge: a sphere that shuttles between two electrodes, one of them behind
-// a resistor, in a fluid that leaks. What the supplies deliver is stored in the field, in motion and in elastic
-// contacts, or turned into heat in the resistor, the fluid, sparks and drag:
+// Energy balance of a run with all charge transport: a sphere shuttles between two electrodes, one of them behind a
+// resistor, in a conducting fluid. The energy from the potential sources is stored in the field, in motion and in
+// elastic contacts, or is dissipated in the resistor, the fluid, sparks and drag:
 //
 //   d(field + kinetic + elastic) = supplied - dissipated.
 //
-// Every term is computed by its own formula (src/mechanics/energy_book.hpp), so what is left over measures the run. Its
-// bound: in a coupling step the force may be wrong by what displaces a body by position_tolerance, which does work
-// |F| tolerance; charges may be wrong by tolerance / radius of the largest, at the potential difference V: energy
-// Q V tolerance / radius. Both once a step, with any sign, here all with one. The field's own part is measured beside
-// the run: how far the work of the force along the gap, at constant charge, is from the change of the energy that the
-// same solver finds, as a fraction of the work.
+// Each term has its own formula (src/mechanics/energy_book.hpp), so the remainder measures the error of the run. Its
+// bound: in a coupling step, the force error displaces a body by at most position_tolerance, with the work |F|
+// tolerance. The charge error is at most tolerance / radius of the largest charge, at the potential difference V:
+// energy Q V tolerance / radius. Both count once per step, with equal signs. The field solver's part is measured
+// separately. It is the difference between the work of the force along the gap at constant charge and the energy change
+// of the same solver, as a fraction of the work.
 //
-// That allows some per cent, and a term left out could hide in it. But then what is left over would stay at longer and
-// shorter steps, where booking at the mean potential of a step (energy_book.hpp) leaves over what falls by the square
-// of the steps' number: so the order is measured.
+// This allows a few per cent, which a missing term could fit. A missing term would not depend on the step. The
+// remainder due to the mean potential of a step (energy_book.hpp) decreases with the square of the number of steps. The
+// order of the remainder is therefore measured.
 
 #include <memory>
 
@@ -73,8 +73,8 @@ time = 1.5
                      "shuttle.toml");
 }
 
-/// The same without contacts and resistor, as one charged sphere: the work of the force on its way through the gap less
-/// what the field loses, as a fraction of the work.
+/// Returns the difference between the work of the force through the gap and the field's energy loss, as a fraction of
+/// the work. Without contacts and resistor, for one charged sphere.
 double field_error(int cells) {
   Scene scene = shuttle(cells, 1e-3 * radius);
   scene.electrodes[0].series_resistance = 0;
@@ -104,7 +104,7 @@ double field_error(int cells) {
 }
 
 struct Rest {
-  double steps = 0, field_solver = 0, fraction = 0;  ///< of what was supplied, the latter two
+  double steps = 0, field_solver = 0, fraction = 0;  ///< fractions of the supplied energy, the latter two
 };
 
 Rest run(Report& report, int cells, double position_tolerance) {
@@ -159,7 +159,7 @@ void shorter_steps(Report& report, int cells) {
     left.push_back(rest.fraction);
   }
   report.section("the same with less and less tolerance");
-  // All of the solver's own part, which does not fall, may be in the last.
+  // The last value may contain the whole error of the field solver, which does not decrease.
   const double flattened = -std::log(1 - rest.field_solver / rest.fraction) / std::log(steps.back() / steps.front());
   report.at_least("energy left over: order in the number of steps", order(steps, left), 2 - flattened);
 }

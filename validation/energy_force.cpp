@@ -1,6 +1,6 @@
-// The cut-cell solver's closed-form forces against central differences of its own energy, at fixed charges: virtual
-// work, F = -dG/dx with G = W - sum over what has a given potential of potential times charge. The displacement is so
-// small that no cell centre changes from fluid to conductor or back; there the energy jumps.
+// Compares the cut-cell solver's closed-form forces with central differences of its energy at fixed charges (virtual
+// work): F = -dG/dx with G = W - sum of potential times charge over bodies of given potential. The displacement is so
+// small that no cell centre changes between fluid and conductor; the energy jumps there.
 //
 //   energy_force         S = 128, 10 disks
 //   energy_force long    S = 512, 60 disks
@@ -19,8 +19,8 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-/// Disks of 6 to 9 cells' radius in a box of `cells`, some pairs only `gap` cells apart, two of them one group; a
-/// half-disk at 0.3 V on an insulating wall, the upper side at -0.2 V. Lengths in cells.
+/// Returns disks with radii of 6 to 9 cells in a box of `cells`, some only `least_gap` cells apart, two in one group; a
+/// half-disk at 0.3 V on an insulating wall; the upper side at -0.2 V. Lengths in cells.
 LaplaceProblem scene(int cells, int disks, double least_gap) {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {1.0 * cells, 1.0 * cells};
@@ -50,7 +50,7 @@ LaplaceProblem scene(int cells, int disks, double least_gap) {
   return problem;
 }
 
-/// G: at fixed charges and given potentials the force is minus its slope.
+/// Returns G. At fixed charges and given potentials, the force is minus its gradient.
 double free_energy(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   double result = solution.energy;
   for (std::size_t b = 0; b < problem.bodies.size(); ++b)
@@ -70,7 +70,7 @@ State displaced(CutCellSolver& solver, LaplaceProblem problem, std::size_t body,
   return {free_energy(problem, solution), solver.field().body};
 }
 
-/// -dG along `direction`, or nothing if a cell changes hands even within the smallest displacement.
+/// Returns -dG along `direction`; empty if a cell centre changes its type even with the smallest displacement.
 std::optional<double> difference_quotient(CutCellSolver& solver, const LaplaceProblem& problem, std::size_t body,
                                           Vec2 direction) {
   for (const double step : {1e-4, 1e-5}) {
@@ -93,10 +93,9 @@ void compare(Report& report, int cells, int disks, double least_gap) {
     for (const Vec2 direction : {Vec2{1, 0}, Vec2{0, 1}})
       if (const auto force = difference_quotient(solver, problem, body, direction))
         error.push_back((*force - dot(solution.body_force[body], direction)) / largest);
-  // Where a cell centre lies within 1e-4 cells of a surface the difference quotient itself is that far from the slope;
-  // such a link carries some percent of the force at most. Where a gap has no fluid cell in it, the conductance is an
-  // integral over the channel by quadrature, differentiated under the integral: the two agree within the quadrature's
-  // error, 1e-3.
+  // If a cell centre is within 1e-4 cells of a surface, the difference quotient itself deviates that much from the
+  // slope. Such a link carries a few per cent of the force at most. If a gap contains no fluid cell, the conductance is
+  // an integral over the channel by quadrature. Force and difference then agree within the quadrature error, 1e-3.
   const double bound = least_gap >= 1 ? 1e-4 : 2e-3;
   report.at_most(fmt::format("smallest gap {} cells, {} components", least_gap, error.size()), spread(error), bound);
 }

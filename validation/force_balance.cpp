@@ -1,6 +1,6 @@
-// Newton's third law: the forces on the bodies and the reaction of the box's sides add up to zero. The sides' share is
-// the Maxwell stress of the computed potential just inside them; the bodies' comes from virtual work. They know nothing
-// of each other, so their sum must fall with the square of h.
+// Newton's third law: the forces on the bodies and the reaction of the box's sides add up to zero. The force on the
+// sides is the Maxwell stress of the computed potential; that on the bodies follows from virtual work. The two are
+// computed independently, so their sum must decrease with h^2.
 //
 //   force_balance         S = 64, 128, 256, 512
 //   force_balance long    to S = 2048
@@ -19,7 +19,7 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-/// Five disks of unlike size and charge, off the symmetric places, in the unit box with one grounded side.
+/// Returns five disks of different size and charge at asymmetric positions in the unit box with one grounded side.
 LaplaceProblem scene() {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
@@ -33,13 +33,13 @@ LaplaceProblem scene() {
   return problem;
 }
 
-/// Force on one side of the box along its inward normal, the integral of E_n^2 / 2 or -E_t^2 / 2 (eps = 1): on an
-/// electrode the field is normal, on an insulating side tangential.
+/// Returns the force on one side of the box along its inward normal, the integral of E_n^2 / 2 or -E_t^2 / 2 (eps = 1).
+/// The field is normal to an electrode and tangential to an insulating side.
 ///
-/// `at(k, depth)` is the potential of cell k along the side, `depth` cells in. The normal field of an electrode at
-/// potential 0 follows from the first two cell centres, V = a d + b d^3 at d = h/2 and 3h/2 (V'' = 0 along a side of
-/// constant potential): a = (27 V0 - V1) / 12h, a truncation of h^4. On an insulating side V = V0 + (V0 - V1) / 8 at
-/// the wall, from V = c + b d^2, and the tangential field is its central difference.
+/// `at(k, depth)` is the potential of cell k along the side, `depth` cells inside. The normal field at an electrode of
+/// potential 0 follows from the first two cell centres: V = a d + b d^3 at d = h/2 and 3h/2 (V'' = 0 along a side of
+/// constant potential), a = (27 V0 - V1) / 12h, with a truncation error of h^4. On an insulating side V = V0 + (V0 -
+/// V1) / 8 at the wall, from V = c + b d^2, and the tangential field is its central difference.
 double inward_force(const std::function<double(int, int)>& at, int cells, double h, bool electrode) {
   const auto wall = [&](int k) { return at(k, 0) + (at(k, 0) - at(k, 1)) / 8; };
   double sum = 0;
@@ -56,7 +56,8 @@ double inward_force(const std::function<double(int, int)>& at, int cells, double
   return sum;
 }
 
-/// Force of the field on the four sides, N/m: it pulls electrodes into the field and pushes insulating sides out.
+/// Returns the force of the field on the four sides (N/m). It attracts electrodes into the field and repels insulating
+/// sides.
 Vec2 force_on_sides(const LaplaceProblem& problem, const Field& field) {
   const int n = field.nx;
   const auto value = [&](int i, int j) { return field.value[j * n + i]; };
@@ -91,7 +92,7 @@ int validate(int argc, char** argv) {
       largest = std::max(largest, norm(force));
     }
     sum.push_back(100 * norm(total) / largest);
-    // Disks of some 30 cells' radius at S = 512: the forces themselves are within 0.05 % there (reference_disks).
+    // For disks with radii of some 30 cells at S = 512, the forces are accurate to 0.05 % (reference_disks).
     report.at_most(fmt::format("S = {}", cells), sum.back(), cells == 512 ? std::optional(0.05) : std::nullopt);
   }
   report.at_least("order", order(sizes, sum), 1.7);

@@ -1,10 +1,10 @@
-// Gases of a thousand grains against kinetic theory, and their books.
+// Compares gases of a thousand grains with kinetic theory, and checks their energy and momentum balance.
 //
 //   gas         half a minute
-//   gas long    more seeds, longer, and what the energy book's error is made of
+//   gas long    more seeds, longer runs, and the contributions to the energy error
 //
-// Intervals are those of 95 % of means over the seeds, by their scatter (Student); bounds add what the theory leaves
-// out.
+// Intervals are 95 % confidence intervals of means over the seeds (Student). Bounds include the estimated error of the
+// theory.
 
 #include "src/effects/charge_exchange.hpp"
 #include "src/effects/coulomb.hpp"
@@ -40,7 +40,7 @@ double mean_square_charge(const Run& run) {
 struct Interval {
   double mean = 0, half = 0;
 };
-/// Of 95 %, of the mean of a few.
+/// Returns the 95 % confidence interval of the mean of a small sample.
 Interval interval(const std::vector<double>& sample) {
   const Spread s = spread(sample);
   const auto n = static_cast<double>(sample.size());
@@ -49,7 +49,7 @@ Interval interval(const std::vector<double>& sample) {
     for (const double x : sample) sum += x / n;
     return sum;
   }();
-  const double student = n > 10 ? 2.2 : n > 5 ? 2.5 : 3.2;  // 4 and more
+  const double student = n > 10 ? 2.2 : n > 5 ? 2.5 : 3.2;  // for samples of at least 4
   return {mean, student * s.jitter / std::sqrt(n - 1)};
 }
 
@@ -57,9 +57,9 @@ Interval interval(const std::vector<double>& sample) {
 
 Scene cooling(double stiffness, std::uint64_t seed) {
   Scene scene = cube(edge);
-  // As much is lost at each speed, in shorter contacts: (D/E) E^(2/5) is the same.
+  // Shorter contacts with the same loss at each speed: (D/E) E^(2/5) is constant.
   scene.effects.add(effects::ViscoelasticContactOptions{278.6 * stiffness, 27.7 * std::pow(stiffness, 0.6)});
-  scene.effects.add(effects::ChargeExchangeOptions{.strength = 1});  // without a field
+  scene.effects.add(effects::ChargeExchangeOptions{.strength = 1});  // without forces between charges
   scene.stages = {{.duration = 2, .stiffness = 10 / stiffness < 1 ? 1 : 10 / stiffness, .temperature = 1}};
   scene.seed = seed;
   add_gas(scene, grains_of_a_gas, edge, 1, seed);
@@ -96,15 +96,15 @@ void haff(Report& report, bool all) {
     const double left_out = stiffness == 1 ? 0.28 * 0.28 : 0.03;
     for (std::size_t k = 0; k < times.size(); ++k) {
       const auto [mean, half] = interval(found[k]);
-      // Contacts last (omega t_c = .28 at T = 1, a fifth of that if a hundred times as stiff): 1 / (1 + omega t_c) is
-      // its first order, of which the second, squared, is left; correlations of velocities: .03. These grow: what flies
-      // together after more than some five collisions a grain is warmer than it ought to be, and no bound is known.
+      // Errors of the theory: finite contact duration (omega t_c = .28 at T = 1, 20 % of that at a hundred times the
+      // stiffness), whose second order is neglected in 1 / (1 + omega t_c); velocity correlations, .03. Beyond about
+      // five collisions per grain, correlated grains are warmer than predicted, and no bound is available.
       const std::optional<double> bound = times[k] > 2 ? std::nullopt : std::optional(half / mean + left_out);
       report.at_most(fmt::format("t = {:g}: {:.4f} +- {:.4f} (95 %), off by", times[k], mean, half),
                      std::abs(mean / theory[k].temperature - 1), bound);
     }
-    // Grains in contact still meet others, if fewer: in first order of omega t_c charges lie between those of contacts
-    // that let no other grain touch and those of contacts that last no time; the second is left out, as above.
+    // Grains in contact still collide with others, but less often. To first order in omega t_c, charges lie between
+    // those for exclusive contacts and those for instantaneous contacts. The second order is neglected as above.
     for (const std::size_t k : {0, 1, 2}) {
       const auto [mean, half] = interval(charge[k]);
       const double low = theory[k].charge_square, high = at_once[k].charge_square;
@@ -115,7 +115,7 @@ void haff(Report& report, bool all) {
   }
 }
 
-// Monopolar
+// Equal charges.
 
 void monopolar(Report& report, bool all) {
   report.section("all charges alike: T(t) with U_eff = U (1 - c phi^(1/3)) fitted");
@@ -124,7 +124,7 @@ void monopolar(Report& report, bool all) {
   Run run(scene);
   const double end = all ? 1000 : 200;
   std::vector<double> times, found;
-  run.to(10);  // what random places hold of potential energy becomes heat
+  run.to(10);  // the potential energy of random positions becomes heat
   const double start = temperature(run);
   for (double t = 20; t <= end; t *= 1.25) {
     run.to(t);
@@ -143,14 +143,14 @@ void monopolar(Report& report, bool all) {
   const double phi = std::numbers::pi / 6 * density, c = (1 - best / 0.1) / std::cbrt(phi);
   fmt::print("U_eff / U = {:.3f}, c = {:.3f}; T({:g}) = {:.4g}, of Haff's law {:.4g}\n", best / 0.1, c, end,
              found.back(), theory::haff_temperature(start, tau, times.back()));
-  // One run of 3 N components: sqrt(2 / 3N) = .026; Haff's rate is good to .03, of which twice shows in T.
-  // Late (long) T is far below U, and c is none any more: it grows with U / T.
+  // A run with 3 N velocity components: sqrt(2 / 3N) = .026. Haff's rate has an error of .03, which enters T twice. At
+  // late times (long) T is far below U, and c increases with U / T instead of being constant.
   report.at_most("rms of ln T about the fit", off(best), all ? std::nullopt : std::optional(0.026 + 2 * 0.03));
   report.at_least("without charges it would be colder, by a factor",
                   found.back() / theory::haff_temperature(start, tau, times.back()), 1.1);
 }
 
-// Books
+// Energy and momentum balance.
 
 struct Book {
   double warm_up, after, momentum;
@@ -182,7 +182,7 @@ void books(Report& report, bool all) {
   report.at_most("as many steps of contacts as 1e-3 asks for, warm-up: change over kinetic energy", as_asked.warm_up,
                  asked);
   report.at_most("left over, of what was dissipated", std::abs(as_asked.after), asked);
-  // Of second order in the step: an eighth of that.
+  // Second order in the step: 1/8 of the previous error.
   constexpr int usual = 45;
   const Book book = charged_run(10, asked, 0.05, usual);
   report.at_most("45 steps a contact, warm-up: change over kinetic energy", book.warm_up, 1e-4);

@@ -13,12 +13,12 @@
 #include "src/theory/haff.hpp"
 #include "tests/grains.hpp"
 
-/// Gases that are hard to follow, what is looked at in them, and bounds: for who follows them on the processor
-/// (hard_cases_gas.cpp) and on a device (device/hard_cases.cpp). Reduced units. Contacts of gases
-/// that cool and of bound pairs have as many steps as a scene of that accuracy would give them.
+/// Difficult cases of gases, their observables and bounds. Used by hard_cases_gas.cpp (CPU) and device/hard_cases.cpp
+/// (device). Reduced units. Contacts of cooling gases and bound pairs have the substeps that a scene of that accuracy
+/// would have.
 namespace lichtenberg::gas_cases {
 
-/// Of grains whose contacts lose what `dissipative` (D) says.
+/// Returns a scene with viscoelastic contacts. `dissipative`: D; `elastic`: E.
 inline Scene viscoelastic(double edge, double dissipative = 27.7, double elastic = 278.6) {
   Scene scene = grains::cube(edge);
   scene.effects.add(effects::ViscoelasticContactOptions{.elastic = elastic, .dissipative = dissipative});
@@ -29,12 +29,12 @@ inline analysis::ClusterSizes clusters(const granular::Gas& gas) {
   return analysis::cluster_sizes(analysis::cluster_numbers(gas.bodies().size(), granular::pairs_in_contact(gas)));
 }
 
-/// Of the energy's book, of what was dissipated.
+/// Returns the energy error relative to the dissipated energy.
 inline double left_over(const granular::GasEnergy& now, double start) {
   return std::abs(now.total() - start) / now.dissipated;
 }
 
-/// 50 charged grains at T = 10 that cool to rest in one cluster.
+/// Returns 50 charged grains at T = 10 that cool until they rest in one cluster.
 inline Scene to_one_cluster() {
   const int n = 50;
   const double edge = std::cbrt(n / 0.1);
@@ -46,7 +46,7 @@ inline Scene to_one_cluster() {
   return scene;
 }
 
-/// One grain of charge 12 and twelve of -1 near it, at rest.
+/// Returns one grain of charge 12 surrounded by twelve of charge -1, at rest.
 inline Scene thirteen_grains(const effects::CoulombOptions& coulomb) {
   Scene scene = viscoelastic(30);
   scene.effects.add(coulomb);
@@ -58,11 +58,12 @@ inline Scene thirteen_grains(const effects::CoulombOptions& coulomb) {
   return scene;
 }
 
-/// An elastic gas of n grains, dilute: how often they collide, and by how much that and its energy may be off.
+/// Dilute elastic gas of n grains, with bounds on the number of collisions and the energy error.
 ///
-/// Contacts last: of the time between collisions, 1/omega, a part omega t_c is spent in them. Statistics: the number is
-/// Poisson's to better than its root. Carnahan and Starling's g is good to 1e-3 here. An elastic restitution is off by
-/// 1e-4 to either side with 25 steps a contact; at worst all collisions of a grain add up.
+/// Contacts take the fraction omega t_c of the time between collisions, 1/omega. The number of collisions is Poisson
+/// distributed, with a relative error below the inverse root of the number. Carnahan and Starling's g has an error of
+/// 1e-3 here. The error of the restitution is +-1e-4 with 25 substeps per contact; in the worst case, the errors of all
+/// collisions of a grain add up.
 struct ElasticGas {
   static constexpr double density = 0.05, elastic = 278600;
   int n;
@@ -74,7 +75,7 @@ struct ElasticGas {
     grains::add_gas(scene, n, edge, 1);
     return scene;
   }
-  /// omega N t / 2
+  /// Returns the expected number of collisions, omega N t / 2.
   double collisions(double temperature, double time) const {
     return 0.5 * theory::collision_frequency(density, temperature) * n * time;
   }
@@ -85,7 +86,7 @@ struct ElasticGas {
   double bound_of_energy(double collisions) const { return 1e-4 * 2 * collisions / n; }
 };
 
-/// 250 charged elastic grains at T = 1e-5.
+/// Returns 250 charged elastic grains at T = 1e-5.
 inline Scene cold_gas() {
   Scene scene = viscoelastic(16, 0);
   scene.effects.add(effects::CoulombOptions{.strength = 1e-5, .accuracy = 1e-3});
@@ -95,17 +96,18 @@ inline Scene cold_gas() {
 }
 inline double kinetic_energy_of_cold_gas() { return 1.5 * 250 * 1e-5; }
 
-/// What its energy may grow by, over its kinetic one. Errors dF = 1e-3 of the rms force that last: dF^2 t^2 / 2m of
-/// each grain, an upper bound of (2/3) dF^2 t_corr / m a unit of time. Beside them pairs that are bound, K q^2 = T,
-/// bounce every two units. An elastic contact of 45 steps is wrong by up to 5e-5 of its energy, of either sign by the
-/// phase of the step at touch; 1e-6 a bounce, less than a single one may be, is what is allowed to add up.
+/// Returns the bound on the growth of the cold gas's energy, relative to its kinetic energy. Persistent force errors dF
+/// = 1e-3 of the rms force give dF^2 t^2 / 2m per grain, an upper bound of (2/3) dF^2 t_corr / m per unit time. In
+/// addition, bound pairs (K q^2 = T) bounce every two units. An elastic contact with 45 substeps has an energy error of
+/// up to 5e-5 with either sign, depending on the phase of the step at onset. The accumulated error may be 1e-6 per
+/// bounce, less than that of a single one.
 inline double bound_of_cold_gas(const std::vector<double>& forces, double time) {
   double squares = 0;
   for (const double f : forces) squares += f * f;
   return 0.5 * 1e-6 * squares * time * time / kinetic_energy_of_cold_gas() + 1e-6 * time / 2;
 }
 
-/// n grains that exchange charge and cool from T = 10.
+/// Returns n grains that exchange charge and cool from T = 10.
 inline Scene cooling_gas(int n) {
   const double edge = std::cbrt(n / 0.4);
   Scene scene = viscoelastic(edge);
@@ -117,7 +119,7 @@ inline Scene cooling_gas(int n) {
   return scene;
 }
 
-/// 150 cold grains, one of them a thousand times as fast as the others.
+/// Returns 150 cold grains, one of them a thousand times as fast as the others.
 inline Scene one_fast_grain() {
   Scene scene = viscoelastic(8);
   grains::add_gas(scene, 150, 7.9, 1e-4);
@@ -125,7 +127,7 @@ inline Scene one_fast_grain() {
   return scene;
 }
 
-/// Pairs that overlap, and those of them that are no contacts.
+/// Overlapping pairs, and the overlapping pairs that are not registered as contacts.
 struct Overlaps {
   double seen = 0, missed = 0;
 
@@ -154,10 +156,10 @@ struct BoundPair {
     grains::add_pair(scene, 0, -1.3 * overlap(), 1);
     return scene;
   }
-  /// Of the change of the energy in fifty periods, over K q^2 times the overlap, in steps up to a quarter of one: the
-  /// contact feels the force of each instant but for what it changes within a step, by K q^2 2 a over amplitudes a of
-  /// .3 overlaps: work of .3 x 2 x .3 of K q^2 overlap^2 a period at most if it always came at the wrong time, of
-  /// either sign; 50 periods of it are 9 overlaps.
+  /// Returns the bound on the energy change over fifty periods, relative to K q^2 times the overlap, for steps up to a
+  /// quarter of a period. The contact neglects changes of the slow force within a step, K q^2 2 a for amplitudes a of
+  /// .3 overlap. The work is at most .3 x 2 x .3 of K q^2 overlap^2 per period, with either sign. Over 50 periods this
+  /// gives 9 overlaps.
   double bound() const { return 9 * overlap(); }
 };
 

@@ -1,4 +1,4 @@
-// Theories of a gas of grains against quadrature, chance, exact solutions and each other.
+// Compares theories of a gas of grains with quadrature, Monte Carlo, exact solutions and each other.
 //
 //   gas_theory         some seconds
 //   gas_theory long    more samples
@@ -31,7 +31,7 @@ constexpr double density = 50016 / (70.0 * 70 * 70);
 const Impacts laws{.restitution = [](double v) { return collision(grains, v).restitution; },
                    .charge_square = [](double v) { return impact_charge_square(1, 0.83, 0.5, v); }};
 
-/// Of processor.
+/// Returns the processor time of `work`.
 template <class Work>
 double seconds_of(const Work& work) {
   const std::clock_t before = std::clock();
@@ -39,7 +39,7 @@ double seconds_of(const Work& work) {
   return static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
 }
 
-// Closed forms
+// Closed forms.
 
 void closed_forms(Report& report) {
   report.section("rates of merging and contact, 1e-4 <= B <= 1e3, closed forms over quadrature - 1");
@@ -54,13 +54,13 @@ void closed_forms(Report& report) {
                           (2 * over_charges([&](double w) { return boost::math::tgamma(3.1, beta * w); })) -
                       1);
   }
-  report.at_most("P_N", spread(number), 1e-10);  // what the quadratures promise
+  report.at_most("P_N", spread(number), 1e-10);  // the tolerance of the quadratures
   report.at_most("P_T", spread(energy), 1e-10);
   report.at_most("P_Q", spread(charge), 1e-10);
   report.at_most("G(31/10)", spread(contact), 1e-10);
 }
 
-// Chance
+// Monte Carlo.
 
 void chance(Report& report, bool all) {
   report.section("collision integrals by Monte Carlo: differences in standard errors");
@@ -84,7 +84,7 @@ void chance(Report& report, bool all) {
     }
     const KineticRates rates = kinetic_rates(gas, coupling, tabulated_means(laws, 10));
     const auto check = [&](const std::string& what, const Estimate& found, double expected) {
-      // Five: once in two million seeds, and this one is fixed.
+      // Five standard errors: exceeded once in two million seeds, and the seed is fixed.
       report.at_most(fmt::format("B = {:g}: {} {:.5g} +- {:.1g}", bjerrum, what, found.mean(), found.error()),
                      std::abs(found.mean() - expected) / found.error(), 5);
     };
@@ -94,7 +94,7 @@ void chance(Report& report, bool all) {
   }
 }
 
-// Courses
+// Time evolution.
 
 void courses(Report& report) {
   report.section("a gas that charges and merges, to t = 1e4");
@@ -111,7 +111,7 @@ void courses(Report& report) {
     for (std::size_t k = 0; k < times.size(); ++k)
       fmt::print("  t = {:<7g} T = {:<11.5g} n = {:<11.5g} <q^2>/Q^2 = {:<11.5g} B = {:.5g}\n", times[k],
                  found[k].temperature, found[k].density, found[k].charge_square, found[k].bjerrum);
-    // Constants of motion there are none; but the integrator's tolerance has to show: fewer outputs, the same end.
+    // There are no constants of motion. A run with fewer outputs must give the same final state within the tolerance.
     const double again = kinetic_course(gas, std::span(times).last(1))[0].temperature;
     report.at_most("T at the end with one output over that with five - 1",
                    std::abs(again / found.back().temperature - 1), 1e-8);
@@ -126,7 +126,7 @@ void courses(Report& report) {
   }
 }
 
-// Coagulation
+// Coagulation.
 
 void coagulation(Report& report) {
   for (const double beta : {2.0, 3.0}) {
@@ -145,7 +145,7 @@ void coagulation(Report& report) {
       report.at_most(
           fmt::format("ratio {:g}, {} classes, S = {:.4g}: mass that left", ratio, sizes.size(), means.back()),
           found.back().lost, 1e-9);
-      // Merging moves mass from class to class; each of some thousand steps rounds it, and CVODE keeps sums.
+      // Coalescence moves mass between classes. Thousands of steps round it, and CVODE conserves sums.
       report.at_most("all mass - 1", std::abs(mass), 1e-12);
       report.at_most("seconds of processor", seconds, std::nullopt);
       if (ratio > 1.02) continue;
@@ -156,13 +156,13 @@ void coagulation(Report& report) {
                  fit.shift, fit.exponent, flight_exponent(beta),
                  analysis::local_slopes(std::span(times).first(means.size()), means).back());
     }
-    // Fixed pivots widen each merger's size by the class it falls into: second order in the ratio.
+    // Fixed pivots spread each aggregate's size over its class: an error of second order in the ratio.
     report.at_most("order of S in ratio - 1, less 2",
                    std::abs(std::log2((last[0] - last[1]) / (last[1] - last[2])) - 2), 0.15);
   }
 }
 
-// Stability
+// Stability.
 
 void stability(Report& report) {
   report.section("stability: critical wave numbers by eigenvalues and by Routh and Hurwitz");
@@ -175,8 +175,9 @@ void stability(Report& report) {
       for (std::size_t k = 0; k < std::min(found.size(), same.size()); ++k)
         differences.push_back(found[k].wave_number / same[k].wave_number - 1);
     }
-  // Brackets close to 2^-48 = 4e-15. Where the heat mode is about to vanish, two of its wave numbers are close to each
-  // other and its rate hardly crosses zero: rounding counts by its root at worst, and here in a grid of R by less.
+  // The brackets shrink to 2^-48 = 4e-15. Where the heat mode is about to vanish, two of its wave numbers nearly
+  // coincide and its rate barely crosses zero. The error is then at worst the root of the rounding error, and smaller
+  // on this grid of R.
   report.at_most("relative", spread(differences), 1e-11);
   std::vector<double> k;
   for (int n = 1; n <= 300; ++n) k.push_back(0.001 * n);

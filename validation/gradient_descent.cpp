@@ -1,13 +1,13 @@
-// Chapter 6's claims about the approximate gradient descent (D 6.30): for which steps eta does it converge, and how
-// fast?
+// Tests chapter 6's statements on the approximate gradient descent (D 6.30): range of convergence in eta, and rate.
 //
-// A step turns the missing charges q into (1 - eta C) q (D 6.32, its sign corrected), with C the capacitance matrix of
-// the floating groups, symmetric and positive. So with eigenvalues lambda of C the error ends up changing by the factor
-//   max |1 - eta lambda|  a step,
-// and the descent converges from everywhere if and only if eta < 2 / lambda_max. The bound eta_c (D 6.35) is 2 q.Cq /
-// |Cq|^2, which lies between 2 / lambda_max and 2 / lambda_min: it says whether the next step helps, not whether a
-// constant eta will do. Its limit (D 6.36), 2 C_kk / sum_i C_ik^2, is that for the missing charge on conductor k alone,
-// and 2 / lambda_max or more for every k.
+// A step maps the missing charges q to (1 - eta C) q (D 6.32 with corrected sign), with C the symmetric positive
+// definite capacitance matrix of the floating groups. With eigenvalues lambda of C, the error finally changes by the
+// factor
+//   max |1 - eta lambda|  per step.
+// The descent converges for every start if and only if eta < 2 / lambda_max. The bound eta_c (D 6.35) is 2 q.Cq /
+// |Cq|^2, between 2 / lambda_max and 2 / lambda_min: it states whether the next step reduces the error, not whether a
+// constant eta converges. Its limit (D 6.36), 2 C_kk / sum_i C_ik^2, applies to a missing charge on conductor k alone
+// and is at least 2 / lambda_max for every k.
 //
 //   gradient_descent         N = 2 ... 32 floating disks, S = 96
 //   gradient_descent long    N = 2 ... 128, S = 192
@@ -29,8 +29,8 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-/// `count` disks at random in the unit box, three radii and more from centre to centre; the bottom side is grounded.
-/// Each has the charge that makes its potential unlike its neighbours'.
+/// Returns `count` disks at random positions in the unit box with centres at least three radii apart; the bottom side
+/// is grounded. Charges make neighbouring potentials different.
 LaplaceProblem disks(int count, double radius) {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
@@ -49,8 +49,8 @@ LaplaceProblem disks(int count, double radius) {
   return problem;
 }
 
-/// The matrix that the descent itself sees: that of the same lattice and the same contours. Symmetric up to the
-/// staircase, of which the descent takes no notice either.
+/// Returns the capacitance matrix of the descent's own lattice and contours. It is symmetric up to the staircase error,
+/// which the descent also neglects.
 Eigen::MatrixXd lattice_capacitance(const LaplaceProblem& problem, const RelaxationOptions& options) {
   RelaxationSolver solver(options);
   const std::vector<double> c = capacitance_matrix(solver, problem);
@@ -58,16 +58,16 @@ Eigen::MatrixXd lattice_capacitance(const LaplaceProblem& problem, const Relaxat
   return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(c.data(), n, n);
 }
 
-/// Factor by which the missing charge changes in one of the last steps of `steps` with a constant eta.
+/// Returns the factor of the missing charge per step, averaged over the last of `steps` with a constant eta.
 double observed_factor(const LaplaceProblem& problem, RelaxationOptions options, double eta, int steps) {
   options.eta = eta;
-  options.tolerance = 1e-14;  // out of reach: all steps are made
+  options.tolerance = 1e-14;  // not reached, so that all steps are made
   options.largest_iterations = steps;
   RelaxationSolver solver(options);
   try {
     solver.solve(problem);
   } catch (const Failure&) {
-    // It has not converged, which is what was asked for.
+    // The lack of convergence is intended.
   }
   const std::vector<double>& error = solver.error_history();
   constexpr int last = 10;
@@ -80,7 +80,7 @@ int steps_to_take(double factor) {
 
 struct Steps {
   double diverges = 0;  ///< 2 / lambda_max
-  double isolated = 0;  ///< least of D 6.36
+  double isolated = 0;  ///< minimum of D 6.36
   double slowest = 0;   ///< smallest eigenvalue of C
   double fastest = 0;   ///< largest
 };
@@ -102,8 +102,8 @@ Steps critical_steps(const Eigen::MatrixXd& c) {
 int validate(int argc, char** argv) {
   const bool is_long = asked_for_long(argc, argv);
   const int sites = is_long ? 192 : 96;
-  // Potential solves sixteen times as long as the source's 4 n10 sweeps: with insulated sides and few disks those leave
-  // so much undone that the factors are off by up to 10 %, which is no matter of eta.
+  // Each potential solve has sixteen times the sweeps of the source (4 n10). With the source's number, unconverged
+  // potentials change the factors by up to 10 % for insulated sides and few disks.
   const RelaxationOptions options{.sites = sites, .sweeps_factor = 64};
   Report report("Approximate gradient descent of the potentials (D 6.30-6.36)");
   for (const int count : is_long ? std::vector<int>{2, 8, 32, 128} : std::vector<int>{2, 8, 32}) {
@@ -113,10 +113,9 @@ int validate(int argc, char** argv) {
         fmt::format("N = {}: diverges from eta = 2 / lambda_max = {:.4f} on; least of D 6.36 {:.4f}; "
                     "condition number {:.1f}",
                     count, steps.diverges, steps.isolated, steps.fastest / steps.slowest));
-    // The factor is that of one eigenvector, once the others have died out next to it: 200 steps, or fewer where the
-    // error falls by 1e-9 before and comes to what relaxation leaves unfinished. What is left of the others is allowed
-    // for with a percent.
-    const double least = steps.isolated / steps.diverges;  // of D 6.36; 1 or more, since C is symmetric
+    // The factor is that of one eigenvector after the others have decayed: 200 steps, or fewer if the error reaches
+    // 1e-9, where unconverged relaxation dominates. The bound allows 1 % for the remaining eigenvectors.
+    const double least = steps.isolated / steps.diverges;  // minimum of D 6.36; at least 1 because C is symmetric
     for (const double fraction : {0.5, 0.9, 0.97, 1.03, 1.1, least}) {
       const double eta = fraction * steps.diverges;
       const double expected = std::max(std::abs(1 - eta * steps.fastest), std::abs(1 - eta * steps.slowest));

@@ -1,7 +1,7 @@
-// The field at its limits: one line a case, with the bound that it must meet and, in the case's comment, where the
-// bound comes from. The same in time: hard_cases_time.
+// The field in limiting cases: one row per case, with a bound derived in the comment of the case. hard_cases_time
+// covers limiting cases in time.
 //
-//   hard_cases          everything but what is below, 400 random scenes; seconds
+//   hard_cases          all cases except the ones below, 400 random scenes; seconds
 //   hard_cases long     10000 random scenes, N = 20000 at S = 4096, more positions; minutes
 
 #include "validation/hard_cases/crowds.hpp"

@@ -1,14 +1,16 @@
-// Elastic contact at its limits: soft and hard, slow and fast, two spheres and twenty, alone and in a crowd.
+// Elastic contact in limiting cases: soft and hard, slow and fast, two spheres and twenty, isolated and with other
+// bodies.
 //
-//   hard_cases_collisions         against Hertz's theory and an integrator of its own, 2 s
-//   hard_cases_collisions long    the same for all speeds and moduli
+//   hard_cases_collisions         against Hertz's theory and an independent integrator, 2 s
+//   hard_cases_collisions long    all speeds and moduli
 //
-// The bound of a collision. A step of the integrator may be wrong by relative_tolerance of a body's momentum and by
-// relative_tolerance * R * m / largest_step, whichever body that is (stepper.hpp). The errors of n steps add up, at
-// worst, to n * relative_tolerance * (1 + R / (largest_step * speed)) of the momentum; energy, square of a speed, is
-// wrong by twice that. Durations and overlaps follow from the speed with powers less than 1. n is counted.
+// Bound of a collision. A step of the integrator has an error of at most relative_tolerance of a body's momentum plus
+// relative_tolerance * R * m / largest_step for each body (stepper.hpp). In the worst case, the errors of n steps add
+// up to n * relative_tolerance * (1 + R / (largest_step * speed)) of the momentum, and twice that of the energy.
+// Durations and overlaps depend on the speed with powers below 1. n is counted.
 //
-// Momentum is a linear invariant, which every step keeps to the rounding of its linear solve: 1e-16 a step and term.
+// Momentum is a linear invariant. Each step conserves it up to the rounding of its linear solve: 1e-16 per step and
+// term.
 
 #include <numbers>
 
@@ -38,9 +40,9 @@ double stiffness(double young) {
   return 4.0 / 3.0 * effects::contact_modulus({young, 0.3}, {young, 0.3}) * std::sqrt(radius / 2);
 }
 
-/// Two equal spheres that meet with the relative speed v. Where they stop, all energy is elastic:
-///   m_eff v^2 / 2 = 2/5 k overlap^(5/2),   m_eff = m / 2,   k = 4/3 E* sqrt(R / 2);
-/// their contact lasts 2 overlap / v * integral_0^1 dx / sqrt(1 - x^(5/2)) = 4/5 B(2/5, 1/2) overlap / v, which is
+/// Collision of two equal spheres with relative speed v. At the largest overlap all energy is elastic:
+///   m_eff v^2 / 2 = 2/5 k overlap^(5/2),   m_eff = m / 2,   k = 4/3 E* sqrt(R / 2).
+/// The contact lasts 2 overlap / v * integral_0^1 dx / sqrt(1 - x^(5/2)) = 4/5 B(2/5, 1/2) overlap / v, which is
 /// 2.943275 overlap / v (Hertz 1882).
 struct Collision {
   double young, speed;
@@ -48,12 +50,12 @@ struct Collision {
   double duration() const { return 0.8 * std::beta(0.4, 0.5) * overlap() / speed; }
 };
 
-/// The worst of all collisions.
+/// Largest values of all collisions.
 struct Worst {
   double steps = 0, momentum = 0;
 };
 
-constexpr double way = 0.5e-3;  // m, between the surfaces at the start
+constexpr double way = 0.5e-3;  // m, distance of the surfaces at the start
 
 Scene head_on(const Collision& collision, int bystanders = 0) {
   Scene scene = scene_of({{0.03, 0.05}, {0.03 + 2 * radius + way, 0.05}});
@@ -67,7 +69,7 @@ Scene head_on(const Collision& collision, int bystanders = 0) {
   return scene;
 }
 
-/// What a step may change of a speed, as a fraction of it.
+/// Returns the relative error of a speed per step.
 double error_a_step(const Scene& scene, double speed) {
   return scene.mechanics.relative_tolerance * (1 + radius / (scene.mechanics.largest_step * speed));
 }
@@ -101,16 +103,17 @@ void collisions(Report& report, bool all) {
   for (const double young : {1e6, 1e8, 1e10, 200e9})
     for (const double speed : {1e-3, 0.1, 20.0}) {
       const Collision collision{young, speed};
-      if (collision.overlap() > 0.5 * radius) continue;  // no small strain any more
+      if (collision.overlap() > 0.5 * radius) continue;  // beyond small strain
       collide(report, worst, collision, 0);
       if (young == 200e9 || all) collide(report, worst, collision, 1000);
     }
   report.at_most("momentum, fraction of one body's, the worst of these", worst.momentum, 1e-12);
-  // Order 5 and a tolerance of 1e-6: some 20 steps a quarter of the contact's cosine-like course, and the start.
+  // Order 5 and a tolerance of 1e-6: some 20 steps per quarter of the contact's cosine-like time dependence, and the
+  // start.
   report.at_most("steps of the integrator, the most of these", worst.steps, 400);
 }
 
-/// 10 m/s each, with a field: contacts at a gap of R / 10 are made and lost on the way, and no force acts.
+/// 10 m/s each, with a field: contacts at a gap of R / 10 open and close during the flight, without forces.
 void with_a_field(Report& report) {
   report.section("Steel at 10 m/s each, with a field and no drag");
   const Collision collision{200e9, 20};
@@ -125,7 +128,7 @@ void with_a_field(Report& report) {
     const ConductorFrame frame = simulation.now();
     const Counters& counters = simulation.counters();
     const double energy = (norm2(frame.velocity[0]) + norm2(frame.velocity[1])) / 200;
-    // At most 400 steps, as above, in each of the three pieces that two events make.
+    // At most 400 steps, as above, in each of the three intervals between two events.
     report.at_most(name_of(coupling) + ": energy", std::abs(energy - 1), 2 * 3 * 400 * error_a_step(scene, 10));
     report.at_most(name_of(coupling) + ": gap at the end, where it was",
                    std::abs(norm(frame.position[1] - frame.position[0]) - 2 * radius - way) / way,
@@ -137,7 +140,7 @@ void with_a_field(Report& report) {
   }
 }
 
-/// The same chain by velocity Verlet with a fixed step, one coordinate.
+/// Integrates the same chain by velocity Verlet with a fixed step, in one coordinate.
 std::vector<double> verlet(std::vector<double> x, std::vector<double> v, double young, double end, double dt) {
   const double k = stiffness(young);
   const auto acceleration = [&] {
@@ -158,8 +161,8 @@ std::vector<double> verlet(std::vector<double> x, std::vector<double> v, double 
   return v;
 }
 
-/// Twenty spheres in a row that touch; the first comes flying. The blow runs through them as a solitary wave and
-/// throws off the last.
+/// Twenty touching spheres in a row are struck by the first. The impact propagates as a solitary wave and ejects the
+/// last.
 void struck_chain(Report& report, double young, double speed) {
   const Collision collision{young, speed};
   std::vector<Vec2> places;
@@ -172,11 +175,11 @@ void struck_chain(Report& report, double young, double speed) {
   Scene scene = scene_of(places);
   scene.conductors[0].velocity = {speed, 0};
   scene.effects.add(effects::HertzContactOptions{.young = young, .poisson = 0.3});
-  const double end = way / speed + 40 * collision.duration();  // the wave passes a sphere in half a contact's time
+  const double end = way / speed + 40 * collision.duration();  // the wave passes a sphere in half a contact's duration
   Model model = effects::make_model(scene);
   mechanics::Cvode cvode = mechanics::make_cvode(scene, model);
   cvode.advance(0, end);
-  // Of second order: at a hundredth of the contact's time 1e-4, at this step 1e-7.
+  // Second order: the error is 1e-4 at 0.01 of the contact's duration, and 1e-7 at this step.
   const std::vector<double> reference = verlet(x, v, young, end, collision.duration() / 4000);
   double momentum = 0, energy = 0, worst = 0;
   for (int i = 0; i < 20; ++i) {
@@ -192,7 +195,8 @@ void struck_chain(Report& report, double young, double speed) {
   report.at_least(name + "the last one's, or nothing ran through", velocity(model.bodies, 19).x / speed, 0.9);
 }
 
-/// Pressed together from both ends, in oil, until it rests: every contact bears the whole force F = k overlap^(3/2).
+/// A chain in oil under a load from both ends until it rests: every contact carries the whole force F = k
+/// overlap^(3/2).
 void pressed_chain(Report& report, double young, double force, FieldCoupling coupling) {
   std::vector<Vec2> places;
   for (int i = 0; i < 20; ++i) places.push_back({0.01 + 2 * radius * i, 0.05});
@@ -213,12 +217,12 @@ void pressed_chain(Report& report, double young, double force, FieldCoupling cou
   double worst = 0;
   for (int i = 0; i + 1 < 20; ++i)
     worst = std::max(worst, std::abs(2 * radius - norm(frame.position[i + 1] - frame.position[i]) - overlap));
-  // At rest errors die out instead of adding up: what is left is that of the last step, of two bodies.
+  // At rest errors decay instead of adding up: only that of the last step remains, of two bodies.
   report.at_most(fmt::format("Y = {:.0e} Pa, pressed by {:g} N, {}: overlap", young, force, name_of(coupling)),
                  worst / overlap, 2 * scene.mechanics.relative_tolerance * radius / overlap);
 }
 
-/// Pressed into each other at the start, and let go: the elastic energy becomes motion.
+/// Two overlapping spheres are released from rest: the elastic energy becomes kinetic energy.
 void let_go(Report& report) {
   Scene scene = scene_of({{0.05, 0.05}, {0.05 + 1.9 * radius, 0.05}});
   scene.effects.add(effects::HertzContactOptions{.young = 1e8, .poisson = 0.3});
@@ -231,7 +235,7 @@ void let_go(Report& report) {
                  2 * static_cast<double>(cvode.steps()) * error_a_step(scene, speed));
 }
 
-/// So soft and so fast that the centres would pass each other (or the wall): a sentence, whatever the integrator.
+/// Contacts so soft and fast that the centres would pass each other (or the wall): every integrator reports an error.
 void too_soft(Report& report, Integrator integrator, bool wall) {
   Scene scene = head_on({1e6, 40});
   scene.effects.add(effects::WallContactOptions{.young = 1e6, .poisson = 0.3});

@@ -1,8 +1,8 @@
-// Charges at their limits in time: a conductor that carries charge to and fro a thousand times, opposite charges that
-// run into each other, one body among twenty thousand that is much faster than all others.
+// Charges in limiting cases in time. A conductor transports charge back and forth a thousand times; opposite charges
+// collapse onto each other; one body among twenty thousand is much faster than the others.
 //
-//   hard_cases_coulomb         on scripted forces, seconds
-//   hard_cases_coulomb long    a thousand bounces in the cut-cell field as well
+//   hard_cases_coulomb         with scripted forces, seconds
+//   hard_cases_coulomb long    also a thousand bounces in the cut-cell field
 
 #include <chrono>
 #include <numbers>
@@ -31,7 +31,7 @@ namespace {
 constexpr double height = 0.02, high_voltage = 100.0;  // m, V
 
 /// One conductor between two plates, as a point charge in a homogeneous field: a plate gives it the charge -q at 0 V or
-/// q at 100 V, and then repels it by the force F = `terminal` * drag.
+/// q at 100 V, and then repels it with the force F = `terminal` * drag.
 class Plates : public laplace::LaplaceSolver {
  public:
   static constexpr double q = 1e-11, terminal = 0.05;  // C, m/s
@@ -60,13 +60,13 @@ Scene between_plates() {
 }
 
 struct Bounces {
-  double unbalanced = 0;  ///< the worst of all frames
-  double miscounted = 0;  ///< frames whose contacts made and lost cannot be
+  double unbalanced = 0;  ///< largest value of all frames
+  double miscounted = 0;  ///< frames with impossible numbers of contacts made and lost
   Counters counters;
   ConductorFrame end;
 };
 
-/// Looks at the run `frames` times until `end`. `fed`: scale of the charges, C.
+/// Runs until `end` and checks the state at `frames` instants. `scale`: magnitude of the charges, C.
 Bounces bounce(Simulation& simulation, double end, int frames, double scale) {
   Bounces bounces;
   const double initial = total(simulation.now().charge) + simulation.now().charge_drained;
@@ -82,11 +82,11 @@ Bounces bounce(Simulation& simulation, double end, int frames, double scale) {
   return bounces;
 }
 
-/// From one contact to the next (s). With w the terminal speed and tau the relaxation time, force and velocity are
-/// opposed after a contact, v = -w + 2 w exp(-t / tau) toward the plate. It turns round after w tau (1 - ln 2), having
-/// lost 2 tau on its way over D; or it strikes the plate, a gap g away, after t with w tau (2 - 2 exp(-t / tau)) - w t
-/// = g and comes back as fast, after Hertz's 2.943275 overlap / v: then D + g at w, and (1 - v / w) tau for what v
-/// lacks of w.
+/// Returns the time (s) between contacts. With the terminal speed w and the relaxation time tau, force and velocity are
+/// opposed after a contact: v = -w + 2 w exp(-t / tau) toward the plate. If the gap is large, the velocity reverses
+/// after w tau (1 - ln 2), with a delay of 2 tau over the distance D. Otherwise the body strikes the plate across the
+/// gap g after t with w tau (2 - 2 exp(-t / tau)) - w t = g. It returns at the same speed after Hertz's 2.943275
+/// overlap / v, followed by D + g at w, plus (1 - v / w) tau for the initial lack of speed.
 double crossing_time(double between, double gap) {
   const double w = Plates::terminal, tau = relaxation;
   const auto way = [&](double t) { return 2 * w * tau * -std::expm1(-t / tau) - w * t; };
@@ -109,7 +109,7 @@ void thousand_bounces(Report& report, FieldCoupling coupling, double contact_gap
   Simulation simulation(scene, std::make_unique<Plates>());
   const double w = Plates::terminal, between = height - 2 * radius - 2 * contact_gap;
   const double first = 0.5 * between / w + relaxation, crossing = crossing_time(between, contact_gap);
-  // Half way between two contacts, counted in time: the lag of turning round is over, and it flies at w.
+  // In the middle between two contacts in time: the delay of the reversal is over, and the speed is w.
   const double end = first + (contacts - 0.5) * crossing;
   const Bounces bounces = bounce(simulation, end, 5 * contacts, Plates::q);
   const auto made = static_cast<double>(bounces.counters.contacts_made);
@@ -120,15 +120,17 @@ void thousand_bounces(Report& report, FieldCoupling coupling, double contact_gap
   report.at_most(name + "imbalance, fraction of the charge", bounces.unbalanced, 1e-12);
   report.at_most(name + fmt::format("contacts beside {}", contacts), std::abs(made - contacts), 0);
   report.at_most(name + "frames with impossible counts", bounces.miscounted, 0);
-  // Each contact may be made a tolerance early, and positions are wrong by 1e-6 R in each of some 200 steps between.
+  // Each contact may be a tolerance early, and positions have an error of 1e-6 R in each of some 200 steps between
+  // contacts.
   report.at_most(name + "place at the end, tolerances", off / scene.mechanics.position_tolerance, 1.2 * contacts);
-  // The first step after a jump of the force by 2 F is R / w sqrt(tolerance / R) = 0.5 ms (with a small gap for R: 0.07
-  // ms); 8 (11) doublings lead to the longest, 0.1 s, of which 4 fill the rest; contact, parting and a few retries.
+  // The first step after a force jump of 2 F is R / w sqrt(tolerance / R) = 0.5 ms (0.07 ms if a small gap replaces R).
+  // It takes 8 (11) doublings to the longest step, 0.1 s, and 4 of these for the remaining time; then contact, opening
+  // and a few retries.
   if (coupling == FieldCoupling::split)
     report.at_most(name + "field solves a contact", static_cast<double>(bounces.counters.field_solves) / made, 20);
 }
 
-/// The same in the true field of D 4: how often is not known beforehand, but that charge is kept.
+/// A thousand bounces in the field of D 4: the number of contacts is not known in advance, but charge is conserved.
 void thousand_bounces_in_the_field(Report& report, int contacts) {
   Scene scene = between_plates();
   scene.domain.sides[3].potential = 18e3;
@@ -153,7 +155,7 @@ void thousand_bounces_in_the_field(Report& report, int contacts) {
   report.at_least(name + "as many as asked for", static_cast<double>(c.contacts_made), contacts);
   report.at_most(name + "imbalance, fraction of its charge", bounces.unbalanced / carried, 1e-12);
   report.at_most(name + "frames with impossible counts", bounces.miscounted, 0);
-  // On the grid the force varies from cell to cell, 54 of them on the way: four solves each, and 20 as above.
+  // The force on the grid varies from cell to cell, 54 on the path: four solves each, and 20 as above.
   const double cells = (height - 4 * radius) / (height / scene.field().cells);
   report.at_most(name + "field solves a contact",
                  static_cast<double>(c.field_solves) / static_cast<double>(c.contacts_made), 4 * cells + 20);
@@ -161,7 +163,7 @@ void thousand_bounces_in_the_field(Report& report, int contacts) {
 
 // ---- collapse
 
-/// Two bodies that attract each other by A / gap.
+/// Two bodies that attract each other with the force A / gap.
 std::unique_ptr<laplace::LaplaceSolver> attraction(double strength) {
   return scripted([=](const laplace::LaplaceProblem& problem) {
     const double gap = (centre(problem, 1) - centre(problem, 0)).x - 2 * radius;
@@ -177,7 +179,7 @@ struct Fall {
   double largest_step;  ///< s
 };
 
-/// Two bodies 4 R apart that are one from `last_gap` on.
+/// Returns two bodies 4 R apart that merge into one group at `last_gap`.
 Scene falling(const Fall& fall, FieldCoupling coupling, double last_gap) {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 6 * radius, 0.05}});
   scene.effects.add(effects::ContactDischargeOptions{.gap = last_gap, .hysteresis = 0.05});
@@ -190,21 +192,21 @@ Scene falling(const Fall& fall, FieldCoupling coupling, double last_gap) {
   return scene;
 }
 
-/// From a gap s_0 to contact at s.
+/// Time from a gap s_0 to contact at s.
 ///   In oil, without inertia:  d(gap)/dt = -2 A / (drag gap),   t = drag (s_0^2 - s^2) / 4 A.
 ///   Without oil:  m/4 v^2 = A ln(s_0 / s),   t = s_0 sqrt(pi m / 4 A) erf(sqrt(ln(s_0 / s))).
-/// Each of n steps displaces both bodies by at most d. In oil a displacement made at s' has grown by s'/s at s: s ds is
-/// at most 2 n s_0 d, which takes a time of n s_0 d drag / A. Without oil a gap that is wrong by 2 d at rest makes the
-/// time wrong by a fraction 2 d / s_0, and later less. d is the position tolerance in split coupling. In monolithic
-/// coupling, where n is at most the number of solves, it is 1e-6 R and 1e-6 of the momentum, and without oil as much of
-/// R again (stepper.hpp), which displaces by 1e-6 of the way.
+/// Each of n steps displaces both bodies by at most d. In oil, a displacement at s' grows by s'/s until s: the change
+/// of s ds is at most 2 n s_0 d, which corresponds to the time n s_0 d drag / A. Without oil, an error of 2 d of the
+/// gap at rest changes the time by the fraction 2 d / s_0, later errors by less. In split coupling d is the position
+/// tolerance. In monolithic coupling n is at most the number of solves, and d is 1e-6 R plus the effect of 1e-6 of the
+/// momentum. Without oil another 1e-6 R is added (stepper.hpp), which displaces by 1e-6 of the path.
 void collapse(Report& report, const Fall& fall, FieldCoupling coupling, double last_gap) {
   const double first_gap = 4 * radius, strength = 1e-8;
   const Scene scene = falling(fall, coupling, last_gap);
   const double time = fall.in_oil ? drag * (first_gap * first_gap - last_gap * last_gap) / (4 * strength)
                                   : first_gap * std::sqrt(std::numbers::pi * mass / (4 * strength)) *
                                         std::erf(std::sqrt(std::log(first_gap / last_gap)));
-  // The instant of contact, by halves, to 1e-9.
+  // Finds the instant of contact to 1e-9 by bisection.
   double before = 0.9 * time, after = 1.1 * time, n = 0;
   while (after - before > 1e-9 * time) {
     const double middle = 0.5 * (before + after);
@@ -222,8 +224,8 @@ void collapse(Report& report, const Fall& fall, FieldCoupling coupling, double l
       std::abs(before - time), fall.in_oil ? n * first_gap * d * drag / strength : n * 2 * d / first_gap * time);
 }
 
-/// Thrown at each other against repulsion, from 40 R: m u^2 = A ln(s_0 / s), which turns them round at s = 1.05 contact
-/// gaps. Far away the force hardly changes, and what comes looks like a contact.
+/// Two bodies approach each other against repulsion, from 40 R: m u^2 = A ln(s_0 / s), so they reverse at s = 1.05
+/// contact gaps. Far away the force varies little, and extrapolation predicts a contact.
 void turn_back(Report& report, FieldCoupling coupling, double largest_step) {
   Scene scene = falling({"", false, largest_step}, coupling, radius);
   scene.conductors[0].position.x = 0.02;
@@ -239,7 +241,7 @@ void turn_back(Report& report, FieldCoupling coupling, double largest_step) {
   const double at_first = mass * speed * speed - strength * std::log(40 * radius);
   const std::string name = fmt::format("{}, steps up to {:g} s: ", name_of(coupling), largest_step);
   report.at_most(name + "contacts", static_cast<double>(simulation.counters().contacts_made), 0);
-  // A displacement d of both changes the energy by 2 d A / gap, at most 2 d A / R, in each step.
+  // A displacement d of both bodies changes the energy by 2 d A / gap, at most 2 d A / R, per step.
   const double d = coupling == FieldCoupling::split ? scene.mechanics.position_tolerance : 4e-6 * radius;
   const double n =
       static_cast<double>(coupling == FieldCoupling::split ? simulation.counters().steps : frame.field_solves);
@@ -250,7 +252,7 @@ void turn_back(Report& report, FieldCoupling coupling, double largest_step) {
 
 // ---- one that is faster than all others
 
-/// What it costs to look for contacts that may come, seconds.
+/// Returns the time (s) of a search for possible contacts.
 double search_time(const effects::ContactDischarge& discharge, const Scene& scene, std::vector<double> travel) {
   const Bodies bodies = make_bodies(scene);
   const effects::ElectricalGroups groups = effects::electrical_groups(scene, {});
@@ -259,12 +261,12 @@ double search_time(const effects::ContactDischarge& discharge, const Scene& scen
     const auto start = std::chrono::steady_clock::now();
     const auto found = discharge.watch(bodies, {}, groups, travel);
     least = std::min(least, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-    if (found.empty()) return INFINITY;  // some neighbours are in reach
+    if (found.empty()) return INFINITY;  // some neighbours are within range
   }
   return least;
 }
 
-/// Twenty thousand that may move by R / 100 in a step, without and with one that may cross the whole domain.
+/// Twenty thousand bodies that may move by R / 100 per step, without and with one that may cross the whole domain.
 void fast_body(Report& report) {
   Scene scene = conductor_scene({});
   scene.domain.size = {0.5, 0.5};
@@ -275,13 +277,13 @@ void fast_body(Report& report) {
   std::vector<double> travel(20000, 0.01 * radius);
   const double without = search_time(discharge, scene, travel);
   travel[0] = 0.5;
-  // It adds one search that looks at all: as much work again, and a list of 20000 to sort. A search of all by all, as
-  // anything quadratic, takes 10000 times as long; between them is room for a busy machine.
+  // The fast body adds one search over all bodies: the same work again, and sorting a list of 20000. A quadratic search
+  // would take 10000 times as long; the bound between them allows for a busy machine.
   report.at_most("search with one fast body, times that without", search_time(discharge, scene, travel) / without, 10);
 }
 
-/// A fast sphere strikes another, wired to it, that rests: which flies past a third, and that contact could not be
-/// foreseen. The three share the third's charge evenly while they touch.
+/// A fast sphere strikes a resting one of its group, which then flies past a third. This contact cannot be predicted.
+/// The three share the third's charge evenly while they touch.
 void struck(Report& report, FieldCoupling coupling) {
   const double gap = 0.02 * radius, dip = 0.5 * gap;
   Scene scene = scene_of({{0.02, 0.05}, {0.03, 0.05}, {0.04, 0.05 + 2 * radius + dip}});
@@ -299,8 +301,8 @@ void struck(Report& report, FieldCoupling coupling) {
                  std::abs(simulation.now().charge[2] / 3e-12 - 1.0 / 3), 1e-15);
 }
 
-/// At rest 6 R from a grounded ball, in a trap that turns it round at 3.5 R; a contact were at 3 R. The force where it
-/// is, held for the first long step, would lead it there.
+/// A body at rest 6 R from a grounded ball, in a trap that reverses it at 3.5 R; a contact would occur at 3 R. The
+/// initial force, constant over the first long step, would lead to that contact.
 void trap(Report& report, FieldCoupling coupling) {
   Scene scene = conductor_scene({{0.05 - 6 * radius, 0.05}});
   scene.effects.remove<effects::StokesDragOptions>();

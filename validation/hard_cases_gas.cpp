@@ -1,13 +1,14 @@
-// Gases of charged grains at their limits: one row for each thing that is known to go wrong in such runs.
+// Gases of charged grains in limiting cases: one row per known failure of such simulations.
 //
 //   hard_cases_gas         a minute
-//   hard_cases_gas long    more grains, longer, more steps
-//   hard_cases_gas [long] SECTION...    some of it: sums, dipoles, cold, cooled, steps, held-forces, too-fast, elastic,
+//   hard_cases_gas long    more grains, longer runs, more steps
+//   hard_cases_gas [long] SECTION...    selected sections: sums, dipoles, cold, cooled, steps, held-forces, too-fast,
+//   elastic,
 //                          cluster-at-rest, to-one-cluster, lists, charges, driven, bits
 //
-// Bounds are derived where the rows are. Crystals, splittings and forces of all kinds of dipoles, against their slopes,
-// are in `periodic`; closed forms at cancelling arguments in tests/theory_gas_test.cpp; temperatures by cells and
-// dimensions of clusters of known ones in the tests of src/analysis.
+// Bounds are derived next to the rows. `periodic` tests crystals, splittings and forces of all dipole variants against
+// energy differences. tests/theory_gas_test.cpp tests closed forms at cancelling arguments. Tests of src/analysis cover
+// temperatures by cells and dimensions of known clusters.
 
 #include "solvers/periodic/dipoles.hpp"
 #include "solvers/periodic/ewald.hpp"
@@ -31,7 +32,8 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-/// Elastic grains: their energy does not change but for the steps and the forces' accuracy.
+/// Returns the energy change of elastic grains, due to the steps and the forces' accuracy only, over the kinetic
+/// energy.
 double energy_drift(Scene scene, double time) {
   Run run(scene);
   const double before = run.gas.energy().total(), scale = run.gas.energy().kinetic;
@@ -41,8 +43,8 @@ double energy_drift(Scene scene, double time) {
 
 void dipoles(Report& report, bool all) {
   report.section("polarized elastic grains keep their energy: change over kinetic energy");
-  // Impulses of second order, .02 apart, of forces that are exact slopes to 1e-6; jumps at half the box of the nearest
-  // images', 1/r^3 = 8 / L^3 of a dipole of size A q / r^2 each: 1e-5 a crossing.
+  // Second-order impulses at intervals of .02, of forces that are exact gradients to 1e-6. Nearest-image forces jump at
+  // half the box, 1/r^3 = 8 / L^3 times a dipole A q / r^2: 1e-5 per crossing.
   for (const auto sum : {periodic::DipoleSum::ewald, periodic::DipoleSum::mixed_consistent,
                          periodic::DipoleSum::minimum_image, periodic::DipoleSum::source}) {
     Scene scene = cube(10);
@@ -78,7 +80,7 @@ void sums(Report& report) {
   periodic::Response response;
   std::vector<double> energies;
   for (const double alpha : {0.8, 1.2, 1.6}) {
-    // What is left out: erfc(alpha r_c) and exp(-(k/2 alpha)^2) below 1e-14 at 6.
+    // The truncated parts erfc(alpha r_c) and exp(-(k/2 alpha)^2) are below 1e-14 at 6.
     periodic::Ewald({alpha, 6 / alpha, 12 * alpha}).evaluate(lone, {}, parallel::Team::single(), response);
     energies.push_back(2 * 5 * response.energy);
   }
@@ -86,7 +88,7 @@ void sums(Report& report) {
   for (const double e : energies) worst = std::max(worst, std::abs(e / -2.8372974794806195 - 1));
   report.at_most("a lone charge in its background, any splitting", worst, 1e-12);
 
-  // Net force: interpolation by the splines that spread makes it rounding, 1e-16 of N terms' root sum.
+  // Net force: spreading and interpolation with equal splines leave rounding, 1e-16 of the root sum of N terms.
   Scene scene = viscoelastic(20);
   scene.effects.add(effects::CoulombOptions{.accuracy = 1e-3});
   add_gas(scene, 500, 19.9, 1);
@@ -111,7 +113,7 @@ void cold_gas(Report& report, bool all) {
   report.at_most(fmt::format("elastic, T = 1e-5, t = {:g}: growth of energy over kinetic", time),
                  std::abs(run.gas.energy().total() - before) / gas_cases::kinetic_energy_of_cold_gas(),
                  gas_cases::bound_of_cold_gas(forces, time));
-  // A component of a sum of N momenta rounds by 1e-16 of each, as often as there are impulses.
+  // A component of a sum of N momenta has a rounding error of 1e-16 of each, once per impulse.
   report.at_most("momentum over thermal momentum", momentum(run.gas.bodies()) / thermal_momentum(run.gas), 1e-10);
 }
 
@@ -122,16 +124,16 @@ void cooled_gas(Report& report, bool all) {
   Run run(gas_cases::cooling_gas(n));
   const auto temperature = [&] { return 2 * run.gas.model().kinetic_energy() / (3 * n); };
   while (run.gas.time() < 400 && temperature() > coldest) run.step(1e9);
-  // Each step rounds a grain's momentum by 1.1e-16 of it a few times, at random, and most at the start, when the gas
-  // is sqrt(T_0 / T) times as fast: ten times 1.1e-16 sqrt(10 / T) sqrt(steps) of the thermal momentum. Asked for:
-  // 1e-10.
+  // Each step rounds a grain's momentum by 1.1e-16 of it a few times at random. Most of it occurs at the start, when
+  // the gas is sqrt(T_0 / T) times as fast. Bound: ten times 1.1e-16 sqrt(10 / T) sqrt(steps) of the thermal momentum.
+  // Target: 1e-10.
   report.at_most(
       fmt::format("momentum over thermal momentum, at T = {:.2g}, t = {:.3g}", temperature(), run.gas.time()),
       momentum(run.gas.bodies()) / thermal_momentum(run.gas),
       10 * 1.1e-16 * std::sqrt(10 / temperature() * static_cast<double>(run.gas.contact_steps)));
 }
 
-/// Worst error over the phases at which the grains touch within a step.
+/// Returns the largest error over the phases of onset within a step.
 double restitution_error(Integrator integrator, double speed, double step, int contact_steps = 25) {
   Scene scene = viscoelastic(10, integrator);
   scene.mechanics.step = step;
@@ -144,7 +146,7 @@ double restitution_error(Integrator integrator, double speed, double step, int c
 
 void steps(Report& report) {
   report.section("error of restitution at dt = .005, v = 1, and orders from dt to dt / 4");
-  // GRANULAR's table, section 8, and a tenth for other phases. No fixed step gets past order 3/2.
+  // Bounds of GRANULAR's table, section 8, plus 15 % for other phases. No fixed step has an order above 3/2.
   const auto fixed = [&](Integrator integrator, double bound, double step) {
     const double coarse = restitution_error(integrator, 1, step), fine = restitution_error(integrator, 1, step / 4);
     report.at_most(fmt::format("{}", name_of(integrator)), restitution_error(integrator, 1, 0.005), 1.15 * bound);
@@ -175,7 +177,7 @@ void too_fast(Report& report) {
   report.at_most("ten times as stiff: 1 - restitution", std::abs(restitution(stiff, 25, 1) - 1), 1e-3);
 }
 
-/// Collisions of elastic grains over omega N t / 2, and what is left over of their energy.
+/// Compares the collisions of elastic grains with omega N t / 2, and tests their energy.
 void elastic_gas(Report& report, bool all) {
   report.section("an elastic gas, dilute: collisions over omega N t / 2, with the step halved");
   const gas_cases::ElasticGas gas{all ? 4000 : 1000};
@@ -183,7 +185,7 @@ void elastic_gas(Report& report, bool all) {
   std::vector<double> counts;
   for (const int contact_steps : {25, 50}) {
     Run run(gas.scene(contact_steps));
-    run.to(1);  // forgets that no two were closer than 1.05
+    run.to(1);  // forgets the initial minimum distance of 1.05
     const granular::GasEnergy before = run.gas.energy();
     const std::int64_t first = run.gas.collisions;
     run.to(1 + time);
@@ -201,13 +203,13 @@ void elastic_gas(Report& report, bool all) {
                  3 * std::sqrt(2 / (3.0 * gas.n * time)) + 0.03);
 }
 
-/// A bound pair followed for fifty periods in steps that are a part of one, however long: the change of what should
-/// stay, over K q^2 times the overlap.
+/// Follows a bound pair for fifty periods in steps of `part` of a period. Returns the change of its conserved energy
+/// over K q^2 times the overlap.
 double change_of(const gas_cases::BoundPair& pair, double dissipative, double part) {
   const double period = pair.period();
   Run run(pair.scene(dissipative, {.sum = effects::CoulombSum::minimum_image}));
   const auto step = [&] { run.step_to(run.gas.time() + part * period); };
-  step();  // a contact is known from then on
+  step();  // a contact is registered from here on
   const double start = run.gas.energy().total();
   while (run.gas.time() < 50 * period) step();
   return (run.gas.energy().total() - start) / (pair.attraction * pair.overlap());
@@ -228,7 +230,7 @@ void held_forces(Report& report) {
   }
 }
 
-/// Of grains of mass 1 that turn about their centre as a ball would.
+/// Returns the kinetic energy of grains of mass 1 that rotate about their centre as a rigid ball.
 double turning_energy(const Bodies& b) {
   Vec3 centre{}, angular_momentum{};
   for (int i = 0; i < b.size(); ++i) centre += position<3>(b, i) / b.size();
@@ -254,14 +256,15 @@ void cluster_at_rest(Report& report) {
     before = left;
   }
   const granular::GasEnergy end = run.gas.energy();
-  // Forces held for h = .01 are wrong by h F'/2 at its end, in ways h v: h^2 F' v / 2 a grain and step, of F' = 2 F
-  // = 2.4 and v = 3 at the most 4e-4 of energies of 1, of either sign; twice that for twelve.
+  // Forces that are constant over h = .01 have an error of h F'/2 at its end over displacements h v: h^2 F' v / 2 per
+  // grain and step. With F' = 2 F = 2.4 and v = 3 this is at most 4e-4 of energies of 1, with either sign; twice that
+  // for twelve grains.
   report.at_most("largest rise of the energy between two looks", rise, 1e-3);
   report.at_most("left over of the book, of what was dissipated", gas_cases::left_over(end, start), 1e-3);
-  // Nothing stops a cluster that turns as a whole, as nearest images make it do. What else moves are grains that slide
-  // along each other by a, bound by k = F / d: they lose what the contact's curvature makes of it, v_n = v a / d, so
-  // E' = -D sqrt(xi) <v^2 a^2> = -D sqrt(xi) E^2 / (2 k) of a mode, E = 2 k / (D sqrt(xi) t), of which half is kinetic,
-  // in two modes a grain. F = K q q' = E xi^(3/2) is that of the middle on another.
+  // A cluster that rotates as a whole, due to nearest images, is not damped. Other motion is sliding of grains along
+  // each other by a, bound by k = F / d. They lose energy through the contact's curvature, v_n = v a / d: E' = -D
+  // sqrt(xi) <v^2 a^2> = -D sqrt(xi) E^2 / (2 k) per mode. So E = 2 k / (D sqrt(xi) t), half of it kinetic, in two
+  // modes per grain. F = K q q' = E xi^(3/2) is the force of the central grain on another.
   const double force = 0.1 * 12, overlap = std::pow(force / 278.6, 2.0 / 3);
   report.at_most("clusters", static_cast<double>(gas_cases::clusters(run.gas).number), 1);
   report.at_most("kinetic energy at t = 100, less that of turning", end.kinetic - turning_energy(run.gas.bodies()),
@@ -279,8 +282,8 @@ void to_one_cluster(Report& report, bool all) {
   Run run(scene);
   const double start = run.gas.energy().total(), thermal = thermal_momentum(run.gas);
   const auto largest = [&] { return static_cast<double>(gas_cases::clusters(run.gas).largest); };
-  // The last two clusters, of net charges that are opposite, fall on each other in (pi / 2) sqrt(m L^3 / (2 K Q^2)),
-  // which is 28 for Q = 1, m = 10 and L = 4; how many such falls, and turns around each other, it takes is chance.
+  // The last two clusters have opposite net charges and fall onto each other in (pi / 2) sqrt(m L^3 / (2 K Q^2)), which
+  // is 28 for Q = 1, m = 10 and L = 4. The number of such falls and orbits is random.
   do run.to(run.gas.time() + look);
   while (largest() < static_cast<double>(n) && run.gas.time() < 10 * look);
   report.section(
@@ -289,11 +292,10 @@ void to_one_cluster(Report& report, bool all) {
   const granular::GasEnergy now = run.gas.energy();
   report.at_most("left over of the book, of what was dissipated", gas_cases::left_over(now, start), 1e-3);
   report.at_least("grains in the largest cluster", largest(), static_cast<double>(n));
-  // Without a bound: a cluster as large as the box has soft modes that are more, and slower, than those of
-  // cluster_at_rest.
+  // No bound: a cluster as large as the box has more and slower soft modes than that of cluster_at_rest.
   report.at_most("kinetic energy, of that at the start", now.kinetic / (1.5 * 10 * static_cast<double>(n)),
                  std::nullopt);
-  // A grain's momentum rounds by 1.1e-16 of it a few times a step, at random.
+  // A few roundings of 1.1e-16 of a grain's momentum per step, at random.
   report.at_most("momentum, of the thermal one at the start", momentum(run.gas.bodies()) / thermal,
                  10 * 1.1e-16 * std::sqrt(static_cast<double>(run.gas.contact_steps)));
 }
@@ -371,7 +373,8 @@ void charges(Report& report, bool all) {
         std::tuple{"contact-area", effects::ChargeExchangeOptions{.model = ExchangeModel::contact_area}, true},
         std::tuple{"impact, each_step", effects::ChargeExchangeOptions{.each_step = true}, false}}) {
     const double one = squares(options, 0.005), quarter = squares(options, 0.00125);
-    // Sums of random squares: 2 / N of their variance, twice, and heavy tails of kurtosis up to 12: three deviations.
+    // Sums of random squares: twice the variance 2 / N, and heavy tails with a kurtosis up to 12: three standard
+    // deviations.
     if (flat)
       report.at_most(fmt::format("{}: ratio of dt to dt / 4, less 1", name), std::abs(one / quarter - 1),
                      3 * std::sqrt(2 * 12.0 / (all ? 250 : 120)));
@@ -380,7 +383,7 @@ void charges(Report& report, bool all) {
   }
 }
 
-/// Free grains in a gas that blows at random (GRANULAR 3.3): T = sigma^2 tanh(S hold / 2).
+/// Returns the temperature of free grains in a random gas flow (GRANULAR 3.3): T = sigma^2 tanh(S hold / 2).
 double driven_temperature(double step, double hold) {
   constexpr int n = 500;
   Scene scene = viscoelastic(600);
@@ -388,16 +391,16 @@ double driven_temperature(double step, double hold) {
   scene.mechanics.step = step;
   add_gas(scene, n, 600, 0);
   Run run(scene);
-  run.to(8);  // what the start has left is exp(-16)
+  run.to(8);  // the initial state has decayed to exp(-16)
   return 2 * run.gas.model().kinetic_energy() / (3 * n);
 }
 
 void driven(Report& report) {
   report.section("a gas that blows at random: T at dt and dt / 4");
-  // The drag is exact over any step: rounding, some times a step.
+  // The drag is exact over any step: rounding times the number of steps.
   report.at_most("drawn each .4, |T(dt) / T(dt/4) - 1|",
                  std::abs(driven_temperature(0.1, 0.4) / driven_temperature(0.025, 0.4) - 1), 1e-13);
-  // No limit: T falls with dt. Each is a mean of 3 N squares; three deviations of their ratio.
+  // No limit: T decreases with dt. Each T is a mean of 3 N squares; three standard deviations of their ratio.
   const double ratio = driven_temperature(0.1, 0.1) / driven_temperature(0.025, 0.025);
   report.at_most("drawn each step, |T(dt) / T(dt/4) / expected - 1|",
                  std::abs(ratio / (std::tanh(0.05) / std::tanh(0.0125)) - 1), 3 * std::sqrt(2 * 2 / 1500.0));

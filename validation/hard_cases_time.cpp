@@ -1,11 +1,11 @@
-// Time at its limits: contacts that coincide, graze, fall on an output time, come a thousand times; charges that run
-// into each other; a run cut in two in the middle of a contact.
+// Limiting cases in time: contacts that coincide, graze, or occur at an output time; charges that collapse onto each
+// other; a run resumed in the middle of a contact.
 //
-//   hard_cases_time         on scripted forces and line charges, seconds
+//   hard_cases_time         with scripted forces and line charges, seconds
 //   hard_cases_time long    more seeds, the cut-cell field, the reference coupling throughout
 //
-// A position is good to position_tolerance (a thousandth of a radius here) a coupling step, so an event is good to that
-// over the speed; relative_tolerance is 1e-6 a step of the integrator.
+// Positions have an error of position_tolerance (1e-3 radius here) per coupling step, so event times have this error
+// over the speed. The integrator has a relative_tolerance of 1e-6 per step.
 
 #include <array>
 
@@ -30,7 +30,7 @@ namespace {
 
 const std::array<std::string, 3> ways = {"split", "monolithic", "euler"};
 
-/// `scene` by split or monolithic coupling of CVODE, or by Euler's steps.
+/// Returns `scene` with split or monolithic coupling of CVODE, or with Euler's method.
 Scene by(const std::string& way, Scene scene) {
   if (way == "euler")
     scene.mechanics.integrator = Integrator::euler;
@@ -41,7 +41,7 @@ Scene by(const std::string& way, Scene scene) {
 
 // ---- rest
 
-/// Nothing is charged and nothing moves, for a thousand seconds: not a bit may change, and steps are the longest.
+/// Without charges and motion for a thousand seconds: the state is bitwise unchanged, and steps reach their maximum.
 void rest(Report& report, const std::string& way) {
   Scene scene = by(way, conductor_scene({{0.03, 0.05}, {0.03 + 3 * radius, 0.05}, {0.05, 0.05}}));
   scene.electrodes = {ball("ground", {0.05, 0.05 + 2.5 * radius}, 0)};
@@ -55,13 +55,13 @@ void rest(Report& report, const std::string& way) {
   const ConductorFrame after = simulation.now();
   report.at_most(way + ": moved, m", largest_distance(before, after), 0);
   report.at_most(way + ": charge, C", std::abs(total(after.charge)) + std::abs(after.charge_drained), 0);
-  // One a step of 10 s, and the first; CVODE begins with short steps, tenfold longer each time.
+  // One solve per step of 10 s, and the first one. CVODE begins with short steps that grow tenfold.
   report.at_most(way + ": field solves", static_cast<double>(after.field_solves), 120);
 }
 
 // ---- simultaneous events
 
-/// A charged conductor in the middle, and two or four that come from all sides at once.
+/// A charged conductor in the middle, and two or four that arrive from all sides simultaneously.
 void simultaneous(Report& report, const std::string& way, int arms) {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.conductors[0].charge = 4e-11;
@@ -75,13 +75,13 @@ void simultaneous(Report& report, const std::string& way, int arms) {
   scene.effects.remove<effects::StokesDragOptions>();
   scene.effects.add<effects::HertzContactOptions>();
   Simulation simulation(by(way, scene), std::make_unique<LineCharges>());
-  simulation.advance_to(0.06);  // the way is one radius, 39 ms
+  simulation.advance_to(0.06);  // the path is one radius, 39 ms
   const ConductorFrame frame = simulation.now();
   const Counters& counters = simulation.counters();
   const std::string name = fmt::format("{}, {} at once: ", way, arms);
   report.at_most(name + "contacts missing", static_cast<double>(arms - counters.contacts_made), 0);
   if (way != "euler") report.at_most(name + "regroupings", static_cast<double>(counters.regroupings), 1);
-  // Symmetric but for the rounding of a linear solve of their few charges, grown by at most some hundred steps.
+  // Symmetric up to the rounding of a linear solve for a few charges, amplified over at most some hundred steps.
   double uneven = 0;
   for (int k = 1; k <= arms; ++k) uneven = std::max(uneven, std::abs(frame.charge[k] / frame.charge[1] - 1));
   report.at_most(name + "difference of their charges, fraction", uneven, 1e-10);
@@ -92,9 +92,9 @@ void simultaneous(Report& report, const std::string& way, int arms) {
 
 // ---- grazing
 
-/// A charged conductor flies past a grounded ball on a straight line whose least gap is (1 + off) contact gaps. What
-/// dips deeper than the position tolerance makes contact and loses it, what stays farther off than that does not, and
-/// in between either is right; but nothing happens twice.
+/// A charged conductor flies past a grounded ball on a straight line with a smallest gap of (1 + off) contact gaps. A
+/// dip below by more than the position tolerance opens and closes one contact; a distance above by more than the
+/// tolerance makes none. Between these either is right, but no event occurs twice.
 void graze(Report& report, const std::string& way, double speed) {
   double missed = 0, invented = 0, twice = 0, solves = 0, lost = 0;
   for (const double off : {-0.5, -0.1, -1e-2, -2e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-6, 2e-3, 1e-2})
@@ -120,25 +120,26 @@ void graze(Report& report, const std::string& way, double speed) {
   report.at_most(name + "contacts without cause", invented, 0);
   report.at_most(name + "made twice, or not lost", twice, 0);
   report.at_most(name + "charge lost, fraction", lost, 1e-15);
-  // Beside one a longest step: the first, the contact's, and while steps grow again from the shortest, twofold each.
+  // Besides one solve per longest step: the first, that of the contact, and those while steps double from the shortest.
   if (way == "split") report.at_most(name + "field solves", solves, 60);
 }
 
 // ---- an event at an output time
 
-/// Straight flight into contact with a grounded ball at exactly t = 0.2, looked at every 0.1, 0.05, 0.2 s, or once.
+/// Straight flight into contact with a grounded ball at exactly t = 0.2, with frames every 0.1, 0.05, 0.2 s, or one
+/// frame.
 void at_an_output_time(Report& report, const std::string& way) {
   double events = 0, wrong = 0, differs = 0;
   std::vector<ConductorFrame> ends;
   for (const int frames : {1, 2, 4, 8, 3}) {
-    const double speed = 0.0625, meet = 0.2;  // exact in binary, but for the meeting
+    const double speed = 0.0625, meet = 0.2;  // exact in binary, except for the time of contact
     Scene scene = conductor_scene({{0.05 - 3 * radius - speed * meet, 0.05}});
     scene.effects.remove<effects::StokesDragOptions>();
     scene.conductors[0].velocity = {speed, 0};
     scene.conductors[0].charge = 1e-11;
     scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
     Simulation simulation(by(way, scene), scripted([&](const laplace::LaplaceProblem& p) {
-                            const bool charged = p.groups[p.bodies[0].group].charge != 0;  // what is held has none
+                            const bool charged = p.groups[p.bodies[0].group].charge != 0;  // a fixed one has none
                             return std::vector<Vec2>{{charged ? 0.0 : -1e-6, 0}, {0, 0}};
                           }));
     for (int k = 1; k <= frames; ++k) {
@@ -147,7 +148,7 @@ void at_an_output_time(Report& report, const std::string& way) {
       const ConductorFrame frame = simulation.now();
       const bool held = frame.group[0] == -1;
       if (frame.time != end || imbalance(frame, 1e-11) > 1e-26) ++wrong;
-      if ((simulation.counters().contacts_made > 0) != (frame.charge[0] == 0)) ++wrong;  // it gave its charge there
+      if ((simulation.counters().contacts_made > 0) != (frame.charge[0] == 0)) ++wrong;  // the contact discharges it
       if (std::abs(end - meet) > 0.03 && end < meet && held) ++wrong;
     }
     ends.push_back(simulation.now());
@@ -156,13 +157,13 @@ void at_an_output_time(Report& report, const std::string& way) {
   }
   report.at_most(way + ": contacts made", events, 1);
   report.at_most(way + ": frames at odds with themselves", wrong, 0);
-  // The contact may be taken one tolerance early; then the body is driven back for 0.2 s: the way back is the same.
+  // The contact may occur one tolerance early; the body then moves back for 0.2 s by the same displacement.
   if (way != "euler") report.at_most(way + ": end, by number of frames, tolerances", differs, 5);
 }
 
 // ---- starts
 
-/// At t = 0 two are exactly at the contact gap or one rounding off, at rest or on their way.
+/// Two bodies are at t = 0 exactly at the contact gap or one rounding off, at rest or in motion.
 void starts(Report& report, const std::string& way) {
   double missing = 0, invented = 0, twice = 0;
   for (const double off : {-1e-15, 0.0, 1e-15})
@@ -186,21 +187,21 @@ void starts(Report& report, const std::string& way) {
 
 // ---- lost and made at once
 
-/// From a ball at 0 V to one at 100 V: the contact with the one is lost where that with the other is made, to within
-/// `off` (m). It must give up the charge that it took from the first, and no short circuit must be seen.
+/// A body moves from a ball at 0 V to one at 100 V. The first contact opens where the second closes, to within `off`
+/// (m). The body must give up the charge from the first, without a short circuit.
 void handed_over(Report& report, const std::string& way) {
   double wrong = 0, lost = 0;
   for (const double off : {-1e-9, 0.0, 1e-9, 1e-6}) {
-    const double between = 4 * radius + radius + 1.01 * radius + off;  // of the balls' centres
+    const double between = 4 * radius + radius + 1.01 * radius + off;  // distance of the balls' centres
     Scene scene = conductor_scene({{0.05 + 2.5 * radius, 0.05}});
     scene.effects.remove<effects::StokesDragOptions>();
     scene.electrodes = {ball("from", {0.05, 0.05}, 0), ball("to", {0.05 + between, 0.05}, 100)};
     scene.conductors[0].velocity = {0.02, 0};
     scene.conductors[0].charge = 1e-11;
     Simulation simulation(by(way, scene), std::make_unique<LineCharges>());
-    simulation.advance_to(0.02);  // 0.4 mm from the start on, and the hand-over is there
+    simulation.advance_to(0.02);  // 0.4 mm from the start; the transfer has occurred
     const ConductorFrame frame = simulation.now();
-    // LineCharges is off by 1e-9 a solve since the start, of which there are some hundreds.
+    // LineCharges has an error of 1e-9 per solve, of which there have been some hundreds.
     wrong += std::abs(frame.potential[0]) > 1e-4 && std::abs(frame.potential[0] - 100) > 1e-4;
     wrong += frame.group[0] != -1;
     simulation.advance_to(0.03);
@@ -214,9 +215,9 @@ void handed_over(Report& report, const std::string& way) {
 
 // ---- sides of the domain
 
-/// In a box whose sides are all grounded, without drag, aslant: contacts come and go with each side as a straight line
-/// among mirrors says; and once straight into a corner, two sides at once (where the second may go unbooked: it joins
-/// what is one already).
+/// Oblique motion without drag in a box with grounded sides: contacts with each side follow a straight line among
+/// mirror images. A second case hits a corner, two sides simultaneously; the second contact may go unrecorded, because
+/// it joins bodies of one group.
 void sides(Report& report, const std::string& way) {
   const double room = 0.02 - 2 * radius, gap = 0.1 * radius, time = 1;
   for (const Vec2 v : {Vec2{0.3, 0.17}, Vec2{0.2, 0.2}}) {
@@ -230,19 +231,19 @@ void sides(Report& report, const std::string& way) {
     scene.conductors[0].charge = 1e-11;
     Simulation simulation(by(way, scene), no_forces());
     simulation.advance_to(time);
-    // From the middle: the first contact half a room less the gap away, then one a room.
+    // From the middle: the first contact after half the clearance less the gap, then one per clearance.
     const auto hits = [&](double speed) { return std::floor((speed * time - 0.5 * room + gap) / room) + 1; };
     const ConductorFrame frame = simulation.now();
     const std::string name = fmt::format("{}, box with grounded sides, {:g} : {:g}: ", way, v.x, v.y);
     const double made = static_cast<double>(simulation.counters().contacts_made);
     if (v.x != v.y) report.at_most(name + "contacts beside the count", std::abs(made - hits(v.x) - hits(v.y)), 0);
     report.at_most(name + "charge left", std::abs(frame.charge[0]), 0);
-    // 29 collisions at most, of at most 400 steps of 1e-6 each (hard_cases_collisions).
+    // At most 29 collisions with at most 400 steps of 1e-6 each (hard_cases_collisions).
     report.at_most(name + "energy", std::abs(norm2(frame.velocity[0]) / norm2(v) - 1), 2 * 29 * 400e-6);
   }
 }
 
-/// Two sides at different potentials in a corner: a short circuit, said in a sentence.
+/// Two sides at different potentials in a corner: a short circuit with an error message.
 void short_circuit(Report& report, const std::string& way) {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.domain.sides[0] = {.electrode = true, .potential = 0};
@@ -261,7 +262,8 @@ void short_circuit(Report& report, const std::string& way) {
 
 // ---- cut in two
 
-/// Two that collide, charged, in a field: a checkpoint in the middle of their overlap. Then a crowd, at many instants.
+/// Two charged bodies collide in a field: a checkpoint in the middle of their overlap. Then a dense system, at many
+/// instants.
 void resumed(Report& report, const std::string& way, const Scene& scene, double cut, double end, const char* what) {
   const auto differ = [&](const Scene& s) {
     Simulation whole(s, std::make_unique<LineCharges>()), second(s, std::make_unique<LineCharges>());
@@ -280,7 +282,7 @@ Scene colliding() {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius + 1e-4, 0.05}});
   scene.effects.remove<effects::StokesDragOptions>();
   scene.effects.find<effects::ContactDischargeOptions>()->gap = 0.05 * radius;
-  scene.effects.add(effects::HertzContactOptions{.young = 1e6, .poisson = 0.3});  // contact lasts 1 ms
+  scene.effects.add(effects::HertzContactOptions{.young = 1e6, .poisson = 0.3});  // the contact lasts 1 ms
   scene.conductors[0].velocity = {0.1, 0};
   scene.conductors[0].charge = 1e-12;
   return scene;
@@ -288,7 +290,8 @@ Scene colliding() {
 
 // ---- seeds
 
-/// Random crowds round a grounded ball: the same twice is the same, contacts add up, charge is kept.
+/// Random dense systems around a grounded ball: repeated runs are identical, contact counts are consistent, charge is
+/// conserved.
 void crowds(Report& report, const std::string& way, int seeds, double end) {
   double differ = 0, miscounted = 0, unbalanced = 0, events = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -337,7 +340,7 @@ int validate(int argc, char** argv) {
   for (const std::string& way : ways) short_circuit(report, way);
   report.section("Runs cut in two, and run twice");
   for (const std::string& way : ways) {
-    // The gap of 0.1 mm is flown through in 1 ms; half a millisecond later they overlap most.
+    // The gap of 0.1 mm is crossed in 1 ms; the overlap is largest half a millisecond later.
     resumed(report, way, colliding(), 1.5e-3, 5e-3, "in a collision");
     resumed(report, way, colliding(), 0.7e-3, 5e-3, "in electrical contact");
     resumed(report, way, crowd(), 0.05, 0.1, "in a crowd");

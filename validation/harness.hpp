@@ -16,11 +16,11 @@
 
 namespace lichtenberg::validation {
 
-/// `PROGRAM long` adds the cases that take minutes; without an argument the quick ones run.
+/// Returns whether the first argument is `long`, which adds the cases that take minutes.
 inline bool asked_for_long(int argc, char** argv) { return argc > 1 && std::string_view(argv[1]) == "long"; }
 
-/// Mean and largest magnitude of a sample, and its scatter about the signed mean; NaN, which keeps no bound, of a
-/// sample with a NaN in it or nothing.
+/// Mean, largest magnitude and scatter about the signed mean of a sample. NaN, which fails every bound, for an empty
+/// sample or one with a NaN.
 struct Spread {
   double mean = 0, worst = 0, jitter = 0;
 };
@@ -39,7 +39,7 @@ inline Spread spread(const std::vector<double>& sample) {
   return result;
 }
 
-/// A sample of random cases that remembers which of them is its worst.
+/// Sample of random cases with the seed of its largest value.
 struct SampleBySeed {
   std::vector<double> values;
   double largest = 0;
@@ -53,7 +53,7 @@ struct SampleBySeed {
   std::string note() const { return fmt::format("{} cases, seed {}", values.size(), seed); }
 };
 
-/// A table on the screen, each value beside its bound, and the verdict over all of them.
+/// Prints a table of values with their bounds, and the verdict over all of them.
 class Report {
  public:
   explicit Report(const std::string& title) { fmt::print("{}\n", title); }
@@ -61,8 +61,8 @@ class Report {
   void section(const std::string& heading) {
     fmt::print("\n{}\n{:<58}{:>10}{:>10}{:>13}\n", heading, "", "mean", "worst", "bound");
   }
-  /// Passes if the worst of the sample is at most `bound`; without a bound it is for the reader only. A note follows
-  /// the verdict.
+  /// Adds a row that passes if the largest value of the sample is at most `bound`. Without a bound it is informative
+  /// only. `note` follows the verdict.
   void at_most(const std::string& what, const Spread& sample, std::optional<double> bound,
                const std::string& note = {}) {
     fmt::print("{:<58}{:>10.3g}{:>10.3g}", what, sample.mean, sample.worst);
@@ -77,7 +77,7 @@ class Report {
     verdict(">=", bound, bound && value >= *bound);
   }
 
-  /// Prints the verdict; 0 if every bound is kept, 1 otherwise.
+  /// Prints the verdict. Returns 0 if all bounds hold, otherwise 1.
   int exit_status() const {
     fmt::print("\n{} of {} bounds kept\n", checked_ - failed_, checked_);
     return failed_ > 0 ? 1 : 0;
@@ -97,7 +97,7 @@ class Report {
   int checked_ = 0, failed_ = 0;
 };
 
-/// Order p of error ~ resolution^-p: least squares in the logarithms.
+/// Returns the order p of error ~ resolution^-p by least squares of the logarithms.
 inline double order(const std::vector<double>& resolution, const std::vector<double>& error) {
   const auto n = static_cast<double>(error.size());
   double x = 0, y = 0, xx = 0, xy = 0;
@@ -111,8 +111,8 @@ inline double order(const std::vector<double>& resolution, const std::vector<dou
   return -(n * xy - x * y) / (n * xx - x * x);
 }
 
-/// Two disks in the unbounded plane, as a problem in a box: its sides carry the exact bipolar potential, so that the
-/// only error is the scheme's. Group 0 (the positive disk) floats with `charge`, group 1 is held at its potential.
+/// Returns two disks in the unbounded plane as a problem in a box. Its sides carry the exact bipolar potential, so that
+/// the only error is the scheme's. Group 0 (the positive disk) floats with `charge`; group 1 is fixed at its potential.
 inline laplace::LaplaceProblem in_plane(const theory::DiskPair& pair, Vec2 size, double charge) {
   laplace::LaplaceProblem problem;
   problem.size = size;

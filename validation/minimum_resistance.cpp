@@ -1,10 +1,10 @@
-// Chapter 3's principles: the resistance of a pair of conductors and its slope (D 3.8-3.10), trajectories that go down
-// it (D 3.11), and the potential that dissipates the least power (D 3.1).
+// Principles of chapter 3: resistance of a pair of conductors and its gradient (D 3.8-3.10), trajectories of decreasing
+// resistance (D 3.11), and the potential of minimal dissipated power (D 3.1).
 //
-// In a fluid of conductivity sigma and permittivity eps the current from a conductor is sigma/eps times its charge, so
-// resistance and capacitance (per metre of depth) are one number: R = eps / (sigma C). The force between the two at
-// given charge is -grad Q^2 / 2C = -(sigma / 2 eps) Q^2 grad R, D 3.10. D 3.8 is printed with the wrong dimensions:
-// that slope of D 3.9 is Q^2 / (2 pi eps sqrt(D^2 - 4 R^2)). The M in D 3.11 is one too many: gamma dr/dt = F.
+// In a fluid of conductivity sigma and permittivity eps, the current from a conductor is sigma/eps times its charge.
+// Resistance and capacitance (per metre of depth) are therefore equivalent: R = eps / (sigma C). The force between two
+// conductors at given charge is -grad Q^2 / 2C = -(sigma / 2 eps) Q^2 grad R (D 3.10). D 3.8 has wrong dimensions; the
+// gradient of D 3.9 is Q^2 / (2 pi eps sqrt(D^2 - 4 R^2)). The M in D 3.11 is superfluous: gamma dr/dt = F.
 //
 //   minimum_resistance         S = 256
 //   minimum_resistance long    S = 256 ... 1024
@@ -30,20 +30,21 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-/// Two disks of radius 1 at distance d in a box of 16, which has the exact potential on its walls.
+/// Returns two disks of radius 1 at distance d in a box of 16, with the exact potential on its walls.
 LaplaceProblem pair_at(double d) {
   const Vec2 middle = {8.03, 7.96}, half = {0.5 * d, 0};
   return in_plane({{middle + half, 1}, {middle - half, 1}, 1}, {16, 16}, 1);
 }
 
-/// R sigma: between two disks with charges +1 and -1, eps = 1.
+/// Returns R sigma between two disks with charges +1 and -1, eps = 1.
 double resistance(LaplaceSolver& solver, double d) {
   const LaplaceSolution solution = solver.solve(pair_at(d));
   return solution.group_potential[0] - solution.group_potential[1];
 }
 
-/// Resistance and force law against the field solver, R = S / 16 cells. Bounds: twice what two_disks asserts for
-/// capacitance and force at these distances and eight cells a radius, whose error falls with the square of a cell.
+/// Tests the resistance and force law against the field solver at a radius of S / 16 cells. Bounds: twice those of
+/// two_disks for capacitance and force at these distances and eight cells per radius, scaled with the square of the
+/// cell.
 void pair_law(Report& report, int cells) {
   report.section(fmt::format("Pair of disks, S = {}: % off theory", cells));
   CutCellSolver solver({.cells = cells, .tolerance = 1e-10});
@@ -52,7 +53,7 @@ void pair_law(Report& report, int cells) {
     const double d = 2 * ratio, step = 0.02 * (d - 2);
     const double r = resistance(solver, d), exact = std::acosh(ratio) / pi;
     const double force = solver.solve(pair_at(d)).body_force[0].x;
-    // The slope of the solver's own resistance; a central difference's error is step^2 R''' / 6R'.
+    // Slope of the solver's own resistance; the error of a central difference is step^2 R''' / 6R'.
     const double slope = (resistance(solver, d + step) - resistance(solver, d - step)) / (2 * step);
     const std::string label = fmt::format("D/2R = {}", ratio);
     const bool close = ratio < 2;
@@ -64,15 +65,15 @@ void pair_law(Report& report, int cells) {
   }
 }
 
-/// Integral of sqrt(D^2 - 4 R^2) dD: D 3.11 with D 3.9 says that it falls at the rate q^2 depth / (pi eps gamma), with
-/// q the charge per metre of depth.
+/// Returns the integral of sqrt(D^2 - 4 R^2) dD. By D 3.11 with D 3.9 it decreases at the rate q^2 depth / (pi eps
+/// gamma), with q the charge per metre of depth.
 double progress(double d, double radius) {
   const double root = std::sqrt(d * d - 4 * radius * radius);
   return 0.5 * d * root - 2 * radius * radius * std::log((d + root) / (2 * radius));
 }
 
-/// scenes/pair.toml. Walls: a pair's field falls like a dipole's, so its images at the box's width L change the force
-/// by a fraction of some pi (D/L)^2. Inertia: the spheres lag behind by a relaxation time m / gamma.
+/// Tests scenes/pair.toml. Walls: the pair's field decays like a dipole's, so its images at the box's width L change
+/// the force by a fraction of about pi (D/L)^2. Inertia delays the spheres by a relaxation time m / gamma.
 void pair_trajectory(Report& report) {
   report.section("scenes/pair.toml");
   const Scene scene = read_scene(source_folder() + "/scenes/pair.toml");
@@ -92,19 +93,19 @@ void pair_trajectory(Report& report) {
     simulation.advance_to(t);
     const ConductorFrame frame = simulation.now();
     const double d = distance(frame);
-    // How far ahead or behind it is, as a fraction of the time taken.
+    // Relative deviation of the elapsed time.
     off.push_back(100 * std::abs((progress(start, radius) - progress(d, radius)) / rate / (t - lag) - 1));
     const double r = (frame.potential[0] - frame.potential[1]) / q;
     largest_rise = std::max(largest_rise, r / before - 1);
     before = r;
   }
-  off.erase(off.begin(), off.begin() + 4);  // while it gets up speed, the lag is not yet a relaxation time
+  off.erase(off.begin(), off.begin() + 4);  // the delay reaches the relaxation time only after acceleration
   report.at_most("time to come so close (D 3.11), % off", spread(off), 100 * walls + 0.1);
   report.at_most("largest rise of the resistance from frame to frame", largest_rise, 0);
 }
 
-/// `count` neutral conductors in oil between two plates at 18 kV, 1.5 radii or more apart. By the spectral method: a
-/// grid's energy jumps by 1e-4 where a disk covers another cell centre.
+/// Returns `count` neutral conductors in oil between two plates at 18 kV, at least 1.5 radii apart. The scene uses the
+/// spectral method, because a grid's energy jumps by 1e-4 if a disk covers another cell centre.
 std::string neutral_conductors(int count) {
   std::string text = R"(
 [domain]
@@ -145,9 +146,10 @@ double narrowest_gap(const ConductorFrame& frame, double radius) {
   return narrowest;
 }
 
-/// The theorem in general: at given potentials of the electrodes and without charges of their own, forces on conductors
-/// are +grad of the field's energy C V^2 / 2. So with drag alone dC/dt = 2/V^2 sum F^2 / gamma >= 0: the resistance
-/// between the electrodes can only fall. Until surfaces touch: then they share charge, and when they part they keep it.
+/// Tests the general theorem. At given electrode potentials and without charges of their own, forces on conductors are
+/// +grad of the field's energy C V^2 / 2. With drag alone, dC/dt = 2/V^2 sum F^2 / gamma >= 0: the resistance between
+/// the electrodes decreases. This holds until surfaces touch and exchange charge, which they keep after the contact
+/// opens.
 void many_conductors(Report& report) {
   report.section("Twelve neutral conductors between plates");
   const Scene scene = parse_scene(neutral_conductors(12), "neutral.toml");
@@ -168,8 +170,8 @@ void many_conductors(Report& report) {
   report.at_most("largest rise of the resistance from frame to frame", largest_fall, 0);
 }
 
-/// D 3.1. If a neutral conductor's potential is held a little beside where it floats, the power grows by C_gg delta^2
-/// sigma / eps and nothing linear: the minimum is where current is conserved.
+/// D 3.1: if a neutral conductor's potential is fixed at a deviation delta from its floating value, the power increases
+/// by C_gg delta^2 sigma / eps without a linear term. The minimum is where current is conserved.
 void least_power(Report& report) {
   report.section("Power of the true potential (D 3.1)");
   LaplaceProblem problem{.permittivity = 1};
@@ -187,7 +189,7 @@ void least_power(Report& report) {
     held.groups[1] = {.floating = false, .potential = least.group_potential[1]};
     const double more = solver.solve(held).energy - least.energy;
     report.at_least(fmt::format("power with a potential {:+} V off, less that of the true one", delta), more, 0);
-    // Energies are known to the square of the tolerance, charges to the tolerance.
+    // Energies have a relative error of the tolerance squared, charges of the tolerance.
     report.at_most("  against C_gg delta^2 / 2, relative", std::abs(more / (0.5 * c[0] * delta * delta) - 1),
                    1e-10 * least.energy / more + 1e-6);
   }

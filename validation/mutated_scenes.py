@@ -1,12 +1,14 @@
 #!/usr/bin/python3
-"""Every shipped scene with one or two keys changed, through the command line: it ends with the status 0, 1 or 2 and a sentence,
-prints no number that is none, leaves none in a result, and one SIGTERM ends it.
+"""Runs every shipped scene with one or two changed keys by the command line.
+
+The program must end with status 0, 1 or 2, and for the latter two with an error message. It must not
+print or store a non-finite number, and must end on one SIGTERM.
 
     mutated_scenes.py [--program build/lichtenberg] [--count 100] [--first 0] [--seconds 20] [--keep FOLDER]
 
-Scenes are made small first: few bodies, coarse grids, short runs. A seed says which scene it is, what happens to it (a value of
-another size, at the end of what a double holds, of another type; a key or table that is missing, stands twice or is added) and
-which command reads it. Exits with 1 if a scene breaks the rule, and says which.
+Scenes are first made small: few bodies, coarse grids, short runs. The seed determines the scene, its change and the
+command that reads it. Changes: a value of another size, near the limits of a double, or of another type; a key or table
+that is missing, repeated or added. Exits with 1 if a scene breaks a rule, and names it.
 """
 import argparse
 import json
@@ -37,7 +39,7 @@ OTHERS = ["true", "false", "{}", "{ potential = 1e50 }", "{ potential = nan }", 
 
 
 def written(value):
-    """A TOML value; a Raw one as it is."""
+    """Returns a TOML value; a Raw value is unchanged."""
     if isinstance(value, Raw):
         return str(value)
     if isinstance(value, bool):
@@ -58,12 +60,12 @@ def is_tables(value):
 
 
 def document(scene):
-    """TOML of the tables: [("header", {key: value})]."""
+    """Returns the TOML text of tables [("header", {key: value})]."""
     return "\n".join(header + "\n" + "".join(f"{key} = {written(value)}\n" for key, value in keys) for header, keys in scene)
 
 
 def tables_of(parsed, path=""):
-    """[(header, [(key, value)])]: values stay, tables get a header of their own."""
+    """Yields (header, [(key, value)]): tables get a header of their own."""
     own = [(key, value) for key, value in parsed.items() if not (isinstance(value, dict) and not is_side(key)) and not is_tables(value)]
     yield (f"[{path}]" if path else ""), own
     for key, value in parsed.items():
@@ -80,13 +82,13 @@ def is_side(key):
 
 
 def fitting_cells(size):
-    """Along the longer side, such that the shorter one has a whole number."""
+    """Returns a number of cells along the longer side for which the shorter side has a whole number."""
     share = min(size) / max(size)
     return next(cells for cells in range(48, 200) if abs(cells * share - round(cells * share)) < 1e-9)
 
 
 def small(parsed):
-    """The scene with few bodies, a coarse grid and a short run."""
+    """Returns the scene with few bodies, a coarse grid and a short run."""
     grains = "reference" in parsed
     kept = dict(parsed)
     factor = 1.0
@@ -118,7 +120,7 @@ def small(parsed):
 
 
 def known_keys(program):
-    """{table: [key]} as the program's help lists them."""
+    """Returns {table: [key]} as listed in the program's help."""
     text = subprocess.run([program, "help", "scene"], capture_output=True, text=True, check=True).stdout
     keys, table = {}, ""
     for line in text.splitlines():
@@ -132,7 +134,7 @@ def known_keys(program):
 
 
 def drawn_value(dice, before):
-    """A value in place of another."""
+    """Returns a random value that replaces another."""
     number = isinstance(before, (int, float)) and not isinstance(before, bool)
     if number and dice.random() < 0.6:
         factor = 10.0 ** dice.choice((-300, -45, -30, -20, -9, -6, -3, -2, -1, -0.3, 0.3, 1, 2, 3, 6, 9, 20, 30, 45, 300))
@@ -147,7 +149,7 @@ def drawn_value(dice, before):
 
 
 def change(dice, scene, known):
-    """Changes one key or table in place and says how."""
+    """Changes one key or table in place. Returns a description."""
     table = dice.randrange(len(scene))
     header, keys = scene[table]
     kind = dice.choices(("value", "missing", "twice", "added", "table gone", "table twice"), (70, 7, 5, 13, 3, 2))[0]
@@ -182,7 +184,7 @@ def change(dice, scene, known):
 
 
 def drawn_scene(seed, scenes, known):
-    """Name of the scene, text, what was changed, command."""
+    """Returns the scene's name, text, changes and command."""
     dice = random.Random(seed)
     name = dice.choice(sorted(scenes))
     scene = [(header, list(keys)) for header, keys in small(tomllib.loads(scenes[name]))]
@@ -194,12 +196,12 @@ def drawn_scene(seed, scenes, known):
     return name, document(scene), "; ".join(changes), dice.choice(commands)
 
 
-PATIENCE = 30  # s, more than the program waits after SIGTERM for a step that has no end
+PATIENCE = 30  # s, longer than the program's own time limit after SIGTERM for a step without end
 
 
 def execute(command, folder, seconds):
-    """Status, what it said on standard error and on standard output, and whether it was stopped: by SIGTERM, which ends it, or,
-    where it does not, by SIGKILL."""
+    """Returns the status, standard error, standard output, and whether it was stopped by SIGTERM or, if that had no
+    effect, by SIGKILL."""
     process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace")
     try:
         output, errors = process.communicate(timeout=seconds)
@@ -216,7 +218,7 @@ def execute(command, folder, seconds):
 
 
 def numbers_that_are_none(path):
-    """The first dataset of a result's particles that holds one; empty if none does."""
+    """Returns the first dataset of a result's particles with a non-finite number; empty if there is none."""
     found = []
 
     def look(name, node):
@@ -230,7 +232,7 @@ def numbers_that_are_none(path):
 
 
 def fault(command, folder, seconds):
-    """What is wrong with how the command ends; empty if nothing is. And how it ended."""
+    """Returns the fault of the command (empty: none), its messages and how it ended."""
     status, errors, output, stopped = execute(command, folder, seconds)
     if stopped == "deaf":
         return "does not end on SIGTERM", errors, "deaf"
@@ -251,7 +253,7 @@ def fault(command, folder, seconds):
 
 
 def check_all(arguments, program, scenes, known):
-    """Number of broken scenes, and how commands ended."""
+    """Returns the number of faulty scenes, and how commands ended."""
     broken, ends = 0, Counter()
     with tempfile.TemporaryDirectory(prefix="lichtenberg-mutated-") as name:
         folder = Path(name)

@@ -1,5 +1,5 @@
-// Resistor networks against exact answers: ladders, lattices and polyhedra, infinite lattices by extrapolation, a dense
-// pseudo-inverse, and five networks of a reference packing. Seconds.
+// Compares resistor networks with exact results: ladders, lattices and polyhedra, infinite lattices by extrapolation, a
+// dense pseudo-inverse, and five networks of a reference packing. Seconds.
 
 #include <Eigen/Core>
 #include <fstream>
@@ -32,16 +32,16 @@ double relative(double value, double exact) { return std::abs(value / exact - 1)
 
 double resistance(const Network& network, int low, int high) { return network::conduct(network, low, high).resistance; }
 
-/// By the Moore-Penrose inverse of the dense conductance matrix: (e_a - e_b)^T S^+ (e_a - e_b).
+/// Returns the resistance by the Moore-Penrose inverse of the dense conductance matrix: (e_a - e_b)^T S^+ (e_a - e_b).
 double pseudo_inverse_resistance(const Network& network, int low, int high) {
   const Eigen::MatrixXd dense = network::conductance_matrix(network);
   const Eigen::MatrixXd inverse = pseudo_inverse(dense);
   return inverse(low, low) + inverse(high, high) - 2 * inverse(low, high);
 }
 
-// Exact values
+// Exact values.
 
-/// Cells of a rail and a rung, 1 Ohm each: 2, 5/3, 13/8, 34/21, ... -> the golden ratio.
+/// Ladder of cells with a rail and a rung of 1 Ohm each: 2, 5/3, 13/8, 34/21, ... -> the golden ratio.
 Network ladder(int cells) {
   Network network{.nodes = cells + 1};
   for (int k = 0; k < cells; ++k) {
@@ -104,7 +104,7 @@ void exact_values(Report& report) {
     report.at_most(fmt::format("grid of {} x {} between bars: (n + 1) / m", columns, rows),
                    relative(resistance(grid_between_bars(columns, rows), columns * rows, columns * rows + 1),
                             (rows + 1.0) / columns),
-                   1e-12);  // of thousands of operations
+                   1e-12);  // rounding of thousands of operations
   for (const int n : {2, 3, 10, 60})
     report.at_most(fmt::format("complete graph of {} nodes: 2 / n", n),
                    relative(resistance(complete(n), 0, n - 1), 2.0 / n), rounding);
@@ -116,8 +116,8 @@ void exact_values(Report& report) {
                    relative(resistance(torus(side), 0, 1), 0.5 * (1 - 1.0 / (side * side))), 1e-12);
 }
 
-/// Between (0, 0) and (x, y) of the infinite square lattice: tori of L = 32, 64, 128 extrapolated in 1 / L^2. What is
-/// left is O(L^-6), some 1e-10 with coefficients near (x^2 + y^2)^3.
+/// Returns the resistance between (0, 0) and (x, y) of the infinite square lattice, extrapolated in 1 / L^2 from tori
+/// of L = 32, 64, 128. The error is O(L^-6), about 1e-10 with coefficients near (x^2 + y^2)^3.
 double infinite_lattice(int x, int y) {
   const auto on_torus = [&](int side) { return resistance(torus(side), 0, y * side + x); };
   const double a = on_torus(32), b = on_torus(64), c = on_torus(128);
@@ -133,7 +133,7 @@ void infinite_lattices(Report& report) {
   report.at_most("(2, 1): 4/pi - 1/2", relative(infinite_lattice(2, 1), 4 / pi - 0.5), 1e-8);
 }
 
-// The reference packing
+// Reference packing.
 
 nlohmann::json reference(const std::string& file) {
   const std::string path = source_folder() + "/validation/data/packing/" + file;
@@ -157,7 +157,7 @@ network::ParticlePacking reference_packing() {
 
 const std::vector<network::PackingElectrode> bottom_and_top = {{true, 2}, {true, 3}};
 
-/// Contact points on the radical line: they differ from the program's where radii do.
+/// Network with contact points on the radical line, which differ from the program's if radii differ.
 Network radical_network(const network::ParticlePacking& packing, const network::Contacts& contacts) {
   std::vector<std::vector<std::pair<int, network::Point>>> touching(packing.size());
   int nodes = 2;
@@ -187,8 +187,8 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 
 void reference_networks(Report& report) {
   report.section("100 disks, bottom to top: relative error against the reference, of potentials absolute");
-  // Nonzero eigenvalues of these conductance matrices are within a factor of 250 of each other: rounding, 2e-16, shows
-  // by 5e-14 in what a dense solver finds, once in each of the two, with some room for the sums of 200 to 300 nodes.
+  // Nonzero eigenvalues of these conductance matrices have ratios up to 250. Rounding, 2e-16, then gives errors of
+  // 5e-14 in each of the two dense solutions. The bound adds a margin for sums over 200 to 300 nodes.
   constexpr double bound = 1e-12;
   const nlohmann::json all = reference("n100-networks.json");
   const network::ParticlePacking packing = reference_packing();
@@ -207,7 +207,7 @@ void reference_networks(Report& report) {
     const auto net = particle_network(packing, contacts, network::resistor_model(model), unit, bottom_and_top);
     const network::Conduction c = compare(name, net.network, net.electrode[0], net.electrode[1]);
     auto expected = all["n100/" + std::string(name)]["potentials"].get<std::vector<double>>();
-    std::rotate(expected.begin(), expected.begin() + 2, expected.end());  // the reference has the electrodes first
+    std::rotate(expected.begin(), expected.begin() + 2, expected.end());  // the reference begins with the electrodes
     report.at_most(std::string(name) + ", all potentials", largest_difference(c.potential, expected), bound);
   }
   for (const auto& [name, model] : {std::pair{"contact_one", "constant"}, std::pair{"contact_linear", "length"}}) {
@@ -221,7 +221,7 @@ void reference_networks(Report& report) {
   compare("contact_radical", radical_network(packing, contacts), 0, 1);
 }
 
-/// Foster's theorem: sum of g_e R_e over the links is the number of nodes less that of the pieces.
+/// Tests Foster's theorem: the sum of g_e R_e over the links equals the number of nodes minus that of components.
 void foster(Report& report) {
   report.section("Foster's sum of g R over all links against nodes - pieces, relative");
   const network::ParticlePacking packing = reference_packing();
@@ -237,9 +237,9 @@ void foster(Report& report) {
   }
 }
 
-/// Random graphs with conductances over several decades. The dense pseudo-inverse loses what the condition says, the
-/// factor between the conductance matrix's nonzero eigenvalues, times rounding: it is some tens without spread, some
-/// thousands over two decades, and below 1e5 over four, which is 2e-11; five times that is allowed.
+/// Random graphs with conductances over several decades. The error of the dense pseudo-inverse is rounding times the
+/// condition number, the ratio of the nonzero eigenvalues. This is some tens without spread, some thousands over two
+/// decades and below 1e5 over four: 2e-11. The bound is five times that.
 void random_networks(Report& report) {
   report.section("random networks against the dense pseudo-inverse, relative error");
   std::mt19937_64 random(5);
@@ -253,8 +253,8 @@ void random_networks(Report& report) {
       const network::Conduction c = network::conduct(net, 0, 1);
       if (c.connected) errors.push_back(relative(c.resistance, pseudo_inverse_resistance(net, 0, 1)));
     }
-    // Both nodes have links with probability .96 each draw (four links a node: exp(-4) have none), and nearly all nodes
-    // that have are in one piece.
+    // Both nodes have links with a probability of .96 per draw (with four links per node, exp(-4) have none), and
+    // nearly all nodes with links are in one component.
     report.at_least(fmt::format("draws of 20 that connect, {:g} decades", decades), static_cast<double>(errors.size()),
                     15);
     report.at_most(fmt::format("80 nodes, conductances over {:g} decades", decades), spread(errors), 1e-10);

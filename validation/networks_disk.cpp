@@ -1,11 +1,12 @@
-// The resistance matrix of a disk with small contacts on its rim, `solvers/network`'s model "disk": against elliptic
-// functions (two contacts), against a spectral solution of Laplace's equation in the disk (any number, any width), and
-// against the field solver.
+// Resistance matrix of a disk with small contacts on its rim, model "disk" of `solvers/network`. It is compared with
+// elliptic functions (two contacts), with a spectral solution of Laplace's equation in the disk (any number and width),
+// and with the field solver.
 //
-// The field solver has boxes, not disks. But in the plane a resistance does not change under conformal maps, and
+// The field solver has boxes, not disks. A resistance in the plane is invariant under conformal maps, and
 //   z = integral of dt / sqrt(1 - t^4) from 0 to t
-// maps the unit disk to a square, the rim's points exp(i theta) at odd multiples of pi / 4 to the middles of its sides.
-// So an insulated box with electrodes at the middles of two or three sides is a disk with as many contacts.
+// maps the unit disk to a square. The rim points exp(i theta) at odd multiples of pi / 4 become the middles of its
+// sides. An insulated box with electrodes at the middles of two or three sides is therefore a disk with as many
+// contacts.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -27,13 +28,13 @@ using std::numbers::pi;
 
 namespace {
 
-/// A unit disk of sheet resistance 1 with contacts of one half-angle; angles in radians.
+/// Unit disk of sheet resistance 1 with contacts of equal half-angle; angles in radians.
 struct ContactedDisk {
   std::vector<double> at;
   double half_angle;
 };
 
-/// Between contacts i and j, the others left open, from the conductances of the links between all.
+/// Returns the resistance between contacts i and j with the others open, from the conductances of all links.
 double between(const Eigen::MatrixXd& links, int i, int j) {
   Network net{.nodes = static_cast<int>(links.rows())};
   for (int b = 0; b < net.nodes; ++b)
@@ -47,16 +48,16 @@ Eigen::MatrixXd model(const ContactedDisk& disk) {
   return network::resistor_model("disk").particle({.sheet_resistance = 1, .spot = std::sin(disk.half_angle)}, particle);
 }
 
-/// Two contacts, exactly: K(1 - m) / K(m) with the cross-ratio m = (sin eps / sin(theta / 2))^2.
+/// Returns the exact resistance of two contacts: K(1 - m) / K(m) with the cross-ratio m = (sin eps / sin(theta / 2))^2.
 double elliptic(double angle, double half_angle) {
   const double k = std::sin(half_angle) / std::sin(angle / 2);
   return std::comp_ellint_1(std::sqrt(1 - k * k)) / std::comp_ellint_1(k);
 }
 
-/// Contacts that are perfect conductors. Each carries a current density sum of c_n T_n(t) / sqrt(1 - t^2), where the
-/// rim's angle from its middle is 2 asin(s t), s = sin(eps / 2); the potential is the Neumann Green's function
-/// -(1 / pi) ln |x - x'| of these, the same at `terms` points of a contact. On the same contact |x - x'| is
-/// 2 s |t - t'| h(t, t') with h smooth, and the logarithm of |t - t'| has T_n as its eigenfunctions.
+/// Spectral solution with perfectly conducting contacts. Each carries a current density sum of c_n T_n(t) / sqrt(1 -
+/// t^2), where the rim's angle from its middle is 2 asin(s t), s = sin(eps / 2). The potential, from the Neumann
+/// Green's function -(1 / pi) ln |x - x'|, is equal at the collocation points of a contact. On the same contact |x -
+/// x'| is 2 s |t - t'| h(t, t') with h smooth, and T_n are the eigenfunctions of the logarithm of |t - t'|.
 Eigen::MatrixXd spectral(const ContactedDisk& disk, int terms) {
   const int contacts = static_cast<int>(disk.at.size()), points = 2 * terms, n = contacts * terms;
   const double s = std::sin(disk.half_angle / 2);
@@ -67,7 +68,7 @@ Eigen::MatrixXd spectral(const ContactedDisk& disk, int terms) {
     const double root_t = std::sqrt(1 - s * s * t * t), root_u = std::sqrt(1 - s * s * u * u);
     return std::log(2 * s * (root_u + u * s * s * (t + u) / (root_t + root_u)));
   };
-  // Unknowns: all c_n, then the contacts' potentials. One column of currents a contact.
+  // Unknowns: all c_n, then the contacts' potentials. One column of currents per contact.
   Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n + contacts, n + contacts);
   Eigen::MatrixXd currents = Eigen::MatrixXd::Zero(n + contacts, contacts);
   for (int i = 0; i < contacts; ++i) {
@@ -89,11 +90,11 @@ Eigen::MatrixXd spectral(const ContactedDisk& disk, int terms) {
   return network::links_of_terminals(solve_dense(system, currents).bottomRows(contacts));
 }
 
-/// Half-angle of the contact that the map makes of a strip of half-width w at the middle of a side of length 1. The
-/// rim moves by d|z| = d theta / sqrt(2 |sin 2 theta|), a whole side by K(1/2) (modulus squared).
+/// Returns the half-angle of the contact that the map makes of a strip of half-width w at the middle of a side of
+/// length 1. The rim moves by d|z| = d theta / sqrt(2 |sin 2 theta|), a whole side by K(1/2) (modulus squared).
 double mapped_half_angle(double w) {
   const double target = w * std::comp_ellint_1(std::sqrt(0.5));
-  const auto along = [](double eps) {  // Simpson's rule: the integrand is smooth near the middle
+  const auto along = [](double eps) {  // Simpson's rule; the integrand is smooth near the middle
     const int steps = 200;
     double sum = 0;
     for (int k = 0; k <= steps; ++k)
@@ -105,9 +106,9 @@ double mapped_half_angle(double w) {
   return eps;
 }
 
-/// The same between half-disks of radius b at the middles of the left, bottom and right side of a unit box of
-/// conductivity 1, by the field solver: charges are currents. A half-disk on a straight side is a strip of half-width
-/// 2 b (z + b^2 / z); in a box that holds up to O(b^2).
+/// Returns the same by the field solver, whose charges correspond to currents. The contacts are half-disks of radius b
+/// at the middles of the left, bottom and right side of a unit box of conductivity 1. A half-disk on a straight side is
+/// equivalent to a strip of half-width 2 b (z + b^2 / z), in a box up to O(b^2).
 double in_box(const std::vector<int>& contacts, int from, int to, double b, int cells) {
   const std::array<Vec2, 3> middle = {Vec2{0, 0.5}, Vec2{0.5, 0}, Vec2{1, 0.5}};
   laplace::LaplaceProblem problem{.size = {1, 1}, .permittivity = 1};
@@ -135,7 +136,7 @@ void two_contacts(Report& report) {
       size.push_back(1 / eps);
       error.push_back(relative(between(model({{0, angle}, eps}), 0, 1), elliptic(angle, eps)));
     }
-    // The first term left out of the expansion of K(1 - m) / K(m) is of order m: eps^2.
+    // The first neglected term of the expansion of K(1 - m) / K(m) is of order m: eps^2.
     const double m = std::pow(0.02 / std::sin(angle / 2), 2);
     report.at_most(fmt::format("model, {:.0f} degrees apart, half-angle 0.02", angle * 180 / pi), error[0], m);
     report.at_least("  order in the half-angle", order(size, error), 1.8);
@@ -162,7 +163,7 @@ void field_solver(Report& report) {
   report.section("contacts at the middles of a box's sides: the field solver, relative error");
   const double b = 0.02;
   const double eps = mapped_half_angle(2 * b);
-  const std::vector<double> at = {pi, 3 * pi / 2, 2 * pi};  // left, bottom, right but for a common rotation
+  const std::vector<double> at = {pi, 3 * pi / 2, 2 * pi};  // left, bottom, right up to a common rotation
   const auto compare = [&](const std::string& what, const std::vector<int>& contacts, int from, int to) {
     ContactedDisk disk{.half_angle = eps};
     int i = 0, j = 0;
@@ -171,8 +172,8 @@ void field_solver(Report& report) {
       if (c == to) j = static_cast<int>(disk.at.size());
       disk.at.push_back(at[c]);
     }
-    // Half-disks of ten cells are right to .1 %, the strip in place of a half-disk to b^2 = .04 %, and the model to a
-    // tenth of eps^2 = 1.1 %.
+    // Half-disks of ten cells have an error of .1 %, the strip instead of a half-disk b^2 = .04 %, and the model 0.1
+    // eps^2, eps^2 = 1.1 %.
     const double of_field = 1e-3 + b * b, of_model = 0.1 * eps * eps;
     const double field = in_box(contacts, from, to, b, 512);
     report.at_most(what + ", spectral", relative(between(spectral(disk, 12), i, j), field), of_field);

@@ -1,12 +1,12 @@
-// Bond percolation on the square lattice: its threshold, which is 1/2 exactly, and the exponent of its conductivity.
+// Bond percolation on the square lattice: its threshold, which is exactly 1/2, and the exponent of its conductivity.
 //
 //   networks_percolation          seconds
-//   networks_percolation long     larger lattices: an hour of one core
+//   networks_percolation long     larger lattices: an hour on one core
 //
-// A lattice of L + 1 columns of L nodes between two bars is its own dual: it conducts from bar to bar if and only if
-// its dual, whose bonds are open where these are closed, does not conduct across. So at p = 1/2 it conducts with
-// probability 1/2, and the p at which it first does, while bonds are opened one by one, is distributed symmetrically
-// about 1/2, whatever L is.
+// A lattice of L + 1 columns of L nodes between two bars is self-dual. It conducts from bar to bar if and only if its
+// dual, whose bonds are open where these are closed, does not conduct across. At p = 1/2 it therefore conducts with
+// probability 1/2. If bonds are opened one by one, the p of first conduction is distributed symmetrically about 1/2 for
+// each L.
 
 #include <fmt/format.h>
 
@@ -59,14 +59,14 @@ struct Lattice {
   }
 };
 
-/// Fraction of bonds that are open when the first path leads from bar to bar.
+/// Returns the fraction of open bonds when the first path joins the bars.
 double opening(const Lattice& lattice, std::vector<Link> bonds, std::mt19937_64& random) {
   std::shuffle(bonds.begin(), bonds.end(), random);
   DisjointSets joined(lattice.nodes());
   for (std::size_t open = 0; open < bonds.size(); ++open) {
     joined.unite(bonds[open].a, bonds[open].b);
     if (joined.find(lattice.low()) == joined.find(lattice.high()))
-      // The path exists from `open + 1` bonds on: as a probability that is the middle of its step.
+      // The path exists from `open + 1` bonds on; the result is the middle of that probability step.
       return (static_cast<double>(open) + 1) / (static_cast<double>(bonds.size()) + 1);
   }
   return 1;
@@ -96,7 +96,7 @@ void threshold(Report& report) {
   }
 }
 
-/// Conductance between the bars at p = 1/2, 0 without a path.
+/// Returns the conductance between the bars at p = 1/2; 0 without a path.
 double conductance(const Lattice& lattice, const std::vector<Link>& bonds, Network& open, std::mt19937_64& random) {
   open.links.clear();
   DisjointSets joined(lattice.nodes());
@@ -115,7 +115,7 @@ Mean mean_conductance(int side, int samples) {
   const Lattice lattice{side};
   const std::vector<Link> bonds = lattice.bonds();
   std::vector<double> sample(samples);
-  constexpr int batch = 50;  // samples of one stream of random numbers: the result does not depend on the threads
+  constexpr int batch = 50;  // samples per random number stream, so that the result does not depend on the threads
   std::atomic<int> next = 0;
   const auto work = [&] {
     Network open{.nodes = lattice.nodes(), .position = lattice.positions()};
@@ -131,7 +131,8 @@ Mean mean_conductance(int side, int samples) {
   return mean(sample);
 }
 
-/// Of conductance ~ (L + 1)^-x: L + 1 bonds lead from bar to bar. Least squares in the logarithms, weighted.
+/// Returns x of conductance ~ (L + 1)^-x by weighted least squares of the logarithms. Paths between bars have at least
+/// L + 1 bonds.
 Mean exponent(const std::vector<int>& sides, int samples) {
   double w = 0, x = 0, y = 0, xx = 0, xy = 0;
   for (const int side : sides) {

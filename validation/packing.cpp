@@ -1,4 +1,4 @@
-// Static packings: an exact case, a packing computed independently, and what holds for every one.
+// Static packings: an exact case, an independently computed packing, and general properties.
 #include <Eigen/Core>
 #include <array>
 #include <fstream>
@@ -56,7 +56,7 @@ Result relaxed(const std::string& text) {
   return result;
 }
 
-/// Random particles that fill `filled` of a square or cube.
+/// Returns a scene of random particles that fill `filled` of a square or cube.
 std::string random_scene(int dimension, int count, double filled, const std::string& method, double tolerance) {
   const double content = dimension == 3 ? 4.0 / 3 * M_PI * count * 0.127 : M_PI * count * 0.25;  // means of r^3, r^2
   const double side = std::pow(content / filled, 1.0 / dimension);
@@ -65,8 +65,8 @@ std::string random_scene(int dimension, int count, double filled, const std::str
          fmt::format("[[population]]\ncount = {}\nradius = [0.4, 0.6]\noverlapping = true\n", count);
 }
 
-/// Disks of radius 1 in a slot of 3.6 x 1.8: by symmetry they rest at (s, .9) and (3.6 - s, .9), where the slopes at
-/// the walls and between the disks balance, w'(s) = w'((3.6 - 2s) / 2) / 2.
+/// Disks of radius 1 in a slot of 3.6 x 1.8 rest by symmetry at (s, .9) and (3.6 - s, .9). The forces at the walls and
+/// between the disks balance there, w'(s) = w'((3.6 - 2s) / 2) / 2.
 void check_slot(Report& report) {
   constexpr double s = 0.93100859599774623, tolerance = 1e-12;
   report.section("Two disks in a slot: distance from the exact place");
@@ -77,14 +77,14 @@ void check_slot(Report& report) {
     const std::vector<double> exact = {s, 0.9, 3.6 - s, 0.9};
     double worst = 0;
     for (std::size_t i = 0; i < exact.size(); ++i) worst = larger(worst, std::abs(r.bodies.position[i] - exact[i]));
-    // The softest way has a curvature above k / R^2 (two walls alone give 2 * 2.35 k across), so an unbalanced force of
-    // 1e-12 k / R moves no disk by more than 1e-12 R; the rest is rounding of places of some units.
+    // The softest direction has a curvature above k / R^2 (two walls alone give 2 * 2.35 k across), so an unbalanced
+    // force of 1e-12 k / R moves no disk by more than 1e-12 R. The rest is rounding of positions.
     report.at_most(method, worst, 3e-12);
   }
 }
 
-/// Largest difference of forces from slopes of the energy, and of their derivatives from slopes of the forces, each
-/// over its bound: truncation h^2 / 6 times the third (fourth) derivative, and rounding of the values over h.
+/// Compares forces with energy differences, and their derivatives with force differences. Returns the ratios to their
+/// bounds: truncation h^2 / 6 times the third (fourth) derivative plus rounding of the values over h.
 Spread ratios(int dimension, bool second) {
   const Scene scene = parse_scene(random_scene(dimension, 60, 0.9, "lbfgs", 1e-8), "packing");
   Model model = effects::make_model(scene);
@@ -94,14 +94,14 @@ Spread ratios(int dimension, bool second) {
     return State{0, model.bodies, model.neighbours->pairs()};
   };
   const int n = model.bodies.size(), size = n * dimension;
-  // Derivatives of (q - 1) ln q of order m grow like m! / q^m; a distance's own derivatives bring in no larger powers
-  // of 1 / (q R). 60 covers their number at third and fourth order.
+  // Derivatives of (q - 1) ln q of order m grow as m! / q^m; derivatives of a distance add no larger powers of 1 / (q
+  // R). The factor 60 covers their number at third and fourth order.
   double steepest = 0, closest = 1;
   for (const effects::Overlap& o : potential.overlaps(state())) {
     steepest = std::max(steepest, 1 / o.distance);
     closest = std::min(closest, (1 - o.q) * o.reach);
   }
-  const double h = std::min(1e-5, 0.2 * closest);  // or a difference would reach across contact, where w'' jumps
+  const double h = std::min(1e-5, 0.2 * closest);  // avoids differences across contact onset, where w'' jumps
   const double energy = potential.energy(state());
   std::vector<double> force(size), up(size), down(size), ratio;
   model.forces(0, force);
@@ -120,7 +120,7 @@ Spread ratios(int dimension, bool second) {
     const double below = potential.energy(state());
     model.forces(0, down);
     x = kept;
-    constexpr double rounding = 1e-14;  // a sum of some hundred terms
+    constexpr double rounding = 1e-14;  // of a sum of some hundred terms
     const double third = 60 * std::pow(steepest, 3), fourth = 60 * std::pow(steepest, 4);
     if (!second) {
       const double bound = h * h / 6 * third + rounding * energy / h;
@@ -143,7 +143,7 @@ void check_derivatives(Report& report) {
   }
 }
 
-/// Of the energy's Hessian on the particles that are no rattlers, in units of k / R^2.
+/// Returns the smallest eigenvalue of the energy's Hessian for particles that are no rattlers, in units of k / R^2.
 double smallest_eigenvalue(const Result& r) {
   const int d = r.bodies.dimension, n = r.bodies.size();
   Model model = effects::make_model(r.scene);
@@ -198,8 +198,8 @@ void check_reference(Report& report) {
   }
   std::ranges::sort(expected);
   report.section("100 disks by gradient descent, beside an independent gradient flow");
-  // Net forces of at most 1e-10 / 1.06 on each of 100 disks against a curvature of at least 1e-3: |dx| <= 10 * 1e-10 /
-  // 1e-3, and the energy is off by half of 10 * 1e-10 times that, less than its rounding.
+  // Net forces of at most 1e-10 / 1.06 on each of 100 disks with a curvature of at least 1e-3: |dx| <= 10 * 1e-10 /
+  // 1e-3. The energy error is half of 10 * 1e-10 times that, less than its rounding.
   report.at_least("smallest eigenvalue of the Hessian, k / m^2", smallest_eigenvalue(r), 1e-3);
   report.at_most("energy", std::abs(r.energy - data["U"].get<double>()), 1e-14);
   report.at_most("places", worst, 1e-6);
@@ -218,14 +218,14 @@ void check_every_method(Report& report, int dimension, int count, double filled)
         "{}: {} iterations, U = {:.10g} k, {} contacts, z = {:.3f} ({:.3f} without {} rattlers), smallest q = {:.3f}\n",
         method, r.iterations, r.energy, p.contacts.size(), p.coordination, p.backbone_coordination, p.rattlers,
         p.smallest_q);
-    // Pairs push with no net force, so the walls' is that of the particles: at most `tolerance` from each.
+    // Pair forces have no net force, so the walls' net force is that on the particles: at most `tolerance` from each.
     for (int k = 0; k < dimension; ++k)
       report.at_most(fmt::format("  walls' net force along {}", "xyz"[k]),
                      std::abs(p.wall_force[2 * k] - p.wall_force[2 * k + 1]), count * tolerance);
     // d V (p - p_virial) = sum of x . net force, with |x| at most half a diagonal from the middle.
     report.at_most("  pressure on the walls and from inside", std::abs(*p.pressure - *p.virial_pressure),
                    count * tolerance * 0.5 * side * std::sqrt(dimension) / (dimension * std::pow(side, dimension)));
-    // Rigid: at least as many contacts as the backbone has ways to move (Maxwell 1864).
+    // Rigidity: at least as many contacts as the backbone has degrees of freedom (Maxwell 1864).
     const int backbone = count - p.rattlers;
     int held = 0;
     for (const analysis::PackingContact& c : p.contacts)

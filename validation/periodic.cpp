@@ -1,9 +1,9 @@
-// Sums of charges and dipoles in a periodic box: constants of crystals, twenty charges in quadruple precision, the
-// splitting that nothing may depend on, what cut-offs leave out against its estimates, forces against slopes of the
-// energy, induced dipoles against closed sums.
+// Sums of charges and dipoles in a periodic box: lattice constants of crystals, twenty charges in quadruple precision,
+// independence of the splitting, and truncation errors against estimates. Forces are compared with energy differences,
+// induced dipoles with closed sums.
 //
 //   periodic         seconds
-//   periodic long    the energy of fifty elastic grains that polarize each other, over 1e4 steps, as well; minutes
+//   periodic long    also the energy of fifty polarizable elastic grains over 1e4 steps; minutes
 
 #include "solvers/periodic/dipoles.hpp"
 
@@ -29,7 +29,7 @@ namespace {
 
 parallel::Team& alone = parallel::Team::single();
 
-/// Of terms of order 1, each rounded some ten times.
+/// Relative error of sums of terms of order 1, each with about ten rounding errors.
 constexpr double rounding = 4e-15;
 
 double relative(double value, double exact) { return std::abs(value / exact - 1); }
@@ -49,7 +49,7 @@ double rms_difference(std::vector<double> a, const std::vector<double>& b) {
   return root_mean_square(a);
 }
 
-// Constants
+// Constants.
 
 void constants(Report& report) {
   report.section("constants, relative error");
@@ -90,7 +90,7 @@ void twenty_charges(Report& report) {
   }
 }
 
-/// Largest differences between alpha L = 1.5, 5, 8 and 3, relative to the largest values.
+/// Compares alpha L = 1.5, 5, 8 with 3: largest differences relative to the largest values.
 void splitting(Report& report) {
   report.section("alpha from 1.5 to 8, in a box of 1 x 1.25 x .75; relative");
   for (const bool dipoles : {false, true}) {
@@ -110,11 +110,11 @@ void splitting(Report& report) {
   }
 }
 
-// Cut-offs
+// Cut-offs.
 
-/// Per cent by which the rms force error at random places differs from its estimate, for charges of +-1 in a unit cube
-/// (Kolafa and Perram 1992). The errors of 600 components scatter by some 3 %, and more where few pairs
-/// or waves just beyond the cut-off make most of them.
+/// Returns the difference in per cent of the rms force error at random positions from its estimate, for charges of +-1
+/// in a unit cube (Kolafa and Perram 1992). The errors of 600 components scatter by about 3 %, and more if few pairs or
+/// waves just beyond the cut-off contribute most.
 template <class CutOff, class Estimate>
 double off_estimate(double alpha, const CutOff& cut_off, const Estimate& estimate) {
   double measured2 = 0;
@@ -152,7 +152,7 @@ void estimates(Report& report) {
   }
 }
 
-/// A ball of densely packed grains of diameter 1, of charges of both signs, in a box of which it fills little.
+/// Returns a dense ball of grains of diameter 1 with charges of both signs, in a much larger box.
 Crowd cluster(double length) {
   const Crowd random = random_crowd(400, {1, 1, 1}, 0, false, 20);
   Crowd crowd{.lengths = {length, length, length}};
@@ -184,9 +184,10 @@ const std::pair<DipoleSum, std::string> variants[] = {{DipoleSum::ewald, "ewald"
                                                       {DipoleSum::minimum_image, "minimum-image"},
                                                       {DipoleSum::source, "source"}};
 
-// Slopes
+// Force derivatives.
 
-/// Of the largest force; differences of fourth order, over 2e-3 of diameters.
+/// Returns the largest deviation of the forces from fourth-order energy differences with displacements of 2e-3
+/// diameters, relative to the largest force.
 template <class Evaluate>
 double slope_error(Crowd crowd, const Evaluate& evaluate) {
   const std::vector<double> force = evaluate(crowd).force;
@@ -205,7 +206,7 @@ Response with_induced(const Crowd& crowd, DipoleSum variant, double polarizabili
   return response;
 }
 
-/// The force's slopes, F_i by x_k, and what they differ from F_k by x_i, as a part of the largest.
+/// Returns the asymmetry of the force derivatives, dF_i/dx_k - dF_k/dx_i, relative to the largest derivative.
 double crosswise(Crowd crowd, DipoleSum variant) {
   const std::size_t n = crowd.position.size();
   const double step = 1e-4;
@@ -241,7 +242,7 @@ void slopes(Report& report) {
     const auto evaluate = [v = variant](const Crowd& crowd) { return with_induced(crowd, v); };
     report.at_most("induced dipoles, A = .075, " + name, slope_error(grains, evaluate),
                    conservative ? std::optional(1e-9) : std::nullopt);
-    // step^2 / 6 times the energy's fourth derivative, 24 / .9^5, over its second, 2 / .9^3
+    // step^2 / 6 times the energy's fourth derivative, 24 / .9^5, over its second, 2 / .9^3.
     const double uneven = crosswise(grains, variant);
     if (conservative)
       report.at_most("  its slopes crosswise, of the largest", uneven, 3e-8);
@@ -250,12 +251,12 @@ void slopes(Report& report) {
   }
 }
 
-// Induced dipoles
+// Induced dipoles.
 
 void induced(Report& report) {
   report.section("induced dipoles against closed sums, relative");
   const double sum = 4 * 1.2020569031595942;
-  Crowd grain{.lengths = {7, 7, 1}, .position = {0, 0, 0}, .charge = {0}};  // other rows' field is exp(-14 pi)
+  Crowd grain{.lengths = {7, 7, 1}, .position = {0, 0, 0}, .charge = {0}};  // the field of other rows is exp(-14 pi)
   Ewald ewald(1e-14);
   const DipoleField chain = field_by(ewald, grain, {}, alone);
   for (const double polarizability : {0.005, 0.075, 0.12, 0.2}) {
@@ -279,8 +280,8 @@ void make_neutral(Crowd& crowd) {
   for (double& q : crowd.charge) q -= sum / crowd.size();
 }
 
-/// How often the dipoles' field is computed a step, at a tolerance of 1e-4, while grains fly straight ahead, each
-/// `stride` of its own direction a step: without a start, and with the predictor's.
+/// Returns the evaluations of the dipoles' field per step at a tolerance of 1e-4: from a zero initial guess, and from
+/// the predictor's. Grains move by `stride` in fixed directions per step.
 std::pair<double, double> applications_a_step(Crowd crowd, double stride) {
   const Crowd velocity = random_crowd(crowd.size(), {1, 1, 1}, 0, true, 22);
   Ewald ewald(1e-6);
@@ -288,7 +289,7 @@ std::pair<double, double> applications_a_step(Crowd crowd, double stride) {
   DipolePredictor predictor;
   Response response;
   double cold = 0, predicted = 0;
-  constexpr int steps = 12, first = 4;  // from then on the predictor has all it uses
+  constexpr int steps = 12, first = 4;  // the predictor's history is complete from then on
   for (int step = 0; step < steps; ++step) {
     std::vector<double> none, dipole = predictor.predict();
     if (step >= first) cold += induced.evaluate(crowd, {}, alone, none, response);
@@ -308,17 +309,17 @@ void predictor(Report& report) {
       const auto [cold, predicted] = applications_a_step(crowd, stride);
       const std::string name = fmt::format("{}, {} diameters a step", clustered ? "cluster" : "gas", stride);
       report.at_most(name + ": without a start", cold, std::nullopt);
-      report.at_most(name + ": from the predictor's", predicted, cold - 1);  // or it is not worth keeping
+      report.at_most(name + ": from the predictor's", predicted, cold - 1);  // the predictor must save evaluations
     }
   }
 }
 
-// Energy in motion
+// Energy of moving grains.
 
-/// Grains of diameter 1 with elastic contacts (Hertz, 278.6 xi^(3/2)), charges of +-1 and dipoles of A = .075.
+/// Grains of diameter 1 with elastic contacts (Hertz, 278.6 xi^(3/2)), charges of +-1 and polarizability A = .075.
 struct Elastic {
   Crowd crowd = random_crowd(50, {7, 7, 7}, 1, false, 30);
-  std::vector<double> velocity = random_crowd(50, {1, 1, 1}, 0, true, 31).dipole;  // of variance 1/3 a component
+  std::vector<double> velocity = random_crowd(50, {1, 1, 1}, 0, true, 31).dipole;  // variance 1/3 per component
 
   double kinetic() const {
     double sum = 0;
@@ -344,10 +345,10 @@ void add_contacts(const Crowd& crowd, Response& response) {
 }
 
 struct Drift {
-  double largest = 0, last = 0;  ///< change of the energy, of the kinetic energy at the start
+  double largest = 0, last = 0;  ///< change of the energy over the initial kinetic energy
 };
 
-/// By velocity Verlet, each step's dipoles started from the predictor's.
+/// Integrates by velocity Verlet; the dipoles of each step start from the predictor's.
 Drift energy_drift(DipoleSum variant, double tolerance, int steps) {
   Elastic gas;
   for (int i = 0; i < gas.crowd.size(); ++i) gas.crowd.charge[i] = i % 2 == 0 ? 1 : -1;
@@ -384,13 +385,14 @@ void motion(Report& report) {
     for (const double tolerance : {1e-2, 1e-4, 1e-6}) {
       const Drift drift = energy_drift(variant, tolerance, 10000);
       const std::string what = fmt::format("{}, tolerance {:.0e}", name, tolerance);
-      // Verlet's own: (omega dt)^2 / 8 of each contact's energy, omega = pi / 0.2, which is 1e-3 if all were in one.
+      // Error of Verlet: (omega dt)^2 / 8 of each contact's energy, omega = pi / 0.2, which is 1e-3 if all energy were
+      // in one contact.
       const std::optional<double> bound = variant == DipoleSum::ewald ? std::optional(1e-3) : std::nullopt;
       report.at_most(what + ": largest", drift.largest, bound, fmt::format("at the end {:.2g}", drift.last));
     }
 }
 
-/// For reading: nothing is promised.
+/// Informative only: no bound exists.
 void pairs_alone(Report& report) {
   report.section("sums over pairs alone, charges neutral in all: rms force error over rms force");
   for (const bool clustered : {false, true}) {

@@ -1,6 +1,8 @@
 #!/usr/bin/python3
-"""What the third dimension changes: the same small dendrite as disks in a plane and as spheres in a dish, seed by seed, and
-the charge shuttle in both beside theory. By the command line; prints two tables.
+"""Compares runs in two and three dimensions.
+
+The scenes are a small dendrite of disks in a plane and of spheres in a dish for each seed, and the charge shuttle in
+both, which is compared with theory. Uses the command line; prints two tables.
 
   plane_and_space.py build/lichtenberg [--seeds 3] [--count 40] [--folder FOLDER]
 """
@@ -21,13 +23,13 @@ SCENES = Path(__file__).resolve().parent.parent / "scenes"
 
 
 def dendrite(count, in_space):
-    """scenes/dendrite-3d.toml with fewer spheres in a dish of the same density; the plane has its disks and electrode
-    where the dish has spheres, seen from above."""
+    """Returns scenes/dendrite-3d.toml with fewer spheres in a dish of equal density. The plane has disks and an
+    electrode at the projected positions of the dish's spheres and electrode."""
     size = 5.12e-2 * math.sqrt(count / 324)
     text = (SCENES / "dendrite-3d.toml").read_text()
     for old, new in [("5.12e-2", f"{size:.6g}"), ("2.56e-2", f"{size / 2:.6g}"), ("count = 324", f"count = {count}")]:
         text = text.replace(old, new)
-    text = text.replace("hysteresis = 0.2 ", "hysteresis = 0.05 ")  # that of scenes/dendrite.toml
+    text = text.replace("hysteresis = 0.2 ", "hysteresis = 0.05 ")  # as in scenes/dendrite.toml
     text = text.replace("[output]", "[output]\npicture = false")
     if in_space:
         return text
@@ -53,8 +55,9 @@ def run(program, folder, name, text, *more):
 
 
 def of_dendrite(program, result):
-    """What the table has of a run: its last frame, and potentials, the largest of all and the mean after a second, or
-    at the end of a shorter run. Of the spanning tree of conductors and ground: the share of its edges that are contacts."""
+    """Returns the table's values of a run: those of its last frame, the largest potential and the mean potential after
+    a second (or at the end of a shorter run), and the fraction of edges of the spanning tree of conductors and ground
+    that are contacts."""
     said = subprocess.run([program, "analyse", result, "--json"], check=True, capture_output=True, text=True)
     last = json.loads(said.stdout)["frames"][-1]
     with h5py.File(result) as file:
@@ -71,7 +74,8 @@ def of_dendrite(program, result):
 
 
 def of_shuttle(result):
-    """Charge that a crossing takes (C), its time (s) and the current (A); the first two, in which inertia settles, left out."""
+    """Returns charge per crossing (C), its time (s) and the current (A), without the first two crossings, in which
+    inertia settles."""
     with h5py.File(result) as file:
         group = file["particles/conductors/charge"]
         charge, time = group["value"][:, 0], group["time"][:]

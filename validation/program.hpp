@@ -7,13 +7,13 @@ namespace lichtenberg::validation {
 
 using Validate = int (*)(int argc, char** argv);
 
-/// Programs of this folder by name. Each gets its own arguments only, and returns its exit status.
+/// Returns the programs of this folder by name. Each receives its own arguments only and returns its exit status.
 inline std::map<std::string, Validate>& programs() {
   static std::map<std::string, Validate> all;
   return all;
 }
 
-/// Adds a program.
+/// Registers a program.
 struct Program {
   Program(const std::string& name, Validate validate) { programs().emplace(name, validate); }
 };

@@ -1,11 +1,12 @@
 #!/usr/bin/python3
-"""Random scene files of gases through the command line: a run ends with the status 0, 1 or 2, never by a signal, and what it
-has to say is a sentence of its own.
+"""Runs random scene files of gases by the command line.
+
+A run must end with status 0, 1 or 2, never by a signal, and its messages must be the program's own.
 
     random_gas_scenes.py [--program build/lichtenberg] [--count 100] [--first 0] [--seconds 20] [--keep FOLDER]
 
-Keys, values and tables are drawn by a seed; most values are sensible, some at the ends of what a double holds, some of the wrong
-type. Exits with 1 if a scene breaks the rule, and says which.
+A seed determines keys, values and tables. Most values are sensible, some near the limits of a double, some of the wrong
+type. Exits with 1 if a scene breaks a rule, and names it.
 """
 import argparse
 import random
@@ -30,8 +31,8 @@ def value(dice, sensible, wild):
 
 
 def table(dice, wild, name, alternatives):
-    """One of the sets of keys that go together: texts as they are, of the others some; their sensible values are functions of
-    the dice."""
+    """Returns a table with one of the alternative sets of keys: texts unchanged, of other keys a random selection.
+    Sensible values are functions of the dice."""
     lines = [name]
     for key, draw in dice.choice(alternatives).items():
         if isinstance(draw, str):
@@ -85,7 +86,7 @@ MECHANICS = [{"integrator": words("multirate", "verlet", "gear", "gear-printed",
 
 
 def scene(seed):
-    """Text and command line."""
+    """Returns the scene text and the command line."""
     dice = random.Random(seed)
     wild = dice.choice((0, 0, 0.03, 0.15))
     chance = lambda p: dice.random() < p
@@ -108,7 +109,7 @@ def scene(seed):
 
 
 def run(command, folder, seconds):
-    """Status (None: stopped), what it said on standard error, and on standard output."""
+    """Returns the status (None: stopped), standard error and standard output."""
     try:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=seconds)
     except subprocess.TimeoutExpired:
@@ -117,7 +118,7 @@ def run(command, folder, seconds):
 
 
 def verdict(status, errors, output):
-    """What is wrong; empty if nothing is."""
+    """Returns the fault; empty if there is none."""
     if status is None:
         return ""
     if status not in (0, 1, 2):

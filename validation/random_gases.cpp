@@ -1,11 +1,11 @@
-// Random small gases: sums of charges on meshes against Ewald's, and the fast steps against CVODE's.
+// Random small gases: compares mesh sums of charges with Ewald's, and multirate steps with CVODE.
 //
 //   random_gases         thirty of each
 //   random_gases long    ten thousand
 //   random_gases N [M]   N, from seed M on
-//   random_gases N M sums    sums alone; N M steps: motions alone
+//   random_gases N M sums    sums only; N M steps: motions only
 //
-// Random scene files through the command line: random_gas_scenes.py.
+// random_gas_scenes.py runs random scene files by the command line.
 
 #include <cstdlib>
 #include <string_view>
@@ -47,7 +47,7 @@ class Dice {
   Random random_;
 };
 
-/// Charges in a box, none nearer to another than 1.
+/// Charges in a box, at least 1 apart.
 struct ChargedGas {
   Vec3 lengths;
   std::vector<double> position, charge;
@@ -76,7 +76,7 @@ bool is_free(const ChargedGas& gas, Vec3 place) {
   return true;
 }
 
-/// Anywhere, or in contact with one that is there already.
+/// Draws positions anywhere, or in contact with an existing charge.
 void draw_places(ChargedGas& gas, int wanted, Dice& dice) {
   const double touching = dice.chance(0.5) ? 0 : dice.uniform(0, 1);
   for (int attempt = 0; attempt < 50 * wanted && gas.position.size() < 3 * static_cast<std::size_t>(wanted);
@@ -91,7 +91,8 @@ void draw_places(ChargedGas& gas, int wanted, Dice& dice) {
   }
 }
 
-/// Of one size and both signs, all alike, Gaussian, of many sizes, or one alone; in a unit from 1e-3 to 1e3.
+/// Draws charges: of one size and both signs, all equal, Gaussian, of many sizes, or a single charge; in a unit from
+/// 1e-3 to 1e3.
 void draw_charges(ChargedGas& gas, Dice& dice) {
   const double unit = dice.decades(-3, 3);
   const int n = static_cast<int>(gas.position.size() / 3), kind = dice.whole(0, 4);
@@ -138,24 +139,24 @@ double rms_difference(std::vector<double> a, const std::vector<double>& b) {
   return rms(a);
 }
 
-/// What a charge would feel at random places, and what it does feel: errors of near pairs are of the size of the
-/// second.
+/// Returns the larger of the rms force and of that expected at random positions. The errors of near pairs are of the
+/// size of the latter.
 double scale_of(const ChargedGas& gas, const std::vector<double>& exact) {
   double charge2 = 0;
   for (const double q : gas.charge) charge2 += q * q;
   return std::max(rms(exact), periodic::random_force(charge2, gas.size(), gas.volume(), 1));
 }
 
-/// Errors over those that were estimated, and over the most that they may be.
+/// Ratios of the realised to the estimated error, and to the largest admissible error.
 struct Estimated {
   SampleBySeed ratio, of_most;
 };
 
-/// An estimate is a root mean square over all places. What the cloud loses is most just beyond the cutoff, for a pair
-/// there sqrt(band limit cutoff) of it over the pair's own force, by quadrature, and half of the estimate's square is
-/// that or, if the mesh is finer than it need be, all; dipoles that are induced from there are nothing beside it. In
-/// others few pairs make the error, with squares about the mean: the largest of n that are distributed exponentially is
-/// ln n, and hardly ever ln n + 4.
+/// Returns the largest admissible ratio to an estimate, which is an rms over all positions. The truncation error of the
+/// cloud is largest just beyond the cut-off. For a pair there it is sqrt(band limit cutoff) of the estimate over the
+/// pair's own force (by quadrature). This part is half of the squared estimate, or all of it if the mesh is finer than
+/// necessary. Dipoles induced there are negligible. Otherwise a few pairs determine the error, with squares near the
+/// mean: the largest of n exponentially distributed values is ln n, and rarely ln n + 4.
 double most_for(const periodic::MeshChoice& choice, int cases) {
   return std::sqrt(std::max(2 * choice.band_limit * choice.cutoff, std::log(cases) + 4));
 }
@@ -196,7 +197,7 @@ void compare_sums(const ChargedGas& gas, std::uint64_t seed, SumErrors& errors) 
     estimated.ratio.add(ratio, seed);
     estimated.of_most.add(ratio / most_for(choice, errors.cases), seed);
   }
-  constexpr double rounding = 1e-9;  // all that one charge alone feels
+  constexpr double rounding = 1e-9;  // forces on an isolated charge are below this
   if (gas.polarizability || gas.size() < 2 || rms(exact) < rounding * scale) return;
   const periodic::MeshChoice choice = periodic::choose_measured_mesh(request, gas.sources());
   const auto sum = periodic::make_mesh_sum(choice);
@@ -230,7 +231,7 @@ void sums(Report& report, std::uint64_t first, int count) {
   judge("mesh, by estimate", errors.in_double);
   judge("mesh in single precision, by estimate", errors.in_single);
   judge("with induced dipoles, by estimate", errors.with_dipoles);
-  // What it is measured against was asked for a thirtieth, and is off by twice that in clusters.
+  // The reference of the measurement has 1/30 of the requested error, and twice that in clusters.
   if (!errors.measured.values.empty())
     report.at_most("as a run has it, measured at the start", spread(errors.measured.values), 1 + 1.0 / 15,
                    errors.measured.note());
@@ -238,7 +239,7 @@ void sums(Report& report, std::uint64_t first, int count) {
   report.at_most("without an answer", errors.refused, 0);
 }
 
-/// Few grains that meet once or twice.
+/// Draws a few grains that meet once or twice.
 Scene draw_motion(Dice& dice, double& end) {
   Scene scene = grains::cube(dice.uniform(4, 8));
   const int count = dice.whole(2, 8);
@@ -255,7 +256,7 @@ Scene draw_motion(Dice& dice, double& end) {
   grains::add_gas(scene, count, scene.domain.size.x, temperature, static_cast<std::uint64_t>(dice.whole(1, 1 << 30)));
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 == 0 ? 1 : -1;
   end = std::min(2.0, 2 / std::sqrt(temperature));
-  // Not longer than charges' forces may be held, or the scene would be refused.
+  // Longer steps than granular::longest_hold allows for constant slow forces would be refused.
   scene.mechanics.step = std::min(0.02 * end, 0.9 * granular::longest_hold(granular::Gas(scene)));
   return scene;
 }
@@ -272,13 +273,13 @@ std::vector<double> places_at_end(Scene scene, Integrator integrator, int finer,
   return places;
 }
 
-/// Steps are of second order: when they are halved, what changes is three times what is left.
+/// Compares motions. Steps are of second order: halving them changes the result by three times the remaining error.
 void steps(Report& report, std::uint64_t first, int count) {
   report.section(
       fmt::format("{} random motions of few grains, multirate against cvode: rms distance of a grain", count));
   SampleBySeed coarse, ratio;
   int refused = 0;
-  // Contacts of 45 steps are good to 1e-6, more or less by where in a step they begin (src/granular/README.md).
+  // Contacts with 45 substeps have an error of about 1e-6, depending on the phase of onset (src/granular/README.md).
   constexpr double of_contacts = 1e-6;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     Dice dice(seed + 1'000'000'000);

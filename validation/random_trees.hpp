@@ -11,8 +11,8 @@
 #include "src/analysis/strahler.hpp"
 #include "src/scene/placing.hpp"
 
-/// Random points in the unit square, and their minimum spanning trees on a torus: a torus has no boundary, so what is
-/// found on it is what holds in the limit of many points, but for terms of 1/N.
+/// Random points in the unit square, and their minimum spanning trees on a torus. A torus has no boundary, so results
+/// equal the limit of many points up to terms of 1/N.
 namespace lichtenberg::validation {
 
 inline std::vector<Vec2> uniform_points(int n, UniformRandom& random) {
@@ -21,13 +21,13 @@ inline std::vector<Vec2> uniform_points(int n, UniformRandom& random) {
   return point;
 }
 
-/// Shortest vector from a to b on the unit torus.
+/// Returns the shortest vector from a to b on the unit torus.
 inline Vec2 on_torus(Vec2 a, Vec2 b) {
   const Vec2 d = b - a;
   return {d.x - std::round(d.x), d.y - std::round(d.y)};
 }
 
-/// Points of the unit torus no two of which are closer than `distance`, by random sequential addition.
+/// Returns points of the unit torus that are at least `distance` apart, by random sequential addition.
 inline std::vector<Vec2> hard_core_points(int n, double distance, UniformRandom& random) {
   const int columns = static_cast<int>(1 / distance);  // cells at least as wide as the distance
   std::vector<std::vector<Vec2>> cell(static_cast<std::size_t>(columns) * columns);
@@ -53,15 +53,15 @@ inline std::vector<Vec2> hard_core_points(int n, double distance, UniformRandom&
   return point;
 }
 
-/// Delaunay's triangulation of points on the unit torus, with the edges' lengths.
+/// Delaunay triangulation of points on the unit torus, with the edges' lengths.
 struct TorusTriangulation {
   std::vector<analysis::Edge> edge;
   std::vector<double> length;
 };
 
-/// Images of the points stand in a margin around the square: eight mean spacings wide, which is four times the radius
-/// of the largest circle that a million random points leave empty, so that all triangles at the square's edge are
-/// right.
+/// Triangulates with images of the points in a margin around the square. The margin is eight mean spacings wide, four
+/// times the radius of the largest empty circle among a million random points, so all triangles at the square's edge
+/// are correct.
 inline TorusTriangulation triangulate_on_torus(const std::vector<Vec2>& point) {
   const int n = static_cast<int>(point.size());
   const double margin = std::min(0.5, 8 / std::sqrt(n));
@@ -80,7 +80,7 @@ inline TorusTriangulation triangulate_on_torus(const std::vector<Vec2>& point) {
   TorusTriangulation result;
   for (const auto& [a, b] : analysis::delaunay_edges(with_images))
     if (a < n) result.edge.emplace_back(std::minmax(original[a], original[b]));  // a < b: the first one is no image
-  std::ranges::sort(result.edge);  // those across the square's sides are there twice
+  std::ranges::sort(result.edge);  // edges across the square's sides occur twice
   result.edge.erase(std::unique(result.edge.begin(), result.edge.end()), result.edge.end());
   for (const auto& [a, b] : result.edge) result.length.push_back(norm(on_torus(point[a], point[b])));
   return result;
@@ -90,7 +90,7 @@ inline std::vector<analysis::Edge> spanning_tree_on_torus(int points, const Toru
   return analysis::minimum_spanning_forest(points, triangulation.edge, triangulation.length);
 }
 
-/// A mean over independent samples, with its standard error.
+/// Mean over independent samples, with its standard error.
 class Mean {
  public:
   void add(double x) { ++count_, sum_ += x, squares_ += x * x; }
@@ -103,7 +103,7 @@ class Mean {
   double count_ = 0, sum_ = 0, squares_ = 0;
 };
 
-/// Of a sample of trees: fractions f_j of nodes by degree, sigma_j / N by Strahler number, streams a node.
+/// Statistics of a sample of trees: fractions f_j of nodes by degree, sigma_j / N by Strahler number, streams per node.
 struct TreeFractions {
   std::vector<Mean> degree = std::vector<Mean>(7), strahler = std::vector<Mean>(7), streams = std::vector<Mean>(7);
 
@@ -117,7 +117,7 @@ struct TreeFractions {
     add_all(streams, orders.streams);
   }
 
-  /// A spanning tree, with its first node as the root.
+  /// Adds a spanning tree with its first node as the root.
   void add(const std::vector<analysis::Edge>& tree, std::span<const Vec2> point) {
     const int nodes = static_cast<int>(point.size());
     std::vector<analysis::Edge> contacts(tree.begin(), tree.end());

@@ -12,7 +12,7 @@ namespace lichtenberg::validation {
 using namespace lichtenberg::laplace;
 using nlohmann::json;
 
-/// A case of data/reference-disks as a problem.
+/// Case of data/reference-disks as a problem.
 struct Reference {
   std::string name;
   json data;
@@ -28,7 +28,8 @@ inline int group_of(const json& conductors, int disk) {
   throw std::runtime_error("a disk of the reference case belongs to no conductor");
 }
 
-/// An unbounded case is put in a box with two radii of margin round the pair, its sides at the exact potential.
+/// Encloses an unbounded case in a box with a margin of two radii around the pair, with the exact potential on its
+/// sides.
 inline void enclose(Reference& reference) {
   const auto first = std::get<Disk>(reference.problem.bodies[0].shape);
   const auto second = std::get<Disk>(reference.problem.bodies[1].shape);

@@ -1,8 +1,8 @@
-// The reference solutions in data/reference-disks (12-13 digits, an independent method; their README says how) at S =
-// 512: potentials, forces, charges, capacitances, energy and the field at probes.
+// Compares with the reference solutions in data/reference-disks (12-13 digits, an independent method; see their README)
+// at S = 512: potentials, forces, charges, capacitances, energy and the field at probes.
 //
 //   reference_disks         cut-cell at S = 512; seconds
-//   reference_disks long    orders of convergence from S = 128 to 1024, and the relaxation at S = 512, as well
+//   reference_disks long    also orders of convergence from S = 128 to 1024, and the relaxation at S = 512
 
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
@@ -18,7 +18,7 @@ using nlohmann::json;
 
 namespace {
 
-/// Errors a disk, in percent of the largest value of all disks.
+/// Returns the error of each disk, in percent of the largest value of all disks.
 Spread potential_error(const validation::Reference& reference, const LaplaceSolution& solution) {
   const json& exact = reference.data["reference"]["phi_disk"];
   double largest = 0;
@@ -43,8 +43,8 @@ Spread force_error(const validation::Reference& reference, const LaplaceSolution
   return spread(error);
 }
 
-/// The given charges come out as given (rounding of a sum over some hundred links), members' too where alone in a
-/// group.
+/// Returns the errors of given charges, due to the rounding of a sum over some hundred links. Members' charges count
+/// only if they are alone in their group.
 Spread charge_error(const validation::Reference& reference, const LaplaceSolution& solution) {
   std::vector<double> error;
   for (std::size_t b = 0; b < reference.problem.bodies.size(); ++b)
@@ -65,7 +65,8 @@ double capacitance_error(const validation::Reference& reference, LaplaceSolver& 
   return 100 * worst / largest;
 }
 
-/// Bilinear between cell centres; the probes lie in the fluid, some nearer than a cell to a surface.
+/// Returns the bilinear interpolation between cell centres. The probes are in the fluid, some closer than a cell to a
+/// surface.
 double at(const Field& field, Vec2 p) {
   const double x = p.x / field.h - 0.5, y = p.y / field.h - 0.5;
   const int i = std::clamp(static_cast<int>(std::floor(x)), 0, field.nx - 2);
@@ -87,8 +88,8 @@ Spread probe_error(const validation::Reference& reference, const Field& field) {
   return spread(error);
 }
 
-/// The figures to reach: potentials within 0.05 % of the largest, forces within 0.5 %. Capacitances and the energy,
-/// 1/2 sum Q phi, are held to the potentials' bound.
+/// Bounds: potentials 0.05 % of the largest, forces 0.5 %. Capacitances and the energy, 1/2 sum Q phi, have the
+/// potentials' bound.
 void compare(Report& report, const validation::Reference& reference) {
   constexpr double potential_bound = 0.05, force_bound = 0.5;
   CutCellSolver solver({.cells = 512});
@@ -98,7 +99,7 @@ void compare(Report& report, const validation::Reference& reference) {
   report.at_most(name + ": forces, % of the largest", force_error(reference, solution), force_bound);
   report.at_most(name + ": potential at probes, %", probe_error(reference, solver.field()), potential_bound);
   report.at_most(name + ": given charges", charge_error(reference, solution), 1e-10);
-  if (reference.plane) return;  // the box's capacitance and energy are not the plane's
+  if (reference.plane) return;  // the box's capacitance and energy differ from the plane's
   const double energy = reference.data["reference"]["energy"];
   report.at_most(name + ": energy, %", 100 * std::abs(solution.energy / energy - 1), potential_bound);
   report.at_most(name + ": capacitance matrix, % of its largest", capacitance_error(reference, solver),
@@ -131,7 +132,7 @@ int validate(int argc, char** argv) {
   report.section(fmt::format("cut-cell, {} cases", cases.size()));
   for (const validation::Reference& reference : cases) compare(report, reference);
   if (asked_for_long(argc, argv)) {
-    report.section("cut-cell, S = 128 ... 1024");  // the pairs in the plane: two_disks
+    report.section("cut-cell, S = 128 ... 1024");  // two_disks covers the pairs in the plane
     for (const validation::Reference& reference : cases)
       if (!reference.plane) convergence(report, reference);
     report.section("relaxation, S = 512");

@@ -1,5 +1,5 @@
-// The charge shuttle (D 4.2): a run's charge per crossing, crossing time and current against the exact two-dimensional
-// theory (validation/theory/disk_between_plates.hpp), and what inertia, voltage, gap, contact gap and cells do to them.
+// Charge shuttle (D 4.2): charge per crossing, crossing time and current of a run against exact two-dimensional theory
+// (validation/theory/disk_between_plates.hpp). Also tests the effects of inertia, voltage, gap, contact gap and cells.
 //
 //   shuttle          seconds
 //   shuttle long     more gaps, finer grids
@@ -25,21 +25,21 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-constexpr double steel = 8050, weightless = 8.05;  // kg/m^3: the latter's relaxation takes 1.5 us
+constexpr double steel = 8050, weightless = 8.05;  // kg/m^3; the relaxation time of the latter is 1.5 us
 
 struct Set {
-  double gap;             ///< m: the way from plate to plate
+  double gap;             ///< m; path from plate to plate
   double voltage = 18e3;  ///< V
   double density = weightless;
-  int cells = 192;            ///< along the plates, which are three times as long as they are apart
+  int cells = 192;            ///< along the plates, which are three times as long as their distance
   double contact_gap = 0.01;  ///< radii
 };
 
 double distance(const Set& set) { return set.gap + 2 * radius; }
-/// Where contact is lost: hysteresis, but at least the position tolerance.
+/// Returns the gap at which the contact opens: hysteresis of at least the position tolerance.
 double lost_gap(const Set& set) { return set.contact_gap * radius + std::max(0.05 * set.contact_gap, 1e-3) * radius; }
 
-/// The sphere at rest on the left plate.
+/// Returns the sphere at rest on the left plate.
 Scene scene_of(const Set& set) {
   const double h = distance(set);
   Scene scene = steel_spheres::scene_of({{radius, 1.5 * h}});
@@ -55,15 +55,15 @@ Scene scene_of(const Set& set) {
   return scene;
 }
 
-/// What one crossing is like, per theory or per run.
+/// Properties of one crossing, by theory or from a run.
 struct Crossing {
-  double charge = 0;                                ///< C, taken from plate to plate
+  double charge = 0;                                ///< C, transported from plate to plate
   double time = 0;                                  ///< s
-  double current() const { return charge / time; }  ///< A: 2 charge every two crossings
+  double current() const { return charge / time; }  ///< A; 2 charge per two crossings
 };
 
-/// Contact is made at contact_gap before a plate, which then drives the sphere away, and lost at lost_gap, where the
-/// charge stays what it is.
+/// Theory of a crossing. The contact closes at contact_gap before a plate, which then repels the sphere, and opens at
+/// lost_gap, where the charge becomes constant.
 struct Theory {
   Crossing overdamped, ballistic;
 };
@@ -83,7 +83,8 @@ Theory theory_of(const Set& set) {
   return theory_of(set, scene.medium.depth, scene.medium.permittivity);
 }
 
-/// Advances by `look` at a time until `contacts` have been made. False if they are not within 200 crossings.
+/// Advances in intervals of `look` until `contacts` contacts have closed. Returns false if 200 crossings do not
+/// suffice.
 bool await(Simulation& simulation, std::int64_t contacts, double look, double crossing) {
   const double latest = simulation.time() + 200 * crossing;
   while (simulation.counters().contacts_made < contacts && simulation.time() < latest)
@@ -91,12 +92,12 @@ bool await(Simulation& simulation, std::int64_t contacts, double look, double cr
   return simulation.counters().contacts_made >= contacts;
 }
 
-/// Mean of `crossings` crossings, their first and last contact seen to expected / 64, once inertia (steel's) has
-/// settled.
+/// Returns the mean of `crossings` crossings after the initial transient of inertia (steel). The first and last contact
+/// have a time resolution of expected / 64.
 Crossing run(const Set& set, double expected, int crossings) {
   Simulation simulation(scene_of(set));
   const double coarse = expected / 8, fine = expected / 64;
-  simulation.now();  // the contact at rest is made
+  simulation.now();  // closes the contact at rest
   simulation.advance_to(8 * set.density / steel * relaxation);
   const std::int64_t first = simulation.counters().contacts_made + 1;
   if (!await(simulation, first, fine, expected)) return {};
@@ -104,7 +105,7 @@ Crossing run(const Set& set, double expected, int crossings) {
   if (!await(simulation, first + crossings - 1, coarse, expected)) return {};
   if (!await(simulation, first + crossings, fine, expected)) return {};
   const double time = (simulation.time() - start) / crossings;
-  simulation.advance_to(simulation.time() + 0.3 * expected);  // it has left
+  simulation.advance_to(simulation.time() + 0.3 * expected);  // the sphere has left the plate
   return {std::abs(simulation.now().charge[0]), time};
 }
 
@@ -114,26 +115,26 @@ std::string name_of(const Set& set) {
 }
 
 constexpr int crossings = 6;
-/// Contacts are seen up to 1/64 crossing late.
+/// Time resolution of contacts: 1/64 crossing.
 constexpr double seen = 1.0 / 64 / crossings;
 
 double cells_in_radius(const Set& set) { return radius * set.cells / (3 * distance(set)); }
 
-/// Relative error of the charge. Of the grid: that of a disk at its plate's potential, as smooth as two disks' at d =
-/// 4R (validation/two_disks: 0.02 % at R = 8 cells, falling with h^2). Of the coupling in time: at the parting the
-/// charge is extrapolated from a place in contact, where it grows by gap / 3R of itself.
+/// Returns the bound on the relative error of the charge. Grid: as for a disk at its plate's potential, as smooth as
+/// two disks at d = 4R (validation/two_disks: 0.02 % at R = 8 cells, decreasing as h^2). Time coupling: at opening, the
+/// charge is extrapolated from a position in contact, where it grows by the fraction gap / 3R.
 double charge_bound(const Set& set) {
   return 2e-4 * std::pow(8 / cells_in_radius(set), 2) + lost_gap(set) / (3 * radius);
 }
 
-/// The force's, too, are two_disks': 0.1 % at gaps beyond R and at most 3.5 % nearer, where the sphere spends at most
-/// 2 R / g of its time.
+/// Returns the bound on the relative error of the time. Force errors are those of two_disks: 0.1 % at gaps beyond R and
+/// at most 3.5 % at smaller ones, where the sphere spends at most 2 R / g of its time.
 double time_bound(const Set& set) {
   const double near = std::min(1.0, 2 * radius / set.gap);
   return (1e-3 + 0.035 * near) * std::pow(8 / cells_in_radius(set), 2) + charge_bound(set) + seen;
 }
 
-/// Without inertia the run must be the quadrature of the exact force.
+/// Compares a run without inertia with the quadrature of the exact force.
 Crossing overdamped(Report& report, const Set& set) {
   const Crossing exact = theory_of(set).overdamped;
   const Crossing found = run(set, exact.time, crossings);
@@ -143,7 +144,7 @@ Crossing overdamped(Report& report, const Set& set) {
   return found;
 }
 
-/// Steel: reflected by the plates, it is faster than without inertia, and at most as fast as at one constant speed.
+/// Steel reflected by the plates is faster than without inertia, and at most as fast as at a constant speed.
 void inertia(Report& report, Set set) {
   set.density = steel;
   const Theory exact = theory_of(set);
@@ -154,7 +155,7 @@ void inertia(Report& report, Set set) {
   report.at_least(name_of(set) + "and over that of constant speed", found.time / exact.ballistic.time, 1 - bound);
 }
 
-/// R_E ~ 1 / V^2 (D 4.7), exactly so without inertia: all forces grow with V^2, all charges with V.
+/// Tests R_E ~ 1 / V^2 (D 4.7), exact without inertia: all forces scale with V^2, all charges with V.
 void voltage(Report& report) {
   std::vector<double> voltages, resistances;
   for (const double v : {4.5e3, 9e3, 18e3}) {
@@ -163,13 +164,14 @@ void voltage(Report& report) {
     voltages.push_back(v);
     resistances.push_back(v / found.current());
   }
-  // Two values a factor 4 apart, each wrong by `seen` at most: the same scene in other units otherwise, but for the
-  // position tolerance, which it does not notice.
+  // Two values, a factor 4 apart, each with an error of at most `seen`. Otherwise the scenes differ only by units,
+  // except for the position tolerance, which has no effect.
   report.at_most("exponent of R_E ~ V^-p, beside 2", std::abs(order(voltages, resistances) - 2),
                  2 * (seen + 1e-3) / std::log(4.0));
 }
 
-/// What larger contact gaps do: the way is shorter, and more charge jumps, at h = R + gap by sinh(u) / u.
+/// Tests larger contact gaps: the path is shorter and more charge is transferred, at h = R + gap by the factor sinh(u)
+/// / u.
 void contact_gaps(Report& report, bool is_long) {
   const Set real = {.gap = 10e-3, .contact_gap = 3e-3};
   const Crossing at_contact = theory_of(real).overdamped;
@@ -190,7 +192,7 @@ void finer_grids(Report& report, bool is_long) {
   }
 }
 
-/// How far two dimensions are from three, and D's monopoles from both. For reading.
+/// Prints the differences between two and three dimensions, and D's monopoles. Informative only.
 void three_dimensions() {
   fmt::print("\n{:<8}{:>14}{:>14}{:>14}{:>14}{:>14}\n", "g (mm)", "2D plates", "3D: D 4.6", "corrected", "3D plates",
              "2D/3D charge");
@@ -201,7 +203,7 @@ void three_dimensions() {
     const double eps = scene.medium.permittivity;
     const theory::SphereShuttle shuttle = {radius, gap,  set.voltage,
                                            eps,    drag, theory::isolated_sphere_capacitance(radius, eps)};
-    // Far from the plates: charge E / drag is the speed.
+    // Far from the plates, the speed is charge E / drag.
     const double field = set.voltage / distance(set), charge = theory::sphere_on_plate_charge(radius, eps, field);
     fmt::print("{:<8g}{:>14.4g}{:>14.4g}{:>14.4g}{:>14.4g}{:>14.3f}\n", 1e3 * gap, set.voltage / flat.current(),
                theory::resistance(shuttle) / 8, theory::resistance(shuttle),

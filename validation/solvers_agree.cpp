@@ -1,6 +1,6 @@
-// The cut-cell solver against the dissertation's relaxation, which share nothing but the problem: on the same scene,
-// with groups and electrodes of every shape, their potentials, charges and forces must come together as h -> 0, at the
-// staircase's first order.
+// Compares the cut-cell solver with the dissertation's relaxation, an independent method. On the same scene, with
+// groups and electrodes of every shape, potentials, charges and forces must converge to each other as h -> 0, at the
+// first order of the staircase.
 //
 //   solvers_agree         S = 64, 128, 256
 //   solvers_agree long    S = 64 ... 1024
@@ -20,8 +20,8 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-/// Adds `count` disks of radius 0.04 to 0.06 with charges in [-1, 1], a gap of at least 0.05 apart and inside the unit
-/// box, each a group of its own.
+/// Adds `count` disks of radius 0.04 to 0.06 with charges in [-1, 1] inside the unit box, at least 0.05 apart, each as
+/// a group of its own.
 void add_floating_disks(LaplaceProblem& problem, int count, std::uint64_t seed) {
   constexpr double least_gap = 0.05;
   std::mt19937_64 random(seed);
@@ -52,7 +52,7 @@ LaplaceProblem grounded_side() {
   return problem;
 }
 
-/// A grounded half-disk on an insulating wall.
+/// Returns a scene with a grounded half-disk on an insulating wall.
 LaplaceProblem half_disk() {
   LaplaceProblem problem = unit_box();
   problem.bodies = {{Disk{{0.5, 0}, 0.15}, 0}};
@@ -61,7 +61,7 @@ LaplaceProblem half_disk() {
   return problem;
 }
 
-/// A grounded rim round the scene; two disks are one group.
+/// Returns a scene inside a grounded rim; two disks form one group.
 LaplaceProblem dish() {
   LaplaceProblem problem = unit_box();
   problem.bodies = {{Ring{{0.5, 0.5}, 0.47}, 0}};
@@ -72,8 +72,9 @@ LaplaceProblem dish() {
   return problem;
 }
 
-/// Uncharged disks between two bars at a potential difference, one of the bars oblique. Forces on bars are shown only:
-/// the field is singular at their corners, and virtual work on links that end there is off by tens of percent.
+/// Returns uncharged disks between two bars at a potential difference, one of them oblique. Forces on bars have no
+/// bound: the field is singular at their corners, and virtual work on links that end there has errors of tens of
+/// percent.
 LaplaceProblem bars() {
   LaplaceProblem problem = unit_box();
   problem.bodies = {{Bar{{0.15, 0.2}, {0.15, 0.8}, 0.1}, 0}, {Bar{{0.8, 0.25}, {0.9, 0.75}, 0.1}, 1}};
@@ -83,7 +84,7 @@ LaplaceProblem bars() {
   return problem;
 }
 
-/// Insulated and neutral.
+/// Returns an insulated, neutral scene.
 LaplaceProblem ungrounded() {
   LaplaceProblem problem = unit_box();
   add_floating_disks(problem, 8, 5);
@@ -94,9 +95,9 @@ LaplaceProblem ungrounded() {
 }
 
 struct Difference {
-  Spread potential, charge;  ///< a body, percent of the largest
-  Spread disk_force;         ///< a disk, percent of the largest force on a body
-  double bar_force = 0;      ///< worst of the bars, the same
+  Spread potential, charge;  ///< per body, percent of the largest
+  Spread disk_force;         ///< per disk, percent of the largest force on a body
+  double bar_force = 0;      ///< worst of the bars, in the same unit
 };
 Difference difference(const LaplaceProblem& problem, int cells) {
   const LaplaceSolution a = CutCellSolver({.cells = cells}).solve(problem);
@@ -122,8 +123,8 @@ Difference difference(const LaplaceProblem& problem, int cells) {
   return {spread(potentials), spread(charges), spread(forces), bar_force};
 }
 
-/// At S = 256 a disk has 10 to 15 cells' radius and 13 cells to the next: the staircase moves its surface by half a
-/// cell at most, 4 % of the gap and so of a potential difference across it, twice that of a force.
+/// At S = 256, a disk has a radius of 10 to 15 cells and a gap of 13 cells to the next. The staircase displaces its
+/// surface by half a cell at most: 4 % of the gap and of a potential difference across it, twice that of a force.
 constexpr double potential_bound = 4, force_bound = 8;
 
 void compare(Report& report, const std::string& name, const LaplaceProblem& problem, const std::vector<double>& sizes) {

@@ -1,8 +1,8 @@
-// The reference solutions in data/reference-spheres (12.6 digits and more, independent methods; their README says how):
-// potentials, charges, forces, dipoles, energy, capacitances, and potential and field at probes.
+// Compares with the reference solutions in data/reference-spheres (at least 12.6 digits, independent methods; see their
+// README): potentials, charges, forces, dipoles, energy, capacitances, and potential and field at probes.
 //
-//   spheres         asked for 1e-10; seconds
-//   spheres long    what other accuracies give, as well
+//   spheres         at an accuracy of 1e-10; seconds
+//   spheres long    also at other accuracies
 
 #include "tests/sphere_references.hpp"
 #include "validation/harness.hpp"

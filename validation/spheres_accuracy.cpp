@@ -1,8 +1,8 @@
-// Spheres in space get the accuracy that is asked for: random scenes with gaps from 1e-5 R, each beside itself at a
-// hundredth of the finest accuracy.
+// Tests the requested accuracy of spheres in space: random scenes with gaps from 1e-5 R, compared with solutions at 1 %
+// of the finest accuracy.
 //
 //   spheres_accuracy            seconds
-//   spheres_accuracy long       six times as many scenes, to 1e-4 as well: a minute
+//   spheres_accuracy long       six times as many scenes, and 1e-4: a minute
 
 #include <array>
 #include <map>
@@ -20,7 +20,7 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-/// Of the smallest gap that spheres of different potential have, in units of the smaller radius.
+/// Smallest gap between spheres of different potential, in units of the smaller radius.
 constexpr std::array gaps = {1e-5, 1e-4, 1e-3, 1e-2, 1e-1};
 
 double pick(Random& random, std::initializer_list<double> values) {
@@ -40,7 +40,7 @@ Vec3 direction(Random& random) {
   return v * (1 / norm(v));
 }
 
-/// A sphere anywhere, at the gap from another one, or from a side.
+/// Adds a sphere at a random position, or at the gap from another one or from a side.
 void add_sphere(SphereProblem& problem, Random& random, double gap, double ratio) {
   for (int attempt = 0; attempt < 1000; ++attempt) {
     const double radius = std::pow(ratio, -random.uniform(0, 1)), kind = random.uniform(0, 1);
@@ -59,7 +59,7 @@ void add_sphere(SphereProblem& problem, Random& random, double gap, double ratio
     if (random.uniform(0, 1) < 0.25)
       problem.groups.push_back({.floating = false, .potential = pick(random, {500, -100, 70})});
     else
-      problem.groups.push_back({.charge = pick(random, {0, 0, 4e3, -4e3, 40})});  // of one alone: some 300 V, 3 V
+      problem.groups.push_back({.charge = pick(random, {0, 0, 4e3, -4e3, 40})});  // isolated: about 300 V, 3 V
     return;
   }
 }
@@ -86,7 +86,8 @@ struct Errors {
   double worst() const { return larger(potential, larger(charge, force)); }
 };
 
-/// Each over the largest of its kind: of potentials, the largest difference of any two, sides among them.
+/// Returns errors relative to the largest value of each kind; for potentials, relative to the largest difference of any
+/// two, including sides.
 Errors errors_of(const SphereProblem& problem, const SphereSolution& found, const SphereSolution& exact) {
   double low = INFINITY, high = -INFINITY, charge = 0, force = 0;
   const auto include = [&](double potential) { low = std::min(low, potential), high = std::max(high, potential); };
@@ -105,7 +106,7 @@ Errors errors_of(const SphereProblem& problem, const SphereSolution& found, cons
   return {errors.potential / (high - low), errors.charge / charge, errors.force / force};
 }
 
-/// Errors over what was asked, those of one gap and one accuracy together.
+/// Ratios of realised to requested error for one gap and one accuracy.
 struct Row {
   SampleBySeed potential, charge, force;
   long iterations = 0;
@@ -117,8 +118,8 @@ struct Row {
   }
 };
 
-/// Where forces all but cancel, two charges' and that of the gap between them say, they are known to what is asked of
-/// those that do: the largest found is 2.5 (of 180, three above 1).
+/// Bound on the ratio for forces. If large forces nearly cancel, such as those of two charges and of the gap between
+/// them, the requested accuracy applies to each of these. The ratio for their sum then exceeds 1.
 constexpr double most_of_forces = 5;
 
 void compare(Report& report, double gap, int scenes, const std::vector<double>& accuracies) {

@@ -1,11 +1,10 @@
-// What D's chapter 7 claims of trees: degree relations (7.6-7.9), the largest degree, the degrees of Euclidean minimum
-// spanning trees (7.16) beside those of the experiments (7.10), Strahler numbers (7.18).
+// Tests D's chapter 7 on trees: degree relations (7.6-7.9), the largest degree, the degrees of Euclidean minimum
+// spanning trees (7.16) and of the experiments (7.10), Strahler numbers (7.18).
 //
-// Bounds are on what can be derived or is proved elsewhere. D's claims are printed with a verdict; it is not for this
-// program to fail because of them.
+// Bounds apply to derived or proven results only. D's claims are printed with a verdict and do not fail this program.
 //
 //   topology         seconds
-//   topology long    trees of a million points for three digits, and trees that runs of 100 conductors end in: minutes
+//   topology long    trees of a million points for three digits, and final trees of runs of 100 conductors: minutes
 
 #include <fmt/format.h>
 
@@ -31,20 +30,19 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-constexpr double least_angle = 60 - 1e-4;  // degrees: edges that a rounding decides may be nearer to each other
-constexpr double sure = 4;                 // standard errors: a true statement is refused once in 16000 times
+constexpr double least_angle = 60 - 1e-4;  // degrees; edges with lengths equal to rounding may be closer
+constexpr double sure = 4;                 // standard errors; a true statement fails once in 16000 times
 constexpr double source_f[] = {0, 0.253, 0.527, 0.204, 0.016};        // D 7.16
 constexpr double source_f_error[] = {0, 0.003, 0.006, 0.004, 0.001};  // its +- 0.3, 0.6, 0.4, 0.1, read as per cent
 constexpr double experiment_f[] = {0, 0.252, 0.511, 0.222, 0.015};    // D 7.10
 constexpr double experiment_sigma[] = {0, 0.455, 0.275, 0.169};       // D 7.18
-// The experiments' come without uncertainties: those of one network of 324 are taken, the scatter of f_j and sigma_j /
-// N from tree to tree in the dendrite's first instants (`topology long`: standard errors of 300 trees, times
-// sqrt(300)).
+// The experiments have no uncertainties. Those of one network of 324 conductors are used: the scatter of f_j and
+// sigma_j / N between trees at the dendrite's start (`topology long`: standard errors of 300 trees, times sqrt(300)).
 constexpr double experiment_f_error[] = {0, 0.014, 0.026, 0.016, 0.007};
 constexpr double experiment_sigma_error[] = {0, 0.02, 0.035, 0.05};
 constexpr double dendrite_spacing = 1.65e-3 / 5.12e-2 * 18;  // least distance of 324 conductors, in units of rho^(-1/2)
 
-/// What D prints, what is found, and how far apart they are in standard errors.
+/// Prints D's value, the computed value, and their difference in standard errors.
 void claim(const std::string& what, double printed, double printed_error, const Mean& found) {
   const double error = std::hypot(printed_error, found.error());
   const double apart = std::abs(printed - found.value()) / error;
@@ -56,7 +54,7 @@ void print_claims(const std::string& heading) {
   fmt::print("\n{}\n{:<40}{:>9}{:>12}{:>19}\n", heading, "", "D", "found", "apart");
 }
 
-/// Five degrees, and the sum rule that they obey.
+/// Prints five degree fractions and their sum rule.
 void print_fractions(const std::string& what, const TreeFractions& f) {
   fmt::print("{:<34}", what);
   for (int j = 1; j <= 4; ++j) fmt::print(" {:.4f}({:>2.0f})", f.degree[j].value(), 1e4 * f.degree[j].error());
@@ -72,7 +70,7 @@ void print_fractions_head(const std::string& heading) {
   fmt::print("  {:^5} {:^8} {:^8} {:^8}\n", "f5", "sigma1", "sigma2", "sigma3");
 }
 
-/// One tree, looked at for all that has to be true of it.
+/// Accumulated checks of necessary properties of trees.
 struct Checks {
   Mean triangle_side, nearest, mutual;
   double edges_a_point = 0, sum_rule = 0, smallest_angle = 180;
@@ -135,7 +133,7 @@ struct RandomTrees {
   Checks checks;
 };
 
-/// `spacing`: least distance of two points in units of rho^(-1/2); 0: none.
+/// Returns random trees. `spacing`: least distance of two points in units of rho^(-1/2); 0: none.
 RandomTrees trees_on_torus(int points, int samples, double spacing, UniformRandom& random) {
   RandomTrees result;
   for (int k = 0; k < samples; ++k) {
@@ -161,15 +159,15 @@ void report_checks(Report& report, const Checks& checks) {
   off("mean nearest distance", checks.nearest, 0.5);
   const double pi = std::numbers::pi;
   off("points in nearest pairs", checks.mutual, 6 * pi / (8 * pi + 3 * std::sqrt(3)));
-  // The shortest of all edges that leave a point is in every minimum spanning tree.
+  // The shortest edge from a point is in every minimum spanning tree.
   report.at_most("nearest neighbours that the tree does not join", checks.missing_nearest, 0);
   report.at_most("sum j f_j less 2 (N - 1) / N", checks.sum_rule, 1e-12);
-  // Of two edges at less than 60 degrees the longer one is longer than the third side: that would replace it.
+  // If two edges make an angle below 60 degrees, the longer exceeds the third side, which would replace it.
   report.at_least("smallest angle between two edges (degrees)", checks.smallest_angle, least_angle);
   report.at_most("largest degree (360 / 60 without ties: 5)", checks.largest_degree, 5);
 }
 
-/// Trees of points that keep a distance, and the first instants of the source's main run.
+/// Reports trees of uniform points, of points with a minimum distance, and of the start of the source's main run.
 RandomTrees report_random(Report& report, bool large) {
   UniformRandom random(2018);
   const RandomTrees uniform = large ? trees_on_torus(1000000, 10, 0, random) : trees_on_torus(10000, 40, 0, random);
@@ -199,7 +197,7 @@ RandomTrees report_random(Report& report, bool large) {
   return uniform;
 }
 
-/// scenes/dendrite.toml with some of its text replaced.
+/// Returns scenes/dendrite.toml with replaced text.
 Scene dendrite(const std::vector<std::pair<std::string, std::string>>& changes) {
   std::ifstream file(source_folder() + "/scenes/dendrite.toml");
   std::stringstream stream;
@@ -256,7 +254,7 @@ void report_strahler(const TreeFractions& uniform) {
     fmt::print("  {} : {}  {:.2f}\n", j, j + 1, uniform.streams[j].value() / uniform.streams[j + 1].value());
 }
 
-/// Spheres of radius 1, centres closer than 3 in contact, on a ground below; D says that no more than four can touch
+/// Spheres of radius 1, in contact if centres are closer than 3, above a ground. D claims that at most four can touch
 /// one without a loop.
 void report_largest_degree(Report& report) {
   const auto places = [](int arms, double distance) {
@@ -274,18 +272,18 @@ void report_largest_degree(Report& report) {
     return analysis::network(contacts(place, radius, 1.0, ground), place);
   };
   report.section("Largest degree of spheres in contact below 3 R (D: 4)");
-  // Arms at distances below 3 R that do not touch each other are more than 60 degrees apart: two sides shorter than the
-  // third. So five fit, from 3 / (2 sin 36) = 2.552 R on, and six do not.
+  // Arms at distances below 3 R that do not touch each other are more than 60 degrees apart, because two sides are
+  // shorter than the third. So five fit from 3 / (2 sin 36) = 2.552 R on, and six do not.
   report.at_least("degree of the middle of a star of five, 2.6 R", std::ssize(star(5, 2.6).degrees.number) - 1, 5);
   report.at_most("its loops", star(5, 2.6).degrees.loops, 0);
   report.at_least("loops of a star of six, 2.99 R", star(6, 2.99).degrees.loops, 1);
-  // With loops: spheres that do not overlap, 2 R apart at 3 R, are 2 asin(1/3) = 38.9 degrees apart; nowhere nearer is
-  // it less. So nine fit (at 2.95 R, 2 * 2.95 sin 20 = 2.02 R apart), ten do not (2 * 3 sin 18 = 1.85 R), and least of
-  // all on any other places than those of a regular star.
+  // With loops: spheres without overlap, 2 R apart at a distance of 3 R, are 2 asin(1/3) = 38.9 degrees apart; the
+  // angle is larger at smaller distances. So nine fit (at 2.95 R, 2 * 2.95 sin 20 = 2.02 R apart), and ten do not (2 *
+  // 3 sin 18 = 1.85 R), also not at irregular positions.
   report.at_least("degree of the middle of nine, 2.95 R", std::ssize(star(9, 2.95).degrees.number) - 1, 9);
 }
 
-/// 100 spheres in a box as dense as the dendrite's.
+/// Returns 100 spheres in a box at the dendrite's density.
 Scene small_dendrite(int seed) {
   return dendrite({{"seed = 1 ", fmt::format("seed = {} ", seed)},
                    {"count = 324", "count = 100"},
@@ -294,7 +292,7 @@ Scene small_dendrite(int seed) {
                    {"cells = 512", "cells = 288"}});
 }
 
-/// As the run made its contacts.
+/// Returns the topology with the run's contacts.
 Topology topology_of(const Simulation& simulation, const ConductorFrame& frame, const Scene& scene) {
   const int n = static_cast<int>(frame.position.size());
   std::vector<Edge> contacts;

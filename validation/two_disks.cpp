@@ -1,5 +1,5 @@
-// Two equal disks in the plane: capacitance (D 6.37, figure 6.5) and force against the exact values, over d / 2R and R
-// in cells, at random positions and directions on the grid.
+// Two equal disks in the plane: capacitance (D 6.37, figure 6.5) and force against the exact values, as functions of d
+// / 2R and of R in cells, at random positions and directions on the grid.
 //
 //   two_disks          R = 4, 8, 16; a few seconds
 //   two_disks long     R to 64
@@ -22,7 +22,8 @@ namespace {
 
 constexpr double charge = 1;
 
-/// A box of whole cells (a multiple of 16, for the coarse grids) with a margin of two radii round the pair.
+/// Returns the side of a box of whole cells (a multiple of 16, for the coarse grids) with a margin of two radii around
+/// the pair.
 double box_side(double radius, double ratio) { return 16 * std::ceil((2 * ratio + 6) * radius / 16); }
 
 theory::DiskPair pair_at(Vec2 centre, double angle, double radius, double ratio) {
@@ -31,7 +32,7 @@ theory::DiskPair pair_at(Vec2 centre, double angle, double radius, double ratio)
 }
 
 struct Errors {
-  double capacitance, force;  ///< relative; the capacitance's with its sign
+  double capacitance, force;  ///< relative; the capacitance error has a sign
 };
 Errors errors(laplace::LaplaceSolver& solver, const theory::DiskPair& pair, double side) {
   const auto problem = in_plane(pair, {side, side}, charge);
@@ -61,8 +62,8 @@ Sample sample(const MakeSolver& make_solver, double radius, double ratio, int po
   return {spread(capacitance), spread(force)};
 }
 
-/// The figures to reach at R = 8, percent, worst over positions. A ratio between two of the stated ones has the bound
-/// of the smaller; below 1.05 there is none.
+/// Bounds at R = 8 in percent, worst over positions. Intermediate ratios have the bound of the next smaller stated
+/// ratio; ratios below 1.05 have none.
 struct Goal {
   double ratio, capacitance, force, jitter;
 };
@@ -72,7 +73,7 @@ const Goal* goal(double ratio) {
   return found == std::end(goals) ? nullptr : found;
 }
 
-/// Orders are asserted for d / 2R >= 1.25, where R = 4 leaves two cells in the gap.
+/// Orders are tested for d / 2R >= 1.25, where R = 4 leaves two cells in the gap.
 template <class MakeSolver>
 void convergence(Report& report, const MakeSolver& make_solver, const std::vector<double>& radii, int positions,
                  bool has_goal, double least_order) {
@@ -94,7 +95,8 @@ void convergence(Report& report, const MakeSolver& make_solver, const std::vecto
   }
 }
 
-/// The force along a path of a few cells at R = 8 in steps of 0.037 cells: what the grid adds to a moving conductor.
+/// Measures the force along a path of a few cells at R = 8 in steps of 0.037 cells: the grid's effect on a moving
+/// conductor.
 void jitter(Report& report) {
   const double radius = 8;
   for (const Goal& g : goals) {

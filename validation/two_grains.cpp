@@ -1,12 +1,12 @@
-// Two grains of opposite charge, head-on: captured after a loss, or not. Every integrator against CVODE in free space
-// (validation/theory/two_grains.hpp), to which scenes/two-grains.toml is equal as long as the grains are closer than
-// half its box: nearest images attract as charges in free space do.
+// Two grains of opposite charge, head-on, with and without capture. Compares every integrator with CVODE in free space
+// (validation/theory/two_grains.hpp). scenes/two-grains.toml is equivalent while the grains are closer than half its
+// box, because nearest images attract as charges in free space.
 //
-// Bounds. cvode: 1e-13 of a step in places and momenta, thousands of steps, to a speed of order 1: 1e-9. Others: at
-// dt = .005 the restitution is off by at most .0011 to .0020 at v = 1 to 5 (verlet), .0011 to .0018 (gear), .0018 to
-// .0047 (gear-printed) (src/granular/README.md), and a speed of release by that times the speed of impact. multirate's
-// contacts are off by 1e-4; its impulses, of second order, by (h a / v)^2 / 12 of a speed v = 1 with accelerations a =
-// .5 and h = .005: 1e-6.
+// Bounds. cvode: 1e-13 per step in positions and momenta over thousands of steps, relative to a speed of order 1: 1e-9.
+// Others, at dt = .005: the error of restitution at v = 1 to 5 is at most .0011 to .0020 (verlet), .0011 to .0018
+// (gear), .0018 to .0047 (gear-printed), see src/granular/README.md. A release speed has this error times the impact
+// speed. multirate: contacts 1e-4; second-order impulses (h a / v)^2 / 12 of a speed v = 1 with accelerations a = .5
+// and h = .005: 1e-6.
 
 #include <map>
 
@@ -30,7 +30,7 @@ constexpr double start = 1.5;  // d0, between centres
 
 struct Bound {
   Integrator integrator;
-  double speed;  // of release, over that of impact
+  double speed;  // error of the release speed, relative to the impact speed
 };
 constexpr Bound bounds[] = {{Integrator::cvode, 1e-9},
                             {Integrator::multirate, 1e-4},
@@ -45,7 +45,7 @@ Scene scene_with(Integrator integrator, double speed) {
   return scene;
 }
 
-/// At touch, of grains that start with this speed.
+/// Returns the impact speed at onset of grains with this initial speed.
 double impact(double speed) {
   return std::sqrt(speed * speed + 2 / free_pair.effective_mass * free_pair.coulomb * (1 / start - 1));
 }
@@ -55,7 +55,7 @@ double relative_speed(const granular::Gas& gas) {
 }
 double distance(const granular::Gas& gas) { return norm(position<3>(gas.bodies(), 1) - position<3>(gas.bodies(), 0)); }
 
-/// At touch again, from where the pair is after its first contact.
+/// Returns the release speed at contact opening, extrapolated from the pair's position after its first contact.
 double release_speed(const granular::Gas& gas) {
   const double v = relative_speed(gas);
   return std::sqrt(v * v + 2 / free_pair.effective_mass * free_pair.coulomb * (1 / distance(gas) - 1));
@@ -72,7 +72,7 @@ void one_contact(Report& report, const Bound& bound, double speed) {
                  std::abs(run.gas.energy().dissipated - exact.dissipated) / energy, 2 * bound.speed);
 }
 
-/// Bound for ever: all is dissipated that there was above the energy of rest.
+/// Tests a permanently bound pair: it dissipates all energy above that of rest.
 void captured(Report& report, const Bound& bound, double speed) {
   Run run(scene_with(bound.integrator, speed));
   const double before = run.gas.energy().total();

@@ -1,10 +1,11 @@
-// How the band limits of prolate windows (solvers/periodic/window.cpp) are found, and that none is far from the best:
-// for each order the one that reaches the accuracy that the order is for with the coarsest mesh, half of whose squared
-// error is the mesh's (Hockney and Eastwood 8-23, cubic cells). Numbers of boxes are for the reader: the estimate
-// counts aliases up to six turns, of which fewer boxes leave more beyond.
+// Determines the band limits of prolate windows (solvers/periodic/window.cpp) and tests that each is near the optimum.
+// For each order, the optimum reaches the accuracy intended for that order with the coarsest mesh, if the mesh
+// contributes half of the squared error (Hockney and Eastwood 8-23, cubic cells). The dependence on the number of boxes
+// is informative: the estimate includes aliases up to six multiples of 2 pi / spacing, and with fewer boxes the
+// remainder is larger.
 //
-// Bounds. The spacing is flat about its maximum: band limits to two digits are within 1.5 % of it, a tenth more or less
-// is not.
+// Bounds. The spacing is flat about its maximum: band limits with two digits are within 1.5 % of it, but changes of 10
+// % are not.
 
 #include "solvers/periodic/accuracy.hpp"
 #include "solvers/periodic/influence.hpp"
@@ -19,14 +20,14 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-/// What a window of an order is for: an accuracy and the cut-off (contact: 1) that it is reached with.
+/// Purpose of a window of an order: an accuracy, and the cut-off (contact: 1) at which it is reached.
 struct Aim {
   int order;
   double accuracy, cutoff;
 };
 constexpr Aim aims[] = {{4, 1e-2, 3}, {5, 1e-3, 3.15}, {6, 1e-4, 3.8}, {7, 1e-5, 4.4}, {8, 1e-6, 5.2}};
 
-/// Of the integral of the squared force between unit charges from contact on.
+/// Returns half of the integral of the squared force error between unit charges from contact on.
 double half_of_squared_error(double accuracy) { return 0.5 * accuracy * accuracy * 4 * M_PI; }
 
 Cloud cloud_for(const Aim& aim) {
@@ -38,7 +39,7 @@ Cloud cloud_for(const Aim& aim) {
   return prolate_cloud(high, aim.cutoff);
 }
 
-/// The spacing at which half of the squared error is the mesh's.
+/// Returns the spacing at which the mesh contributes half of the squared error.
 double coarsest_spacing(const Aim& aim, const Cloud& cloud, const WindowTransform& window) {
   constexpr int points = 16;  // the error hardly depends on the size of the box
   double low = 0.1, high = 2;

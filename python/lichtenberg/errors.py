@@ -2,8 +2,8 @@
 
 
 class InputError(Exception):
-    """Input that cannot be used; its text is one sentence."""
+    """Input that cannot be used. The text is one error message."""
 
 
 class Failure(Exception):
-    """Work that could not be done; its text is one sentence."""
+    """Work that could not be done. The text is one error message."""

@@ -32,7 +32,7 @@ if os.environ.get("LICHTENBERG_WAITS"):  # src/commands/python.cpp
 
 
 class Interruption:
-    """Stores the number of a SIGINT, SIGTERM or SIGHUP as `signal`; the same signal once more ends the process. SIGHUP stays
+    """Stores the number of a SIGINT, SIGTERM or SIGHUP as `signal`; a repeated signal ends the process. SIGHUP stays
     ignored if it is ignored at the start (nohup)."""
 
     def __init__(self):

@@ -53,7 +53,7 @@ def value_of(element):
 
 
 def warnings_of(file):
-    """Returns the warnings of the run in an open file: a list of sentences. Each states the problem up to the first ": ", then
+    """Returns the warnings of the run in an open file: a list of messages. Each states the problem up to the first ": ", then
     the limit and the remedy."""
     return [text_of(words) for words in file["summary"].attrs.get("warnings", [])] if "summary" in file else []
 
@@ -63,7 +63,7 @@ def field_of(file):
     if "VTKHDF/CellData/potential" in file:
         potential, (nx, ny) = file["VTKHDF/CellData/potential"], file["VTKHDF/cells"]
         return Array(potential[()].reshape(ny, nx), unit_of(potential))
-    field = file.get("VTKHDF/PointData/potential")  # files of earlier versions have it twice
+    field = file.get("VTKHDF/PointData/potential")  # older files have it twice
     return None if field is None else Array(field[0], unit_of(field))
 
 
@@ -122,7 +122,7 @@ class Frame:
 
     @property
     def tree(self):
-        """[M, 2] each connected particle and the next one on the way to the ground, -1 the ground itself."""
+        """[M, 2] each connected particle and the next one on the path to the ground, -1 the ground itself."""
         successor = np.asarray(self["successor"])
         connected = np.flatnonzero(successor != UNCONNECTED)
         return np.column_stack([connected, successor[connected]])
@@ -139,8 +139,8 @@ class Frame:
 
 @all_name_damage
 class Result:
-    """A result file, open until `close()` or the end of its `with`. Nothing is read before it is asked for, and no lock is
-    taken, so that its run may go on; this sees the frames that were there when it was opened."""
+    """Result file, open until `close()` or the end of its `with`. Data are read on access and no lock is taken, so that
+    its run may continue. The frames are those present when the file was opened."""
 
     def __init__(self, path):
         self.path = str(path)
@@ -245,7 +245,7 @@ class Result:
         """[2] or [3] of the domain, whose lower corner is the origin."""
         domain = self.file["scene/domain"]
         lengths = [*domain["size"][()]]
-        if len(lengths) < self.dimension:  # files of earlier versions have the third apart
+        if len(lengths) < self.dimension:  # older files store the third separately
             lengths.append(domain["height"][()])
         return Array(lengths, unit_of(domain["size"]))
 
@@ -256,7 +256,7 @@ class Result:
 
     @property
     def down(self):
-        """[3] Unit vector along which gravity pulls; None without gravity, and in files of earlier versions."""
+        """[3] Unit vector of gravity's direction; None without gravity, and for older files."""
         return self.file["scene"].attrs.get("down")
 
     def read_contacts(self, index):
@@ -305,7 +305,7 @@ class Result:
 
     @property
     def warnings(self):
-        """Warnings of the run against use of the result: a list of sentences."""
+        """Warnings of the run against use of the result: a list of messages."""
         return warnings_of(self.file)
 
     @property
@@ -353,7 +353,7 @@ class Result:
         return self.plot()._repr_png_()
 
     def view(self, out=None, frames=None, overwrite=False):
-        """Writes one HTML page to look at the run (view.py), and returns its path."""
+        """Writes an HTML page that shows the run (view.py), and returns its path."""
         from .view import write_page
 
         return write_page(self, out or default_output(self.path, ".html"), frames, overwrite)

@@ -28,10 +28,10 @@ struct AnalyseArguments {
   std::optional<int> frame;
   bool overwrite = false;
   JsonTarget json;
-  std::string not_stored;  ///< why what is found is printed only; empty: it is stored
+  std::string not_stored;  ///< reason why the results are only printed; empty if they are stored
 };
 
-/// Goes through the frames of a result file.
+/// Analyses the frames of a result file of conductors.
 class Analyser {
  public:
   Analyser(const Result& result, Scene scene)
@@ -82,7 +82,7 @@ class Analyser {
 
   FrameAnalysis analyse(int index, const ConductorFrame& frame) const {
     const analysis::Ground ground = analysis::ground_of(scene_);
-    // Of spheres in space the spanning tree and dimensions are those that one sees from the front.
+    // For spheres the spanning tree and the dimensions are those of the projection onto the front plane.
     const std::vector<Vec2> position = analysis::seen_from_front(frame.position);
     analysis::ContactNetwork network = analysis::network(contacts(index, position, ground), frame.position);
     return {.frame = index,
@@ -93,8 +93,9 @@ class Analyser {
             .recorded = recorded(index)};
   }
 
-  /// As recorded. Else those of D 7.1, which were made for sure, and those that the recorded tree consists of: only
-  /// contacts that close a loop and are kept by hysteresis alone are missing.
+  /// Returns the recorded contacts of a frame. Without a record, returns the contacts of D 7.1, which certainly exist,
+  /// and the edges of the recorded tree. This set lacks only contacts that close a loop and are kept by hysteresis
+  /// alone.
   std::vector<analysis::Edge> contacts(int index, std::span<const Vec2> position,
                                        const analysis::Ground& ground) const {
     if (auto recorded = result_.contacts(index)) return *recorded;
@@ -135,7 +136,7 @@ class Analyser {
   std::vector<double> radius_, mass_;
 };
 
-/// What it finds, printed and, of all frames, stored.
+/// Prints the analysis and, if all frames are analysed, stores it in the result file.
 template <class Analysis>
 void analyse(const Analysis& analyser, const Result& result, const AnalyseArguments& request) {
   const auto found = request.frame ? std::vector{analyser.one(*request.frame)} : analyser.all();
@@ -155,14 +156,14 @@ void analyse(const Analysis& analyser, const Result& result, const AnalyseArgume
     fmt::print("stored         {}:/analysis, all {} frames\n", printable(request.file), found.size());
 }
 
-/// Prints the summary and at its end why the result may be unsafe to use.
+/// Analyses the result and then prints its warnings.
 template <class Analysis>
 void analyse_and_warn(const Analysis& analyser, const Result& result, const AnalyseArguments& request) {
   analyse(analyser, result, request);
   print_warnings(result.warnings());
 }
 
-/// Why nothing can be stored in a result: its folder is read-only, say.
+/// Returns the reason why a result cannot be written (such as a read-only folder); empty if it can.
 std::string why_not_stored(const std::string& path) {
   try {
     check_writable(path);

@@ -11,39 +11,39 @@
 
 namespace lichtenberg {
 
-/// What a run with a circuit has recorded of currents and powers, means since the frame before.
+/// One recorded current or power of a run with a circuit, averaged since the previous frame.
 struct Recorded {
   std::string name, unit;
   bool by_terminal = false;
-  std::vector<double> values;  ///< by terminal, or one
+  std::vector<double> values;  ///< one value per terminal, or a single value
 };
 
-/// What `analyse` finds of one frame.
+/// Analysis of one frame.
 struct FrameAnalysis {
   int frame = 0;
   double time = 0;  ///< s
   analysis::Topology topology;
   analysis::Power power;
-  /// W, since the frame before: as recorded, in the scene of a circuit, else by dissipated_power(). Empty for the
-  /// first.
+  /// Mean dissipated power since the previous frame (W): the recorded value in a scene with a circuit, otherwise that
+  /// of dissipated_power(). Empty for the first frame.
   std::optional<double> dissipated;
   std::vector<Recorded> recorded;
 };
 
-/// The run that is analysed.
+/// Properties of the analysed run.
 struct AnalysedRun {
   std::string file, title;
   int conductors = 0, frames = 0;
   double radius = 0;                  ///< m, mean
-  bool contacts_recorded = false;     ///< else they are those of D 7.1 and of the recorded tree
+  bool contacts_recorded = false;     ///< otherwise the contacts are those of D 7.1 and of the recorded tree
   std::vector<std::string> warnings;  ///< Summary::warnings
 };
 
-/// Everything found as named quantities with units: what the file and the JSON hold. One row a frame; numbers by
-/// degree, order or the like are padded with zeros to the longest, and what does not exist at a frame is NaN.
+/// Returns all results as named columns with units, as stored in the file and in the JSON. Each frame has one row.
+/// Arrays (by degree, order, ...) are padded with zeros to the longest; quantities that a frame lacks are NaN.
 std::vector<Column> columns_of(const AnalysedRun& run, const std::vector<FrameAnalysis>& frames);
 
-/// A line for each frame, and all there is of the last of them.
+/// Prints one line per frame and all quantities of the last frame.
 void print_analysis(const AnalysedRun& run, const std::vector<FrameAnalysis>& frames);
 
 nlohmann::ordered_json analysis_json(const AnalysedRun& run, const std::vector<FrameAnalysis>& frames);

@@ -15,8 +15,7 @@
 
 namespace lichtenberg {
 
-/// Collects columns with a row for each frame; each is given by what one frame's entry is. `Found`: what was found of a
-/// frame.
+/// Collects columns with one row per frame, from functions of one frame's analysis. `Found`: the analysis of one frame.
 template <class Found>
 class Columns {
  public:
@@ -28,7 +27,7 @@ class Columns {
   void whole(const std::string& name, const std::function<std::int64_t(const Found&)>& of) {
     add<std::int64_t>(name, "1", 0, [&](const Found& f) { return std::vector{of(f)}; });
   }
-  /// `missing`: what stands in a row that is shorter than others.
+  /// `missing`: padding value for rows shorter than the longest.
   void reals(const std::string& name, const std::string& unit,
              const std::function<std::vector<double>(const Found&)>& of, double missing = 0) {
     add<double>(name, unit, widest(of), of, missing);
@@ -72,10 +71,11 @@ inline nlohmann::ordered_json json_value(const Column& column, std::size_t row) 
       column.values);
 }
 
-/// A line a frame after one of names: of a column of several numbers NAME_0, NAME_1, ... What is no number is empty.
+/// Returns the columns as CSV: a header, then one line per frame. A column with several numbers per frame becomes
+/// NAME_0, NAME_1, ... Non-finite numbers become empty cells.
 inline std::string csv_of(const std::vector<Column>& columns, std::size_t frames) {
   std::vector<std::string> lines(frames + 1);
-  // The first column is the time, which is never empty.
+  // An empty line marks the first cell, because the first column is the time, which is never empty.
   const auto add = [](std::string& line, const std::string& cell) { line += (line.empty() ? "" : ",") + cell; };
   for (const Column& column : columns)
     for (std::size_t k = 0; k < std::max<std::size_t>(column.width, 1); ++k) {
@@ -90,7 +90,7 @@ inline std::string csv_of(const std::vector<Column>& columns, std::size_t frames
   return fmt::format("{}\n", fmt::join(lines, "\n"));
 }
 
-/// Adds "units" and "frames" of these columns; `Found` has the index of its frame.
+/// Adds the members "units" and "frames" for these columns. `Found` has the member `frame`, the frame's index.
 template <class Found>
 void add_frames(nlohmann::ordered_json& json, const std::vector<Column>& columns, const std::vector<Found>& frames) {
   json["units"] = nlohmann::ordered_json::object();

@@ -22,11 +22,11 @@ using analysis::ClusterShape;
 using analysis::Histogram;
 
 constexpr const char* energy_unit = "m0 v0^2";
-constexpr double fastest_of_charges = 4;  // in rms values
+constexpr double fastest_of_charges = 4;  // range of the charge histogram, in rms values
 constexpr int charge_by_speed_bins = 20;
-constexpr double no_quantity = 1e70;  // sums of fourth powers of smaller numbers are finite
+constexpr double no_quantity = 1e70;  // upper bound of valid quantities; sums of their fourth powers stay finite
 
-/// How many there are of each size, from 0 on.
+/// Returns the number of clusters of each size, from 0 on.
 std::vector<int> number_by_size(std::span<const int> sizes) {
   std::vector<int> number(sizes.empty() ? 1 : *std::ranges::max_element(sizes) + 1);
   for (const int size : sizes) ++number[size];
@@ -97,7 +97,7 @@ void add_clusters(Columns<GasFrame>& columns, const AnalysedGas& run, const std:
       columns, kind + "cluster_exponent", [=](auto& f) -> auto& { return of(f).exponent; });
 }
 
-/// In so many digits, or a dash where there is no number.
+/// Formats the value with this number of significant digits; a dash if it is not finite.
 std::string shown(double value, int digits) {
   return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "-";
 }
@@ -159,7 +159,7 @@ void print_last(const GasFrame& f) {
   fmt::print("\n");
 }
 
-/// How a size grows after the warm-up.
+/// Growth of a cluster size after the warm-up.
 struct SizeGrowth {
   std::vector<int> index;             ///< of the frames that count, in which there are aggregates
   std::vector<double> time, slope{};  ///< since the warm-up; local exponents
@@ -202,16 +202,16 @@ nlohmann::ordered_json json_of_growth(const SizeGrowth& growth) {
           {"scatter", growth.fit->scatter},     {"from", growth.time.front()}, {"to", growth.time.back()}};
 }
 
-/// A run that goes on may have noted nothing yet.
+/// Returns the run's time series; empty if the run has recorded none yet.
 std::optional<GasCourse> course_in(const std::string& path) {
   try {
-    return GasCourse(path, -std::numeric_limits<double>::min());  // with what was noted at 0
+    return GasCourse(path, -std::numeric_limits<double>::min());  // includes records at time 0
   } catch (const InputError&) {
     return {};
   }
 }
 
-/// Of clusters of this kind, whose columns have it in their names.
+/// Adds the reasons for missing values of clusters of this kind, which prefixes their columns' names.
 void add_reasons(nlohmann::ordered_json& json, const std::string& kind) {
   for (const char* part : {"", "_error", "_from", "_to"})
     json[kind + "fractal_dimension" + part] =
@@ -225,7 +225,7 @@ void add_reasons(nlohmann::ordered_json& json, const std::string& kind) {
   json["mean_" + kind + "aggregate"] = "no two grains in contact";
 }
 
-/// Why columns are not there, or have no number.
+/// Returns the reasons why columns are missing or hold no number.
 nlohmann::ordered_json missing_reasons(const AnalysedGas& run) {
   nlohmann::ordered_json json;
   add_reasons(json, "");
@@ -305,7 +305,7 @@ std::vector<double> GasAnalyser::energies_at(double time) const {
   for (std::size_t k = 0; k < energy_names.size() && course_; ++k) {
     const GasCourse::Series* noted = course_->find(energy_names[k]);
     if (!noted) continue;
-    const double rounded = 1e-9 * time;  // a note's time is reached by steps
+    const double rounded = 1e-9 * time;  // a record's time is a sum of steps
     const auto at = std::ranges::lower_bound(noted->time, time - rounded) - noted->time.begin();
     if (at < std::ssize(noted->time) && noted->time[at] <= time + rounded) found[k] = noted->value[at];
   }

@@ -19,38 +19,38 @@ namespace lichtenberg {
 constexpr std::array energy_names = {"kinetic_energy",    "contact_energy",   "potential_energy",
                                      "dissipated_energy", "exchanged_energy", "driven_energy"};
 
-/// Clusters as bodies of their own.
+/// Properties of clusters treated as single bodies.
 struct ClusterState {
   analysis::ClusterSizes sizes;
-  std::vector<int> number;       ///< of clusters by size, from 0 on
-  double temperature = 0;        ///< variance of a component of their velocity times mass, over all of them
-  double local_temperature = 0;  ///< the same relative to the flow in cells
+  std::vector<int> number;       ///< number of clusters of each size, from 0 on
+  double temperature = 0;        ///< mass times variance of a velocity component, over all clusters
+  double local_temperature = 0;  ///< the same relative to the local flow in cells
   double square_charge = 0;      ///< <q^2>
   double bjerrum = 0;  ///< B = K <dq^2> / (T d), T relative to the flow, d = (grains a cluster)^(1/3); NaN without K
-  std::vector<analysis::ClusterShape> shapes;         ///< of those of six grains and more
-  std::vector<double> charge_dipole, induced_dipole;  ///< of aggregates by how many grains they have, from 0 on
-  int percolating = 0;                                ///< clusters that reach around the box
+  std::vector<analysis::ClusterShape> shapes;         ///< clusters of at least six grains
+  std::vector<double> charge_dipole, induced_dipole;  ///< of aggregates, by number of grains, from 0 on
+  int percolating = 0;                                ///< clusters that span the periodic box
   std::optional<analysis::ClusterDimension> dimension;
   std::optional<analysis::SizeExponent> exponent;  ///< of aggregates
 };
 
-/// What `analyse` finds of a frame of a gas of grains.
+/// Analysis of one frame of a gas of grains.
 struct GasFrame {
   int frame = 0;
   double time = 0;  ///< t0
   analysis::GasState gas;
   std::int64_t contacts = 0;
-  std::vector<double> energies;  ///< of `energy_names`, as the run noted them; NaN if it did not
+  std::vector<double> energies;  ///< as `energy_names`, from the run's energy record; NaN if it has none
   double total_charge = 0;
-  double correlation = 0;  ///< of q^2 and v^2
+  double correlation = 0;  ///< between q^2 and v^2
   analysis::Histogram speeds, charges;
-  ClusterState contact;               ///< of clusters of grains in contact
-  std::optional<ClusterState> bound;  ///< of those of bound pairs; empty without forces between charges
-  std::optional<analysis::SizeExponent> density_exponent;  ///< of N_s of dense cells
+  ClusterState contact;               ///< clusters of grains in contact
+  std::optional<ClusterState> bound;  ///< clusters of bound pairs; empty without forces between charges
+  std::optional<analysis::SizeExponent> density_exponent;  ///< of the sizes N_s of dense cells
   analysis::MachNumber mach;
   analysis::StructureFactors structure;
-  double displacement = 0;  ///< mean square, since the first frame
-  double persistence = 0;   ///< part of the contacts of the frame before that there still are; NaN in the first
+  double displacement = 0;  ///< mean square displacement since the first frame, d0^2
+  double persistence = 0;   ///< fraction of the previous frame's contacts that still exist; NaN in the first
   std::vector<double> charge_by_speed;
   double aggregate_slope = NAN, density_slope = NAN;  ///< local exponents of growth (G 4.11)
 };
@@ -62,10 +62,10 @@ struct AnalysedGas {
   std::vector<std::string> warnings;  ///< Summary::warnings
   bool charged = false, polarized = false;
   bool coulomb = false;                              ///< forces between charges
-  std::map<std::string, std::vector<double>> notes;  ///< what the run noted itself, between frames too
+  std::map<std::string, std::vector<double>> notes;  ///< time series that the run recorded, also between frames
 };
 
-/// Goes through the frames of a gas.
+/// Analyses the frames of a gas.
 class GasAnalyser {
  public:
   GasAnalyser(const Result& result, Scene scene);
@@ -82,11 +82,11 @@ class GasAnalyser {
 
   const Result& result_;
   Scene scene_;
-  Bodies at_start_, first_;  ///< what the scene says; the first frame
+  Bodies at_start_, first_;  ///< bodies of the scene; bodies of the first frame
   std::optional<GasCourse> course_;
 };
 
-// As of conductors (analyse.hpp).
+// Overloads for a gas; see analyse.hpp.
 std::vector<Column> columns_of(const AnalysedGas& run, const std::vector<GasFrame>& frames);
 void print_analysis(const AnalysedGas& run, const std::vector<GasFrame>& frames);
 nlohmann::ordered_json analysis_json(const AnalysedGas& run, const std::vector<GasFrame>& frames);

@@ -96,7 +96,7 @@ void add_power(FrameColumns& columns) {
   columns.real("elastic_energy", "J", [](auto& f) { return f.power.elastic; });
 }
 
-/// What a circuit's run has recorded, at every frame or at none.
+/// Adds the recorded quantities of a run with a circuit. All frames have the same ones.
 void add_recorded(FrameColumns& columns, const Frames& frames) {
   if (frames.empty()) return;
   for (std::size_t k = 0; k < frames.front().recorded.size(); ++k) {
@@ -108,7 +108,7 @@ void add_recorded(FrameColumns& columns, const Frames& frames) {
   }
 }
 
-// The table.
+// Table.
 
 void print_head() {
   fmt::print("{:>6} {:>10} {:>5} {:>5} {:>5}  {:^29} {:>5} {:>6} {:>6} {:>6} {:>6}  {:^23} {:>10}\n", "", "", "", "",
@@ -120,7 +120,7 @@ void print_head() {
       "masses", "f1", "f2", "f3", "f4", "(W)");
 }
 
-/// What the columns are, below them.
+/// Prints the meaning of the columns below the table.
 void print_legend() {
   fmt::print(
       "\nM: conductors in contact with the ground. ends, forks: those of degree 1, of 3 and more. f1 ... f>4: shares "

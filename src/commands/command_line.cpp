@@ -34,8 +34,8 @@
 namespace lichtenberg {
 namespace {
 
-/// Takes `--petsc` and all that follows out of the arguments and returns what followed: PETSc's own options look like
-/// ours with one dash, so they must not reach our parser.
+/// Removes `--petsc` and all following words from the arguments and returns the latter. PETSc's options look like
+/// options of this program with one dash, so the parser must not see them.
 std::vector<std::string> take_petsc_options(std::vector<std::string>& arguments) {
   const auto mark = std::find(arguments.begin(), arguments.end(), "--petsc");
   if (mark == arguments.end()) return {};
@@ -44,7 +44,7 @@ std::vector<std::string> take_petsc_options(std::vector<std::string>& arguments)
   return options;
 }
 
-/// "; did you mean `plot`?", or nothing if none of the words is near.
+/// Returns "; did you mean `plot`?", or an empty text if no known word is similar.
 std::string suggestion(const std::string& word, const std::vector<std::string>& known) {
   const std::optional<std::string> found = likely(word, known);
   return found ? fmt::format("; did you mean `{}`?", *found) : "";
@@ -59,14 +59,15 @@ void check_command(const CLI::App& program, const std::string& command) {
                                meant.empty() ? ";" : meant));
 }
 
-/// Refuses `--between=`, for which CLI11 takes the next word as the value, and `--json=`, which it takes for a flag.
+/// Throws InputError for `--between=` and `--json=`. CLI11 takes the next word as the value of the former and treats
+/// the latter as a flag.
 void check_empty_values(const std::vector<std::string>& arguments) {
   for (const std::string& word : arguments)
     if (word.starts_with("--") && word.find('=') == word.size() - 1)
       throw InputError(fmt::format("{}: the value is empty", word));
 }
 
-/// Refuses a second `--json`, which CLI11 takes for a flag. `name`: of an option with an optional value.
+/// Throws InputError for a repeated `--json`, which CLI11 treats as a flag. `name`: an option with an optional value.
 void check_optional_value(const std::vector<std::string>& arguments, const std::string& name) {
   int count = 0;
   for (const std::string& word : arguments)
@@ -74,7 +75,8 @@ void check_optional_value(const std::vector<std::string>& arguments, const std::
   if (count > 1) throw InputError(fmt::format("{} is given {} times, and once is allowed", name, count));
 }
 
-/// Joins `--json FILE` to `--json=FILE` where the word after such an option is its value: CLI11 never takes it for one.
+/// Joins `--json FILE` to `--json=FILE` if the word after such an option is its value, because CLI11 never takes it as
+/// such.
 void join_optional_values(std::vector<std::string>& arguments, const std::vector<Command>& commands) {
   const auto command = std::ranges::find(commands, arguments.front(), &Command::name);
   if (command == commands.end()) return;
@@ -146,7 +148,7 @@ std::vector<Command> described_commands();
 std::string help_text(const CLI::App& program, const std::string& topic, const std::string& part) {
   if (!part.empty() && topic != "scene")
     throw InputError(fmt::format("help {} {}: only `help scene` has parts, as in `help scene field`", topic, part));
-  // Not program.help(): that would pass the question on to the subcommand that was given, which is this one.
+  // program.help() would pass the request on to the subcommand in use, which is `help` itself.
   if (topic.empty())
     return program.get_formatter()->make_help(&program, program.get_name(), CLI::AppFormatMode::Normal);
   if (topic == "scene") return scene_help(part);
@@ -160,7 +162,7 @@ std::string help_text(const CLI::App& program, const std::string& topic, const s
   refuse_topic(topic, topics);
 }
 
-/// `program`: whose help it prints.
+/// Returns the command `help`. `program`: the parser whose help it prints; null if the command is only described.
 Command help_command(const CLI::App* program, const std::vector<Command>& commands) {
   auto words = std::make_shared<std::array<std::string, 2>>();
   auto& [topic, part] = *words;
@@ -176,7 +178,7 @@ Command help_command(const CLI::App* program, const std::vector<Command>& comman
           [program, words] { fmt::print("{}", help_text(*program, (*words)[0], (*words)[1])); }};
 }
 
-/// For completion and the manual page, which run none of them.
+/// Returns all commands with `help`, for completion and the manual page. They are not run.
 std::vector<Command> described_commands() {
   std::vector<Command> commands = all_commands();
   commands.push_back(help_command(nullptr, commands));
@@ -195,7 +197,7 @@ void declare(CLI::App& program, const std::vector<Command>& commands) {
   declare(program, help_command(&program, commands));
 }
 
-/// Refuses an argument that the command does not know.
+/// Throws InputError for the first argument that the command does not have.
 [[noreturn]] void refuse_rest(const CLI::App& program, const std::string& help) {
   const CLI::App* command = program.get_subcommands().empty() ? &program : program.get_subcommands().front();
   const std::string word = program.remaining(true).front(), name = word.substr(0, word.find('='));
@@ -211,14 +213,14 @@ void declare(CLI::App& program, const std::vector<Command>& commands) {
                                meant ? fmt::format("; did you mean --{}?", *meant) : ";", help));
 }
 
-/// The command that the arguments name, or ask for help on, where it is not among those that are listed.
+/// Adds the unlisted command that the arguments name, or for which they request help.
 void add_unlisted(std::vector<Command>& commands, const std::vector<std::string>& arguments) {
   const std::size_t place = !arguments.empty() && arguments.front() == "help" ? 1 : 0;
   if (arguments.size() <= place || std::ranges::find(commands, arguments[place], &Command::name) != commands.end())
     return;
   for (const Command& inner : {frame_fields_command(), ensemble_members_command(), work_precision_methods_command()}) {
     if (inner.name != arguments[place]) continue;
-    prctl(PR_SET_PDEATHSIG, SIGTERM);  // nobody else wants its answers
+    prctl(PR_SET_PDEATHSIG, SIGTERM);  // the parent process alone reads the output
     return commands.push_back(inner);
   }
   if (std::optional<Command> added = added_python_command(arguments[place])) commands.push_back(std::move(*added));
@@ -256,10 +258,10 @@ void warn_of_unused_options() {
     fmt::print(stderr, "lichtenberg: nothing asked for the option {} after --petsc (misspelt?)\n", printable(option));
 }
 
-/// Throws Failure if what a command printed is its work and could not be written; else standard error says it.
+/// Throws Failure if required output could not be written. For optional output, prints a message on standard error.
 void finish_output() {
   const int error = output_error();
-  if (error == 0 || closed_pipe_ends_program()) return;  // run_command_line() does, without a sentence
+  if (error == 0 || closed_pipe_ends_program()) return;  // run_command_line() ends the program without a message
   const Failure failure(fmt::format("the output could not be written ({})", std::strerror(error)));
   if (!is_output_optional()) throw failure;
   fmt::print(stderr, "lichtenberg: {}, but the files that it tells of stand\n", printable(failure.what()));
@@ -270,7 +272,7 @@ int report(const std::exception& error, int status) {
   return status;
 }
 
-/// Throws Failure where so few files may be open at once that libraries would end the program.
+/// Raises the limit of open files. Throws Failure if it stays so low that libraries would end the program.
 void ensure_open_files() {
   constexpr rlim_t wanted = 1024, least = 64;
   rlimit limit{};
@@ -282,8 +284,8 @@ void ensure_open_files() {
                               limit.rlim_cur, least));
 }
 
-/// Reports a failed HDF5 call that the command itself did not catch. If the words name a single result file (.h5) that
-/// exists, that file is at fault.
+/// Reports a failed HDF5 call that the command did not catch. If the words name a single existing result file (.h5),
+/// the message names that file.
 int report_hdf5(const hdf5::Error& error, const std::vector<std::string>& words) {
   std::vector<std::string> results;
   for (const std::string& word : words) {
@@ -296,7 +298,7 @@ int report_hdf5(const hdf5::Error& error, const std::vector<std::string>& words)
   return report(Failure(fmt::format("an HDF5 file could not be read or written ({})", error.what())), 1);
 }
 
-/// Returns the exit status that `work`, or its error, gives to a command line of these words.
+/// Returns the exit status of `work`, or of its exception, for a command line of these words.
 int status_of(const std::function<int()>& work, const std::vector<std::string>& words) {
   try {
     return work();
@@ -326,15 +328,16 @@ std::vector<Command> all_commands() {
 int run_command_line(std::vector<std::string> arguments, const std::vector<Command>& commands) {
   const std::vector<std::string> words = arguments;
   prepare_streams();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no larger is an error of writing, with a sentence
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file size limit then fails with an error message
   const int status = status_of(
       [&] {
         ensure_open_files();
         parallel::set_petsc_options(take_petsc_options(arguments));
         laplace::SolverShares shares;
         const bool first = parallel::join_processes([&](parallel::Message& message) { shares(message); });
-        if (!first) return 0;  // one of mpirun's that only helped the first
-        const bool explains = !arguments.empty() && arguments.front() == "explain";  // options are for the run
+        if (!first) return 0;  // a worker process of mpirun
+        // the PETSc options apply to the run
+        const bool explains = !arguments.empty() && arguments.front() == "explain";
         dispatch(std::move(arguments), commands);
         if (!explains) warn_of_unused_options();
         finish_output();

@@ -8,28 +8,28 @@
 
 namespace lichtenberg {
 
-/// What is asked of an argument beside its type.
+/// Constraints on an argument.
 struct ArgumentRule {
   bool required = false;
   bool positive = false;
-  bool comma_separated = false;      ///< a list in one word
-  bool repeated = false;             ///< a list of which each value has the option's name before it
-  bool default_shown = false;        ///< in the help: what the target holds
-  bool value_optional = false;       ///< of a text, as in --json or --json=FILE; without a value it becomes "true"
-  bool value_follows = false;        ///< beside: the next word is that value unless it begins with a dash
-  std::vector<std::string> allowed;  ///< values; empty: all
-  std::vector<std::string> offered;  ///< by completion, of a word that may be any
+  bool comma_separated = false;      ///< several values in one word
+  bool repeated = false;             ///< several values, each after the option's name
+  bool default_shown = false;        ///< the help shows the target's initial value
+  bool value_optional = false;       ///< for text, as in --json or --json=FILE; without a value the text is "true"
+  bool value_follows = false;        ///< with value_optional: the next word is the value unless it begins with a dash
+  std::vector<std::string> allowed;  ///< allowed values; empty: all
+  std::vector<std::string> offered;  ///< values that completion offers although any word is allowed
   std::string excluded;              ///< an earlier option of the command that cannot be given with this one
 };
 
 /// An argument of a subcommand.
 struct Argument {
-  /// A bool's option has no value.
+  /// Variable that receives the value. An option of a bool has no value.
   using Target = std::variant<bool*, int*, double*, std::string*, std::optional<int>*, std::optional<double>*,
                               std::optional<std::string>*, std::vector<int>*, std::vector<std::string>*>;
 
-  std::string name;  ///< "--out"; without dashes it is told by its place
-  Target target;     ///< keeps what it holds if the argument is not given
+  std::string name;  ///< such as "--out"; without dashes the argument is positional
+  Target target;     ///< unchanged if the argument is not given
   std::string help;
   ArgumentRule rule;
 };
@@ -37,10 +37,10 @@ struct Argument {
 struct Command {
   std::string name, help;
   std::vector<Argument> arguments;
-  std::function<void()> act;  ///< once the arguments are read; keeps their targets alive
+  std::function<void()> act;  ///< called after the arguments are read; owns their targets
 };
 
-// One function a subcommand. Errors leave Command::act as InputError or Failure.
+// One function per subcommand. Command::act throws InputError or Failure.
 
 Command run_command();
 Command solve_command();
@@ -48,7 +48,7 @@ Command explain_command();
 Command analyse_command();
 Command network_command();
 
-// For the Python package alone, not listed.
+// Commands for the Python package only; they are not listed.
 
 Command frame_fields_command();
 Command ensemble_members_command();

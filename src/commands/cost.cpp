@@ -17,7 +17,7 @@ namespace lichtenberg {
 
 namespace {
 
-/// Of the first instant: what is in contact then has no way to go.
+/// Returns the number of floating groups at the start. Conductors already in contact then form one group.
 double floating_groups(const Scene& scene) {
   const effects::ElectricalGroups groups = effects::groups_at_start(scene, make_bodies(scene));
   double floating = 0;
@@ -26,7 +26,7 @@ double floating_groups(const Scene& scene) {
   return floating;
 }
 
-/// The conductors' share of the domain.
+/// Returns the area fraction of the conductors.
 double share_of_area(const Scene& scene) {
   double area = 0;
   for (const Conductor& conductor : scene.conductors) area += std::numbers::pi * conductor.radius * conductor.radius;
@@ -41,21 +41,22 @@ bool is_fed_dragged_and_discharged(const Scene& scene) {
          number_in(scene, &EffectKind::contact_gap);
 }
 
-/// From runs of 324, 2500 and 20000 conductors (README.md of this folder). `ways`: groups that float over the
-/// conductors' share of the domain. Of many, more and more mergers share a solve.
+/// Estimates the field solves of a plane scene from runs of 324, 2500 and 20000 conductors (README.md of this folder).
+/// `ways`: floating groups divided by the conductors' area fraction. With many groups, more group merges share one
+/// solve.
 FieldSolves solves_in_plane(const Scene& scene, double ways) {
   constexpr double half_shared = 3e4;
   const double radius = scene.smallest_radius();
   const double tolerance = scene.mechanics.position_tolerance / radius / 1e-3;  // over the default
   const double predictions = 13 * ways / (1 + ways / half_shared) * std::pow(tolerance, -0.4);
-  // Of a field whose grid follows from an accuracy it is not known here whether it is fine enough to predict on.
+  // If the grid follows from an accuracy, its size is not given here, so predictions on a coarser grid are not counted.
   if (scene.field_request() || effects::predictor_cells(scene) == 0) return {.whole = 0.6 * predictions};
   return {.whole = 0.085 / std::sqrt(tolerance) * predictions, .predictions = predictions};
 }
 
-constexpr double bytes_at_start = 40e6;  // PETSc and the other libraries
+constexpr double bytes_at_start = 40e6;  // memory of PETSc and other libraries
 
-/// Part of the domain that the conductors fill, overlaps counted twice.
+/// Returns the fraction of the domain that the conductors fill; overlaps count twice.
 double filling(const Scene& scene) {
   const bool in_space = scene.dimension() == 3;
   double content = 0;
@@ -65,7 +66,8 @@ double filling(const Scene& scene) {
   return std::numbers::pi * content / (size.x * size.y * (in_space ? size.z : 1));
 }
 
-/// Iterations of lbfgs-newton, by the distance from the jamming density (README.md of this folder).
+/// Returns the iterations of lbfgs-newton as a function of the distance to the jamming density (README.md of this
+/// folder).
 double iterations_to_rest(double filling, double particles, bool in_space) {
   const double above = filling - (in_space ? 0.63 : 0.842), far = 22 * std::sqrt(particles);
   if (above >= 0) return far * (1 + 0.02 / (above + 0.003));
@@ -101,7 +103,7 @@ std::optional<FieldSolves> estimate_field_solves(const Scene& scene) {
 
 std::optional<PackingCost> estimate_packing_cost(const Scene& scene) {
   struct Method {
-    double iterations, seconds;  // over those of lbfgs-newton
+    double iterations, seconds;  // relative to lbfgs-newton
   };
   const auto method = [&]() -> std::optional<Method> {
     switch (scene.minimize.method) {
@@ -120,7 +122,7 @@ std::optional<PackingCost> estimate_packing_cost(const Scene& scene) {
   }();
   if (!method) return std::nullopt;
   const bool in_space = scene.dimension() == 3;
-  const double seconds_a_particle = in_space ? 9e-8 : 6e-8;  // of an iteration
+  const double seconds_a_particle = in_space ? 9e-8 : 6e-8;  // per iteration
   const double particles = static_cast<double>(scene.conductors.size());
   PackingCost cost{.filling = filling(scene)};
   const double iterations = iterations_to_rest(cost.filling, particles, in_space);

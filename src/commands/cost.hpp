@@ -6,48 +6,51 @@
 
 namespace lichtenberg {
 
-/// What a field solve will cost on one core or that device, from measured figures an unknown (README.md of this
-/// folder). An estimate: machines differ by factors of two and more.
+/// Cost of a field solve on one core or on the selected device, from measured figures per unknown (README.md of this
+/// folder). Machines differ by factors of two and more.
 struct FieldCost {
-  double bytes = 0;           ///< of memory, its own or the device's, the program's own start included
-  double single_seconds = 0;  ///< a solve on its own, at field.tolerance
+  double bytes = 0;           ///< memory on the host or device, including libraries at program start
+  double single_seconds = 0;  ///< a single solve, at field.tolerance
   double moving_seconds = 0;  ///< a solve in a moving scene, at field.moving_tolerance
 };
 
-/// `size`: cells of the whole grid, those under conductors included; without a grid, unknowns.
+/// `size`: number of cells of the whole grid, including cells inside conductors; without a grid, the number of
+/// unknowns.
 FieldCost estimate_field_cost(const FieldOptions& options, double size);
-/// Of spheres in space, whose unknowns follow from the tolerance.
+/// Estimates the cost for spheres in space, whose unknowns follow from the tolerance.
 FieldCost estimate_sphere_cost(const FieldOptions& options, double single_unknowns, double moving_unknowns);
 
-/// How often a run solves for a field.
+/// Number of field solves of a run.
 struct FieldSolves {
-  double whole = 0;        ///< of it all
-  double predictions = 0;  ///< on a coarser grid between them
+  double whole = 0;        ///< on the full grid
+  double predictions = 0;  ///< on the coarser grid of the predictor
 };
 
-/// Euler's number is given by its steps to the end of the run; CVODE's is known to a factor of two or so (README.md of
-/// this folder) for scenes whose conductors are fed, dragged and discharged until they rest, in the plane or lying in a
-/// dish, and empty for others. Throws InputError if contacts at the start are a short circuit.
+/// Estimates the field solves of a run. Exact for Euler's method. Accurate to a factor of two for CVODE (README.md of
+/// this folder) if conductors are charged, dragged and discharged until they rest. They must be in the plane or lie in
+/// a dish. Empty for other scenes. Throws InputError if contacts at the start form a short circuit.
 std::optional<FieldSolves> estimate_field_solves(const Scene& scene);
 
-/// Estimates the work until a packing is at rest, by the method of its [minimize].
+/// Work until a packing is at rest, with the method of its [minimize].
 struct PackingCost {
-  double filling = 0;  ///< of the domain, overlaps counted twice
+  double filling = 0;  ///< fraction of the domain; overlaps count twice
   double iterations = 0;
   double seconds = 0;  ///< on one core
 };
 
-/// Known to a factor of three (README.md of this folder). Empty for gradient descent, which nobody waits for.
+/// Estimates the work, accurate to a factor of three (README.md of this folder). Empty for gradient descent, which is
+/// impractically slow.
 std::optional<PackingCost> estimate_packing_cost(const Scene& scene);
 
-/// A run that was carried on in memory for two seconds of processor time, or to its end.
+/// Result of a trial run in memory over two seconds of processor time, or until the run's end.
 struct TriedRun {
-  double reached = 0;  ///< s of the run
-  bool over = false;   ///< it came to its end
-  double seconds = 0;  ///< of processor time for the whole run, at the pace of what was tried
+  double reached = 0;  ///< simulated time, s
+  bool over = false;   ///< the run ended within the trial
+  double seconds = 0;  ///< processor time extrapolated to the whole run
 };
 
-/// Empty where less than a two-hundredth of the run was reached, or the run failed: then no pace holds.
+/// Runs the scene for a short time. Empty if the trial covers less than 0.5 % of the run, or fails, because no
+/// extrapolation is possible then.
 std::optional<TriedRun> try_run(const Scene& scene);
 
 }  // namespace lichtenberg

@@ -10,7 +10,7 @@
 
 namespace lichtenberg {
 
-/// `--device`, which comes before the scene's field.device.
+/// Returns the argument `--device`, which overrides field.device of the scene.
 inline Argument device_argument(std::string& device) {
   return {
       "--device",
@@ -23,7 +23,7 @@ inline bool is_for_cuda(const Scene& scene) {
   return std::visit([](const auto& field) { return field.device == FieldDevice::cuda; }, scene.field_table);
 }
 
-/// `--set`, for each command that reads a scene.
+/// Returns the argument `--set`, for commands that read a scene.
 inline Argument set_argument(std::vector<std::string>& settings) {
   return {"--set",
           &settings,
@@ -32,14 +32,15 @@ inline Argument set_argument(std::vector<std::string>& settings) {
           {.repeated = true}};
 }
 
-/// What follows each `--set`.
+/// Parses the values of `--set`.
 inline std::vector<Setting> settings_of(const std::vector<std::string>& written) {
   std::vector<Setting> settings;
   for (const std::string& each : written) settings.push_back(setting_of(each));
   return settings;
 }
 
-/// `stop`, `bodies`: as in stopping.hpp.
+/// Reads a scene with changed keys. `device`: as `--device`, empty: as in the scene. `stop`, `bodies`: as in
+/// stopping.hpp.
 inline Scene read_scene_for(const std::string& path, const std::string& device,
                             const std::vector<std::string>& settings, const StopRequest& stop = {},
                             const std::vector<Conductor>& bodies = {}) {

@@ -40,7 +40,7 @@ Variation read_variation(const std::string& written) {
   return {key, listed_values(written.substr(equals + 1))};
 }
 
-/// From the scene's own seed upward.
+/// Returns `count` consecutive seeds, beginning with the scene's own.
 Variation seeds_from(std::uint64_t first, int count) {
   constexpr int most = 100'000;
   if (count > most) throw InputError(fmt::format("--seeds {} is not allowed: it must be at most {}", count, most));
@@ -61,7 +61,7 @@ std::vector<Variation> variations_of(const Arguments& request) {
   return variations;
 }
 
-/// The value as TOML has it, and as JSON: numbers, texts and arrays are the same in both, all else becomes a text.
+/// Returns [key, TOML text, JSON value]. Numbers, texts and arrays are valid JSON; other values become texts.
 Json to_json(const Setting& setting) {
   const Json value = Json::parse(setting.value, nullptr, false);
   return {setting.key, setting.value, value.is_discarded() ? Json(setting.value) : value};
@@ -85,7 +85,7 @@ Json to_json(const analysis::Estimate& estimate) {
   return json;
 }
 
-/// `question`: {"inspect": number of a member, "just_ended": true}, {"mean": values} or {"slope": [x, y]}.
+/// Answers a request: {"inspect": number of a member, "just_ended": true}, {"mean": values} or {"slope": [x, y]}.
 Json answer(const Json& question, const std::vector<Member>& members, const std::string& folder) {
   using Values = std::vector<double>;
   if (question.contains("mean")) return to_json(analysis::mean(question["mean"].get<Values>()));
@@ -96,7 +96,7 @@ Json answer(const Json& question, const std::vector<Member>& members, const std:
   return ensemble::inspect(path, member, question.at("just_ended"));
 }
 
-/// Tells the members, one a line, then answers a question a line.
+/// Writes a line with the ensemble's properties and one line per member, then answers one request per line.
 void serve(const Arguments& request) {
   const std::vector<Member> members =
       ensemble::make_members(request.scene, settings_of(request.settings), variations_of(request), request.folder);

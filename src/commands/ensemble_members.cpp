@@ -18,7 +18,7 @@ namespace {
 
 std::string last_part(const std::string& key) { return key.substr(key.rfind('.') + 1); }
 
-/// What may stand in a file's name: other characters become one underscore.
+/// Replaces characters that are not allowed in file names: each sequence becomes one underscore.
 std::string plain(const std::string& text) {
   std::string result;
   for (const char c : text) {
@@ -32,7 +32,7 @@ std::string plain(const std::string& text) {
   return result;
 }
 
-/// "count-64_seed-1". A key is named by its last part, where that is enough to tell it from the others.
+/// Returns a name such as "count-64_seed-1". A key appears by its last part if that is unique.
 std::string name_of(const std::vector<Setting>& settings, const std::string& scene_path) {
   std::string name;
   for (const auto& [key, value] : settings) {
@@ -64,7 +64,7 @@ std::vector<std::vector<Setting>> product(const std::vector<Variation>& variatio
   return all;
 }
 
-/// Members share the machine by running side by side, and hundreds of pictures are nobody's wish.
+/// Adds settings for members. Each field solver uses one thread because members run concurrently; pictures are off.
 std::vector<Setting> settings_of_a_member(const Scene& scene, const std::vector<Setting>& varied) {
   std::vector<Setting> settings{{"output.picture", "false"}};
   if (scene.effects.has(&EffectKind::field)) settings.push_back({"field.threads", "1"});
@@ -72,7 +72,7 @@ std::vector<Setting> settings_of_a_member(const Scene& scene, const std::vector<
   return settings;
 }
 
-/// In a unit of its own: field solves times cells.
+/// Returns the cost in arbitrary units: field solves times cells.
 double cost_of(const Scene& scene) {
   const double cells = scene.field_request() ? 1 : scene.field().cells;
   const FieldSolves unknown{.whole = static_cast<double>(scene.conductors.size())};
@@ -88,7 +88,7 @@ std::string header(const std::string& scene_path, const std::vector<Setting>& va
 }
 
 void check_names(const std::vector<Member>& members) {
-  constexpr std::size_t longest = 200;  // of 255 that file systems allow, for what is put behind it
+  constexpr std::size_t longest = 200;  // below the 255 of file systems, to leave space for suffixes
   std::set<std::string> names;
   for (const Member& member : members)
     if (member.name.size() > longest)
@@ -108,8 +108,7 @@ std::vector<Member> make_members(const std::string& scene_path, const std::vecto
                                  const std::vector<Variation>& variations, const std::string& folder) {
   check_count(variations);
   const Scene scene = read_scene(scene_path, set);
-  // A value that its key never has is a mistake in the command. Only a member that is impossible as a whole fails
-  // alone.
+  // An invalid value of a key is an error of the command. A member that is invalid only as a whole fails alone.
   for (const auto& [key, values] : variations)
     for (const std::string& value : values) check_values(scene.text, scene_path, {{key, value}});
   std::vector<Member> members;

@@ -28,14 +28,14 @@ bool same_end(const Scene& a, const Scene& b) {
 
 constexpr const char* times = "particles/conductors/position/time";
 
-/// The last number of a dataset, or its only one; it is empty in a damaged file only.
+/// Returns the last number of a dataset. Throws hdf5::Error if it is empty, which happens in damaged files only.
 double last_number(hid_t parent, const std::string& name) {
   const std::vector<double> numbers = hdf5::get<double>(parent, name);
   if (numbers.empty()) throw hdf5::Error(name + " is empty");
   return numbers.back();
 }
 
-/// Of all sessions of the run.
+/// Returns the wall time (s) of all sessions of the run.
 double wall_seconds(const hdf5::Handle& file) {
   double all = 0;
   for (int session = 0;; ++session) {
@@ -54,9 +54,9 @@ void add_fractions(Quantities& quantities, const std::string& suffix, const anal
   quantities["branch_fraction" + suffix] = degrees.branching();
 }
 
-/// f1 and B as other readings of D's definition have them: degrees in the tree A instead of the graph G, without the
-/// ground as a neighbour, and with the contacts of D 7.1 alone, which have no hysteresis (in the same tree: where the
-/// only contact with the ground is kept by hysteresis, none would be left).
+/// Adds f1 and B for other readings of D's definition. These use degrees in the tree A instead of the graph G, omit the
+/// ground as a neighbour, or use only the contacts of D 7.1, which have no hysteresis. The last uses the same tree,
+/// because otherwise no root remains if hysteresis alone keeps the only contact with the ground.
 void add_other_readings(Quantities& quantities, const analysis::ContactNetwork& network, const Scene& scene,
                         const std::vector<Vec2>& position, const std::vector<double>& radius) {
   std::vector<analysis::Edge> tree;
@@ -75,12 +75,12 @@ void add_other_readings(Quantities& quantities, const analysis::ContactNetwork& 
   add_fractions(quantities, "_without_hysteresis", analysis::degree_distribution(graph, network.successor));
 }
 
-/// The topology of the last frame.
+/// Adds the topology of the last frame.
 void add_topology(Quantities& quantities, const Result& result) {
   const int last = result.frames() - 1;
   if (!result.has_network()) return;
   const auto contacts = result.contacts(last);
-  if (!contacts) return;  // an earlier version's file
+  if (!contacts) return;  // file of an earlier format
   const Scene scene = result.scene();
   const std::vector<Vec2> position = result.frame(last).plane_vectors("position");
   const analysis::ContactNetwork network = analysis::network(*contacts, position);
@@ -109,9 +109,9 @@ Quantities quantities_of(const ResultFile& from) {
   return result;
 }
 
-/// Throws InputError if the run is past the [stop] of now: it would end at once, with a summary of another end or none.
+/// Throws InputError if the run is past the present [stop]. It would end at once, with another summary or none.
 void refuse_past(const std::string& path, const ResultFile& file, const Scene& now, bool just_ended) {
-  // The "time" of a scene that comes to rest counts its iterations.
+  // The "time" of a packing counts its iterations.
   const bool later =
       !now.effects.has(&EffectKind::packing) && file.rows<double>(times, file.frames() - 1, 1).at(0) > now.stop.time;
   if (just_ended || later)
@@ -119,7 +119,7 @@ void refuse_past(const std::string& path, const ResultFile& file, const Scene& n
         fmt::format("{} is already past this [stop]: move it away, or name another folder with --out", path));
 }
 
-/// Throws InputError or hdf5::Error.
+/// Returns the state of a result file. Throws InputError or hdf5::Error.
 Json inspect_file(const std::string& path, const Member& member, bool just_ended) {
   const ResultFile file(path, "gone on with");
   const std::string text = hdf5::get_text(file.file(), "scene/text");

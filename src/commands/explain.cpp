@@ -78,7 +78,7 @@ void explain_needs(const Summaries& effects) {
   fmt::print("  not touched          {}\n", list(absent));
 }
 
-/// What else than perfect conductors, an insulating fluid and one potential there is, and what is booked for it.
+/// Prints how terminals with resistors are treated and which circuit quantities are recorded.
 void explain_circuit(const Scene& scene) {
   if (!effects::has_circuit(scene)) return;
   fmt::print("\ncircuit\n");
@@ -91,7 +91,7 @@ void explain_circuit(const Scene& scene) {
 struct ExplainedGrid {
   int nx, ny;
   double h;  ///< m
-  /// Not counted on a grid so large that counting would take a share of the memory that is to be explained.
+  /// Empty on large grids, where counting would need a considerable part of the memory to be reported.
   std::optional<std::int64_t> fluid_cells;
 
   double cells() const { return static_cast<double>(nx) * ny; }
@@ -127,7 +127,7 @@ std::string resolution_in_words(const Scene& scene, double h) {
                      radius < h ? ", less than one: unresolved" : "");
 }
 
-/// A method on a grid. Returns its cells.
+/// Prints the grid of a method. Returns its number of cells.
 double explain_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
   const ExplainedGrid grid = make_grid(scene, problem);
   fmt::print("  grid                 {} x {} cells of {:.4g} m{}\n", grid.nx, grid.ny, grid.h,
@@ -136,7 +136,7 @@ double explain_grid(const Scene& scene, const laplace::LaplaceProblem& problem) 
   return grid.cells();
 }
 
-/// A method without a grid. Returns its unknowns.
+/// Prints the unknowns of a method without a grid. Returns their number.
 double explain_unknowns(const Scene& scene, const laplace::LaplaceProblem& problem) {
   const FieldOptions& field = scene.field();
   const long bodies = static_cast<long>(problem.bodies.size());
@@ -147,7 +147,7 @@ double explain_unknowns(const Scene& scene, const laplace::LaplaceProblem& probl
   return static_cast<double>(unknowns);
 }
 
-/// What is likely to be chosen: nothing has been solved.
+/// Prints the expected choice for an accuracy, without a solve.
 void explain_accuracy(const Scene& scene) {
   if (!scene.field_accuracy()) return;
   fmt::print("  accuracy             {:g}: {} will do; `solve` and `run` measure the error and take more if need be\n",
@@ -155,7 +155,7 @@ void explain_accuracy(const Scene& scene) {
              scene.field().method->on_grid ? fmt::format("some {} cells", scene.field().cells) : "this tolerance");
 }
 
-/// Returns what the cost grows with.
+/// Prints the field method. Returns the size that determines the cost: cells or unknowns.
 double explain_field(const Scene& scene, const laplace::LaplaceProblem& problem) {
   fmt::print("\nfield\n");
   fmt::print("  method               {}\n", method_in_words(scene.field()));
@@ -165,7 +165,7 @@ double explain_field(const Scene& scene, const laplace::LaplaceProblem& problem)
   return scene.field().method->on_grid ? explain_grid(scene, problem) : explain_unknowns(scene, problem);
 }
 
-/// Why the scene's own method cannot be used in a run; empty if it can, or if a run would choose one.
+/// Returns why the scene's own method cannot be used in a run; empty if it can, or if a run would choose a method.
 std::string refusal_of_run(const Scene& scene) {
   try {
     effects::check_device(scene);
@@ -176,7 +176,7 @@ std::string refusal_of_run(const Scene& scene) {
   }
 }
 
-/// `size`: cells of the field's grid.
+/// Prints the number of field solves and their time. `size`: number of cells of the field's grid.
 void explain_solves(const Scene& scene, double size, const FieldCost& cost, const FieldSolves& solves) {
   const double around = price_of(scene.field()).seconds_a_conductor * static_cast<double>(scene.conductors.size());
   double seconds = solves.whole * cost.moving_seconds + (solves.whole + solves.predictions) * around;
@@ -195,7 +195,8 @@ bool is_for_a_run(const Scene& scene) {
   return std::ranges::any_of(scene.effects, [](const Effects::Entry& entry) { return !entry.kind->field; });
 }
 
-/// Cost of a run that two seconds of it tell. A trial would start PETSc with the options that are for the run.
+/// Prints the cost of a run from a trial of two seconds. There is no trial with PETSc options, because it would start
+/// PETSc with the options meant for the run.
 void explain_trial(const Scene& scene) {
   if (!parallel::unused_petsc_options().empty())
     return fmt::print(
@@ -214,8 +215,8 @@ void explain_trial(const Scene& scene) {
       scene.stop.stationary ? "at most " : "", duration(tried->seconds), tried->reached, scene.stop.time);
 }
 
-/// The number of solves is known for conductors that are fed, dragged and discharged alone. Others are tried, if
-/// a solve takes a small part of the time that is for it.
+/// The number of solves is known only for conductors that are charged, dragged and discharged. Other scenes are tried
+/// if a single solve takes a small part of the trial's time.
 void explain_tried_run(const Scene& scene, const FieldCost& cost) {
   constexpr double longest_solve = 0.1;  // s
   if (cost.single_seconds <= longest_solve && !runs_on_device(scene.field()) &&
@@ -226,7 +227,7 @@ void explain_tried_run(const Scene& scene, const FieldCost& cost) {
       "and discharged\n");
 }
 
-/// Cost of conductors that move without a field.
+/// Prints the cost of conductors that move without a field.
 void explain_motion_cost(const Scene& scene, const std::string& refusal) {
   if (scene.conductors.empty()) return;
   fmt::print("\ncost: an estimate, from a trial on this machine\n");
@@ -268,7 +269,7 @@ void explain_packing_cost(const Scene& scene) {
       duration(cost->seconds), cost->iterations);
 }
 
-/// Time of the picture at the end of a run (README.md of this folder).
+/// Prints the time for the picture at the end of a run (README.md of this folder).
 void explain_pictures(const Scene& scene) {
   if (!scene.output.picture || scene.conductors.empty()) return;
   const double series = scene.reference ? 1 : 0;
@@ -280,7 +281,7 @@ void explain_plane_cost(const Scene& scene, double size, const std::string& refu
   explain_cost(scene, size, estimate_field_cost(scene.field(), size), refusal_of_run);
 }
 
-/// What spheres take at this tolerance.
+/// Returns the expected degrees and unknowns of spheres at this tolerance.
 laplace::SphereForecast forecast(const Scene& scene, const laplace::SphereProblem& problem, double tolerance) {
   FieldOptions field = scene.field();
   field.tolerance = tolerance;
@@ -312,17 +313,16 @@ void explain_spheres(const Scene& scene, const laplace::SphereProblem& problem, 
   explain_cost(scene, static_cast<double>(moving.unknowns), cost, refusal_of_run);
 }
 
-/// Chosen for a run if the scene has more than a field, else for `solve`.
+/// Returns the expected choice of method: for a run if the scene contains more than a field, otherwise for `solve`.
 FieldOptions foreseen_field(const Scene& scene, const laplace::LaplaceProblem& problem) {
   return effects::field_chosen(*scene.field_request(),
                                laplace::foresee(problem, effects::accuracy_request(scene, is_for_a_run(scene))));
 }
 
 void explain(Scene scene) {
-  // First what may be refused: charge that has nowhere to go, an accuracy that cannot be met, a device that is not
-  // there.
+  // Errors come first: charge without a neutralizing electrode, an unattainable accuracy, a missing device.
   std::optional<FieldProblem> field;
-  const std::string refusal = refusal_of_run(scene);  // before a method is foreseen, which may be one for `solve` alone
+  const std::string refusal = refusal_of_run(scene);  // before the choice of a method, which may suit `solve` only
   if (scene.effects.has(&EffectKind::field)) {
     field = make_field_problem(scene);
     scene.dimension() == 3 ? field->spheres.check() : field->problem.check();

@@ -26,7 +26,7 @@
 namespace lichtenberg {
 namespace {
 
-/// Part of the box that the grains fill.
+/// Returns the volume (area) fraction of the grains.
 double filling(const Scene& scene) {
   double sum = 0;
   for (const Conductor& grain : scene.conductors)
@@ -56,18 +56,18 @@ granular::GrainsSeen grains_seen(const Scene& scene) {
   return {smallest_mass(scene), scene.smallest_radius(), granular::typical_impact(scene.conductors.size())};
 }
 
-/// Of grains as light as the lightest, at a temperature.
+/// Returns the expected largest speed of grains with the smallest mass at this temperature.
 double fastest_speed(const Scene& scene, double temperature) {
   return granular::fastest_of(scene.conductors.size()) * std::sqrt(temperature / smallest_mass(scene));
 }
 
-/// The part of the time between two collisions that one lasts, at this temperature.
+/// Returns the mean contact duration times the collision frequency at this temperature.
 double crowding(const Scene& scene, const GrainContactLaw& law, double temperature) {
   const auto duration = [&](double speed, double) { return contact_duration(law, speed); };
   return theory::collision_frequency(grain_density(scene), temperature) * theory::impact_mean(temperature, duration);
 }
 
-/// By what there are as many steps of contacts as there are.
+/// Returns the criterion that sets the number of contact substeps, and their error.
 std::string reason_of_steps(const Scene& scene) {
   const int steps = scene.mechanics.contact_steps;
   const std::optional<double> accuracy = least_in(scene, &StepLimits::force_accuracy);
@@ -94,18 +94,19 @@ void explain_contacts(const Scene& scene, const GrainContactLaw& law, double tem
              part > 0.05 ? ": three meet often, which theory leaves out; they charge each other more" : "");
 }
 
-/// The speed from which on two elastic grains of mass 1 overlap so deeply: what they store is m_eff v^2 / 2.
+/// Returns the impact speed at which two elastic grains of mass 1 reach this overlap. The stored energy is then m_eff
+/// v^2 / 2.
 double speed_of_overlap(const GrainContactLaw& law, double overlap) {
   const auto stored = [&](const auto& one) { return one.parts(overlap).stored; };
   return 2 * std::sqrt(std::visit(stored, law));
 }
 
-/// How warm a gas may be whose grains must not come that close.
+/// Prints the temperature up to which impacts stay above the closest permitted distance of polarizable grains.
 void explain_polarization(const Scene& scene, const GrainContactLaw& law) {
   const std::optional<double> closest = number_in(scene, &EffectKind::closest_approach);
   if (!closest) return;
   const double speed = speed_of_overlap(law, 1 - *closest);
-  // One of N impacts is faster than v_n^2 = 4 T ln N.
+  // The fastest of N impacts has about v_n^2 = 4 T ln N.
   const double limit = speed * speed / (4 * std::log(std::max<double>(2, scene.conductors.size())));
   fmt::print(
       "  polarization         two grains polarize each other without end closer than {:.2g} d0, which impacts at "
@@ -114,23 +115,24 @@ void explain_polarization(const Scene& scene, const GrainContactLaw& law) {
       *closest, speed, limit);
 }
 
-/// What theory says of a homogeneous gas whose charges do not act, at equal intervals, the stages' part taken as at the
-/// start.
+/// Predictions of theory for a homogeneous gas without forces between charges, at equal intervals after the warm-up.
+/// The equilibration stages count at the initial temperature.
 struct Foreseen {
   std::vector<double> time, temperature;
-  std::vector<double> charge;  ///< the largest that a grain has
-  double collisions = 0;       ///< of a grain
+  std::vector<double> charge;  ///< largest charge of a grain
+  double collisions = 0;       ///< per grain
 };
 
-/// Mean square of the charge that an impact moves; empty where theory does not know it.
+/// Returns the mean square of the charge transferred in an impact of a given speed; empty if theory does not provide
+/// it.
 std::function<double(double)> charge_of_impacts(const Scene& scene) {
   const auto* exchange = scene.effects.find<effects::ChargeExchangeOptions>();
   if (!exchange || exchange->model != effects::ExchangeModel::impact) return {};
   return [=](double speed) { return theory::impact_charge_square(exchange->strength, exchange->exponent, 0.5, speed); };
 }
 
-/// Of so many grains that got their charges in collisions: their density falls like exp(-sqrt(2) |q| / rms), of
-/// kurtosis 6.
+/// Returns the expected largest charge of `grains` grains that charge in collisions. Their distribution is proportional
+/// to exp(-sqrt(2) |q| / rms), with kurtosis 6.
 double largest_charge(double square, std::size_t grains) {
   return std::sqrt(square / 2) * std::log(std::max<double>(2, static_cast<double>(grains)));
 }
@@ -159,19 +161,19 @@ Foreseen foresee(const Scene& scene, const GrainContactLaw& law) {
   return result;
 }
 
-/// Of a whole run.
+/// Work of a whole run.
 struct Work {
   double steps = 0, contact_steps = 0;
-  double evaluations = 0;  ///< of the forces of charges
-  double way = 0;          ///< d0, that the fastest grain flies
+  double evaluations = 0;  ///< of the forces between charges
+  double way = 0;          ///< path of the fastest grain, d0
 };
 
-/// What multirate takes, accelerations aside. Elastic contacts move no charge, after which forces would have to be
-/// found again.
+/// Counts the work of multirate without its acceleration techniques. Elastic contacts transfer no charge and need no
+/// new evaluation of forces.
 Work count_work(const Scene& scene, const GrainContactLaw& law, const Foreseen& foreseen) {
   const double way =
       std::isinf(scene.mechanics.step) ? granular::way_by_accuracy(scene) : granular::way_by_length(scene);
-  const double note = std::min(0.1 * scene.output.every, scene.stop.time);  // a run stops for these
+  const double note = std::min(0.1 * scene.output.every, scene.stop.time);  // a run stops at these instants
   const granular::GrainsSeen grains = grains_seen(scene);
   const ContactAttraction attraction = granular::contact_attraction(scene);
   Work work;
@@ -202,7 +204,7 @@ Work count_work(const Scene& scene, const GrainContactLaw& law, const Foreseen& 
   return work;
 }
 
-/// What the first step is as long as it is for.
+/// Returns the criterion that limits the first step.
 std::string why_so_long(const granular::Gas& gas, double step) {
   const Scene& scene = gas.scene();
   if (step == scene.mechanics.step) return "mechanics.step";
@@ -216,13 +218,13 @@ std::string why_so_long(const granular::Gas& gas, double step) {
   return fmt::format("the fastest grain flies {:.2g} d0, which costs what forces to {:g} do", way, accuracy);
 }
 
-/// As a run begins. Throws InputError for a step that a run refuses.
+/// Prints the integrator's choices at the start of a run. Throws InputError for a step that a run refuses.
 void explain_integrator(granular::Gas& gas) {
   const Scene& scene = gas.scene();
   const double asked = scene.mechanics.step;
   granular::Instant now = gas.look();
   const double contact = gas.time_to_resolve(gas.fastest_impact(now)) / scene.mechanics.contact_steps;
-  // Without the forces of the first instant, which nothing else here needs.
+  // This avoids computing the forces at the start, which are not needed otherwise.
   const auto by_accuracy = [&] {
     return granular::longest_step_within(
         {.hold = granular::longest_hold(gas), .way = granular::way_by_accuracy(scene), .speed = gas.fastest()},
@@ -234,7 +236,7 @@ void explain_integrator(granular::Gas& gas) {
       "  integrator           {}, steps {}\n", name_of(scene.mechanics.integrator),
       std::isinf(asked) ? std::string("as the accuracy of forces asks for") : fmt::format("of at most {:g} t0", asked));
   if (!scene.mechanics.integrator->reads("contact_steps") || !gas.has_smooth_forces()) return;
-  if (std::isinf(step)) return;  // nothing moves
+  if (std::isinf(step)) return;  // no motion
   fmt::print("  held forces          for {:.0f} steps of contacts at the start, {:.2g} t0: {}\n",
              std::max(1.0, std::ceil(step / contact)), step, why_so_long(gas, step));
 }
@@ -248,8 +250,8 @@ void explain_stages(const Scene& scene) {
     fmt::print("  WARNING              {}\n", warning);
 }
 
-/// Largest resident size of runs of 3e5 to 1e7 grains on one core, with charges at an accuracy of 1e-4
-/// (validation/benchmarks/README.md).
+/// Prints the memory, from the largest resident size of runs of 3e5 to 1e7 grains on one core, with charges at an
+/// accuracy of 1e-4 (validation/benchmarks/README.md).
 void explain_memory(const Scene& scene) {
   constexpr double at_start = 60e6, grain = 660;  // bytes
   double each = grain;
@@ -258,15 +260,15 @@ void explain_memory(const Scene& scene) {
              (at_start + each * static_cast<double>(scene.conductors.size())) / (1 << 20));
 }
 
-/// How many times as long as on the core with AVX-512 whose figures they are contacts and forces take on the processors
-/// that this program is compiled for.
+/// Times of contacts and forces on the processors that this program is compiled for, relative to the reference core
+/// with AVX-512.
 struct Slowness {
   double contacts, forces;
 };
 
-/// By runs on an AMD EPYC without AVX-512 (validation/benchmarks/README.md, what explain counts): contacts by the
-/// neutral gas, 3.2 s for 2.0; charges' forces by a step of 50016 grains, four times; those of dipoles by the polarized
-/// gas, what contacts leave of 9.9 s for 4.2.
+/// Returns the factors measured on an AMD EPYC without AVX-512 (validation/benchmarks/README.md, section on explain).
+/// Contacts: neutral gas, 3.2 s instead of 2.0 s. Forces of charges: a step of 50016 grains, factor 4. Forces of
+/// dipoles: polarized gas, 9.9 s instead of 4.2 s, contacts subtracted.
 Slowness slowness(const Scene& scene) {
 #ifdef __AVX512F__
   constexpr bool wide = true;
@@ -277,7 +279,7 @@ Slowness slowness(const Scene& scene) {
   return {.contacts = 1.6, .forces = scene.effects.has("induced_dipoles") ? 2.3 : 4};
 }
 
-/// s a grain that the forces of all effects take, on the core whose figures `slow` compares with.
+/// Returns the time (s) per grain for the forces of all effects on the reference core. `slow`: factors of this machine.
 double seconds_of_forces(granular::Gas& gas, const Slowness& slow) {
   double seconds = 0;
   for (const auto& effect : std::as_const(gas).model().effects) {
@@ -289,14 +291,15 @@ double seconds_of_forces(granular::Gas& gas, const Slowness& slow) {
   return seconds;
 }
 
-/// By figures of one core of an AMD EPYC with AVX-512 on which little else ran (the same README.md).
+/// Prints the cost from measurements on one otherwise idle core of an AMD EPYC with AVX-512
+/// (validation/benchmarks/README.md).
 void explain_cost(granular::Gas& gas, const Work& work) {
   const Scene& scene = gas.scene();
-  // s a grain: a step of contacts; what pairs cost that come and go, and searches for them, a d0 that the fastest
-  // flies; passes over all grains, a step.
+  // Times in s per grain: a contact substep; changes of pairs and neighbour lists, per d0 of the fastest grain's path;
+  // passes over all grains, per step.
   constexpr double contact_step = 3.6e-8, way = 5e-7, step = 1.5e-8;
-  // Forces within a run, over forces alone: contacts use the caches in between, the book asks for potentials, and
-  // grains in clusters have more neighbours.
+  // Time of forces in a run relative to isolated evaluations. Contacts displace cached data, the energy record needs
+  // potentials, and grains in clusters have more neighbours.
   constexpr double in_a_run = 1.5;
   const double n = static_cast<double>(scene.conductors.size());
   const Slowness slow = slowness(scene);

@@ -4,7 +4,7 @@
 
 namespace lichtenberg {
 
-/// Says how the motion of a scene of grains will be computed, what its theory expects of it and what it costs.
+/// Prints how the motion of a scene of grains is computed, the predictions of theory and the cost.
 void explain_grains(const Scene& scene);
 
 }  // namespace lichtenberg

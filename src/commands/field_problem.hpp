@@ -7,22 +7,22 @@
 
 namespace lichtenberg {
 
-/// The field problem of a scene's first instant, and what its groups are called.
+/// Field problem of a scene at its start, with the names of its groups.
 struct FieldProblem {
   effects::ElectricalGroups groups;
-  laplace::LaplaceProblem problem;       ///< of a plane scene
-  laplace::SphereProblem spheres;        ///< of one in three dimensions
-  std::vector<int> group_of_body;        ///< the conductors, then the electrodes
-  std::vector<std::string> group_names;  ///< by the problem's group
+  laplace::LaplaceProblem problem;       ///< plane scene
+  laplace::SphereProblem spheres;        ///< scene in three dimensions
+  std::vector<int> group_of_body;        ///< first the conductors, then the electrodes
+  std::vector<std::string> group_names;  ///< by group of the problem
 };
 
-/// Contacts that exist at the start are made. A group is named after the scene's [[group]] if it holds one, otherwise
-/// after its conductors, and after the electrodes that have its potential. Throws InputError if the scene has no field.
+/// Closes the contacts that exist at the start. A group has the name of the scene's [[group]] if it contains one,
+/// otherwise of its conductors, and of electrodes at its potential. Throws InputError if the scene has no field.
 FieldProblem make_field_problem(const Scene& scene);
 
-/// As `explain` and `solve` name it.
+/// Returns the description of the method for `explain` and `solve`.
 std::string method_in_words(const FieldOptions& field);
-/// What was chosen for an accuracy, in a line.
+/// Returns the choice for an accuracy in one line.
 std::string choice_in_words(const FieldOptions& field);
 
 }  // namespace lichtenberg

@@ -29,9 +29,9 @@ namespace {
 
 constexpr int fewest_cells = 256, most_cells = 1024;
 constexpr double cells_in_a_radius = 3;
-constexpr double picture_tolerance = 1e-4;  // a colour map has 256 steps
+constexpr double picture_tolerance = 1e-4;  // sufficient because a colour map has 256 levels
 
-/// Enough to see the smallest conductor; the same for all frames.
+/// Returns a number of cells that resolves the smallest conductor; equal for all frames.
 int cells_for(const Scene& scene) {
   const Vec2 size = plane(scene.domain.size);
   const double radius = scene.smallest_radius();
@@ -39,7 +39,8 @@ int cells_for(const Scene& scene) {
   return laplace::Grids(size).at_least(static_cast<int>(std::clamp<double>(wanted, fewest_cells, most_cells)));
 }
 
-/// Every electrical group at the potential that the frame has for it. Those that electrodes hold are one by potential.
+/// Returns the electrical groups with the frame's potentials. Conductors fixed by electrodes form one group per
+/// potential.
 effects::ElectricalGroups groups_of(const Scene& scene, const ConductorFrame& frame) {
   effects::ElectricalGroups groups;
   std::map<std::pair<int, double>, int> first;
@@ -65,7 +66,8 @@ laplace::LaplaceProblem problem_of(const Scene& scene, Bodies& bodies, const Con
   return effects::make_laplace_problem(scene, bodies, groups_of(scene, frame));
 }
 
-/// Two integers of 32 bits, nx and ny, then 32-bit numbers [frames][ny][nx], V, NaN for a frame that cannot be solved.
+/// Writes bytes to standard output. Throws Failure if that fails. Output format: nx and ny as 32-bit integers, then
+/// 32-bit floats [frames][ny][nx] (V), NaN for a frame without a solution.
 void write_all(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t written = write(STDOUT_FILENO, bytes.data(), bytes.size());
@@ -77,7 +79,7 @@ void write_all(std::span<const std::byte> bytes) {
   }
 }
 
-/// Those of a solver's field, or NaN and a sentence.
+/// Returns the values of the solved field. If the solve fails, prints a message and returns NaN.
 std::vector<float> values_of(laplace::LaplaceSolver& solver, const laplace::LaplaceProblem& problem, int index,
                              std::size_t count) {
   try {
@@ -90,7 +92,7 @@ std::vector<float> values_of(laplace::LaplaceSolver& solver, const laplace::Lapl
   return {field.value.begin(), field.value.end()};
 }
 
-/// Whether the run has a field whose frames can be solved again.
+/// Returns whether the run has a field that can be solved for its frames.
 bool has_field(const Result& result) {
   if (result.conductor_frame(0).potential.empty()) return false;
   try {
@@ -109,7 +111,7 @@ struct FieldsRequest {
   bool quiet = false;
 };
 
-/// Returns the indices of frames on standard input, one on a line. `count`: number of frames. Throws InputError.
+/// Reads frame indices from standard input, one per line. `count`: number of frames. Throws InputError.
 std::vector<int> chosen_frames(int count) {
   std::vector<int> frames{std::istream_iterator<int>(std::cin), std::istream_iterator<int>()};
   const auto is_there = [&](int frame) { return frame >= 0 && frame < count; };

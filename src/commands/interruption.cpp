@@ -12,7 +12,8 @@ namespace {
 
 volatile sig_atomic_t noted = 0, running = 0, writing = 0;
 
-/// Seconds after a signal within which the program must ask for it. It is ended then: its step may never end.
+/// Seconds after a signal within which the program must call requested(). Later it is ended, because its step may never
+/// end.
 constexpr unsigned patience = 20;
 
 void set_handler(void (*handler)(int));
@@ -28,7 +29,7 @@ void end_at_once(int) {
   raise(signal);
 }
 
-/// Starts the time within which the program must ask again whether it was told to stop.
+/// Starts the period within which the program must call requested() again.
 void wait_for_a_step() { alarm(patience); }
 
 void note(int signal) {
@@ -75,13 +76,13 @@ bool Interruption::requested() {
 }
 bool Interruption::urgent() { return requested() && noted != SIGINT; }
 void Interruption::take_time() {
-  writing = 1;  // before the alarm is off: a signal in between must not start it again
+  writing = 1;  // set before the alarm is cleared, so that a signal between the two does not start it again
   alarm(0);
 }
 
 void Interruption::obey() {
   const int signal = noted;
-  std::fflush(nullptr);  // the signal will not
+  std::fflush(nullptr);  // raise() does not flush
   set_handler(SIG_DFL);
   raise(signal);
   std::_Exit(128 + signal);

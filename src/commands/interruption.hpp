@@ -2,27 +2,27 @@
 
 namespace lichtenberg {
 
-/// While one of these lives, SIGINT, SIGTERM and SIGHUP are noted instead of ending the program. A second one does end
-/// it, and so does the first where nobody asks for it within 20 s: a step that has no end is not waited for. A SIGHUP
-/// that whoever started the program (nohup) has it ignore stays ignored.
+/// Handler of SIGINT, SIGTERM and SIGHUP. While an object exists, the first signal is recorded instead of ending the
+/// program. A second signal ends it. The first one also ends it if requested() is not called within 20 s, because a
+/// step may never end. If the parent (nohup) had SIGHUP ignored, it stays ignored.
 class Interruption {
  public:
-  /// Of what a signal comes to: `run`, which ends after a step or at a checkpoint, or what is done before it.
+  /// Work that a signal interrupts: `run` ends after a step or at a checkpoint; `preparing` precedes it.
   enum class Work { preparing, run };
 
   explicit Interruption(Work work = Work::run);
   ~Interruption();
   Interruption(const Interruption&) = delete;
 
-  /// What was prepared begins to run.
+  /// Marks the start of the run.
   void begin();
   static bool requested();
-  /// By SIGTERM or SIGHUP: who sends these (a scheduler, a terminal that goes) does not wait long.
+  /// Returns whether SIGTERM or SIGHUP was recorded. Their senders (a scheduler, a closing terminal) do not wait long.
   static bool urgent();
-  /// Waits for a file that is being written, however long that takes: until requested() is called again no signal ends
-  /// the program but a second one.
+  /// Disables the time limit while a file is written: until the next requested(), only a second signal ends the
+  /// program.
   static void take_time();
-  /// Ends the program by the signal that was noted, so that whoever started it sees that.
+  /// Ends the program by the recorded signal, so that the parent process sees it.
   [[noreturn]] static void obey();
 };
 

@@ -26,7 +26,7 @@ namespace {
 struct NetworkArguments {
   std::string file, picture;
   std::optional<int> frame;
-  NetworkOptions options;  ///< those that were given, but for the model
+  NetworkOptions options;  ///< given options, except for the model
   std::optional<std::string> model;
   std::optional<std::string> between;
   std::optional<double> voltage;
@@ -34,8 +34,8 @@ struct NetworkArguments {
   bool no_picture = false, no_save = false, overwrite = false;
 };
 
-/// What the command line says comes before what the scene says, key by key. The scene's parameters are for its own
-/// model: another one ignores those that it has no use for.
+/// Merges options: those of the command line override the scene's, key by key. The scene's parameters belong to its own
+/// resistor model; another model ignores parameters that it does not use.
 NetworkOptions options_for(const NetworkArguments& request, const Scene& scene) {
   NetworkOptions options = scene.network;
   if (request.model) options.model = value_of<NetworkModel>(*request.model);
@@ -69,7 +69,7 @@ std::string assumed_in_words(bool assumed) {
   return assumed ? ": assumed, since neither --resistor nor [network] names a model" : "";
 }
 
-/// When a model of nodes is the right one.
+/// Returns the physical assumption behind a network model.
 std::string meaning_of(NetworkModel model, const NetworkOptions& options) {
   const std::string resistor = options.resistor.value_or("constant");
   if (resistor == "constriction") return "contacts resist and particles do not: either network has the same resistance";
@@ -79,7 +79,7 @@ std::string meaning_of(NetworkModel model, const NetworkOptions& options) {
          "contacts conduct better than in a solid (disk, sphere)";
 }
 
-/// The first few of them.
+/// Formats the count and the first few numbers.
 std::string some(const std::vector<int>& numbers) {
   constexpr std::size_t most = 12;
   const std::vector<int> few(numbers.begin(), numbers.begin() + std::min(most, numbers.size()));
@@ -110,7 +110,7 @@ void print_tables(const std::vector<SolvedNetwork>& networks, const std::string&
   if (!why_no_contact.empty()) fmt::print("contact-centred network: none, since {}\n", why_no_contact);
 }
 
-/// The model of a SolvedNetwork or of ResistancesToAll. Infinity and NaN are written as null.
+/// Describes the model of a SolvedNetwork or ResistancesToAll. Infinity and NaN are written as null.
 template <class Found>
 nlohmann::ordered_json model_json(const Found& found) {
   nlohmann::ordered_json json = {{"model", name_of(found.model)},
@@ -162,9 +162,9 @@ nlohmann::ordered_json json_of(const NetworkArguments& request, const PackingFra
   return json;
 }
 
-// One electrode to all particles
+// One electrode to all particles.
 
-/// The electrode of `--between ELECTRODE,all`, or none.
+/// Returns the electrode of `--between ELECTRODE,all`; empty for other values.
 std::optional<std::string> one_to_all(const NetworkArguments& request) {
   const std::string between = request.between.value_or("");
   const std::size_t comma = between.rfind(',');
@@ -228,7 +228,7 @@ void check_one_to_all(const NetworkArguments& request) {
   if (request.overwrite && request.json.file().empty()) refuse("--overwrite");
 }
 
-/// Says how far it is, once that takes more than moments.
+/// Computes the resistances and shows progress if that takes more than two seconds.
 std::vector<ResistancesToAll> found_with_progress(const PackingFrame& frame, const NetworkOptions& options) {
   constexpr double moment = 2;  // s
   const auto began = std::chrono::steady_clock::now();
@@ -255,11 +255,11 @@ void measure_to_all(const NetworkArguments& request, const std::string& electrod
   print_warnings(frame.warnings);
 }
 
-// Two electrodes
+// Two electrodes.
 
 bool draws(const NetworkArguments& request) { return !request.no_picture && !request.no_save; }
 
-/// Says what it shows, as far as it was asked for.
+/// Returns the file name of the picture, which contains the options that were given.
 std::string picture_of(const NetworkArguments& request) {
   if (!request.picture.empty()) return request.picture;
   std::filesystem::path picture = request.file;
@@ -287,7 +287,7 @@ void measure(const NetworkArguments& request) {
   if (const std::optional<std::string> electrode = one_to_all(request)) return measure_to_all(request, *electrode);
   check_overwrite(request.overwrite, {request.json.file(), draws(request) ? picture_of(request) : ""},
                   "a picture or --json=FILE");
-  constexpr double least = 1e-100, most = 1e100;  // or its square is no number any more
+  constexpr double least = 1e-100, most = 1e100;  // keeps the square finite
   const double voltage = request.voltage.value_or(1);
   if (!(voltage >= least && voltage <= most))
     throw InputError(

@@ -15,15 +15,15 @@
 
 namespace lichtenberg {
 
-/// Before the work, not after it: throws InputError if the file that `option` names cannot be written, or exists and
-/// must not be replaced.
+/// Throws InputError if the file that `option` names cannot be written, or exists without `overwrite`. Call it before
+/// the work.
 inline void check_output(const std::string& option, const std::string& path, bool overwrite) {
   check_writable(path);
   if (!overwrite && std::filesystem::exists(path))
     throw InputError(fmt::format("{} exists: give {} another name, or allow --overwrite", path, option));
 }
 
-/// Throws InputError unless a script can draw into a file of this name.
+/// Throws InputError unless the file name has a picture format that the scripts can draw.
 inline void check_picture(const std::string& option, const std::string& path) {
   const std::string format = std::filesystem::path(path).extension();
   if (format != ".png" && format != ".pdf" && format != ".svg")
@@ -35,14 +35,14 @@ inline std::vector<double> components(Vec3 vector, int dimension = 3) {
   return {all.begin(), all.begin() + dimension};
 }
 
-/// A table's columns of these numbers, each by `format`.
+/// Formats the numbers as columns of a table, each with `format`.
 inline std::string columns_of(const std::vector<double>& numbers, const char* format) {
   std::string text;
   for (const double number : numbers) text += fmt::format(fmt::runtime(format), number);
   return text;
 }
 
-/// One block on standard error: that a result may be unsafe to use, and why. Nothing without warnings.
+/// Prints the warnings as one block on standard error; nothing if there are none.
 inline void print_warnings(const std::vector<std::string>& warnings) {
   std::fflush(stdout);
   const char* label = "WARNING";

@@ -24,7 +24,7 @@ std::vector<network::Point> points(const std::vector<double>& numbers) {
   return result;
 }
 
-/// Those of the file, or the sides of its domain.
+/// Returns the walls of the file, or the sides of its domain.
 std::vector<network::PackingWall> read_walls(const hdf5::Handle& file) {
   if (!hdf5::exists(file, "scene/walls")) {
     const std::vector<double> size = hdf5::get<double>(file, "scene/domain/size");
@@ -56,7 +56,7 @@ network::ParticlePacking read_frame(const ResultFile& result, int frame) {
   return packing;
 }
 
-/// Calls `read` (network::read_electrodes or read_electrode) on a text.
+/// Calls `read` (network::read_electrodes or read_electrode) on the text of --between. Throws InputError.
 template <class Read>
 auto electrodes_by(const Read& read, const PackingFrame& frame, const std::string& between) {
   std::vector<std::string> walls;
@@ -72,14 +72,14 @@ std::vector<network::PackingElectrode> electrodes_of(const PackingFrame& frame, 
   return electrodes_by(network::read_electrodes, frame, between);
 }
 
-/// Nobody named a resistor or a resistance: 1 Ohm each.
+/// Sets a resistance of 1 Ohm if neither a resistor nor a resistance is given. Returns whether it did.
 bool assume(NetworkOptions& options) {
   if (options.resistor || options.parameters.resistance) return false;
   options.parameters.resistance = 1;
   return true;
 }
 
-/// The model that the options name, with parameters that it can use. Throws InputError as network::check.
+/// Returns the resistor model of the options. Throws InputError as network::check.
 const network::ResistorModel& checked_resistor(const NetworkOptions& options) {
   const network::ResistorModel& resistor = network::resistor_model(options.resistor.value_or("constant"));
   network::check(resistor, options.parameters);
@@ -92,11 +92,11 @@ network::PackingNetwork build(const PackingFrame& frame, NetworkModel model, con
   return builder(frame.packing, frame.contacts, checked_resistor(options), options.parameters, electrodes);
 }
 
-/// Contact-centred: each particle is an electrode of a network of its own.
+/// Solves the contact-centred network, with one network per particle as second electrode.
 std::vector<double> resistances_between_contacts(const PackingFrame& frame, const NetworkOptions& options,
                                                  const network::PackingElectrode& from,
                                                  const std::function<void(int)>& count) {
-  constexpr int most = 20'000;  // an hour
+  constexpr int most = 20'000;  // takes about an hour
   if (frame.packing.size() > most)
     throw InputError(
         fmt::format("--between {},all has an elimination for each of {} particles in the contact-centred network, and "
@@ -118,7 +118,7 @@ std::vector<double> resistances_between_contacts(const PackingFrame& frame, cons
   return resistance;
 }
 
-/// Which particles a path of contacts joins to one of the electrodes.
+/// Returns for each particle whether a path of contacts joins it to one of the electrodes.
 std::vector<char> joined(const PackingFrame& frame, const std::vector<network::PackingElectrode>& electrodes) {
   const network::PackingNetwork paths = particle_network(
       frame.packing, frame.contacts, network::resistor_model("constant"), {.resistance = 1}, electrodes);
@@ -137,7 +137,7 @@ void sort_particles(const PackingFrame& frame, const std::vector<network::Packin
     carries[solved.network.first_particle[k]] = 1;
     if (const int second = solved.network.second_particle[k]; second >= 0) carries[second] = 1;
   }
-  // A contact-centred network has no links in these: their contacts are one node.
+  // An electrode particle has no links in the contact-centred network, because its contacts form one node.
   for (const network::PackingElectrode& electrode : electrodes)
     if (!electrode.wall && solved.conduction.connected) carries[electrode.index] = 1;
   const std::vector<char> has_path = joined(frame, electrodes);
@@ -182,7 +182,8 @@ void put_network(const hdf5::Handle& file, const PackingFrame& frame, const Solv
     hdf5::put<std::int32_t>(group, name, *list, {list->size()}, "1");
 }
 
-/// Warnings at the run's end, without that of a packing not at rest: an earlier frame is not at rest anyway.
+/// Returns the warnings of the run. For an earlier frame of a packing, the warning states that this frame is not at
+/// rest.
 std::vector<std::string> warnings_of(const PackingFrame& frame) {
   const bool is_packing = frame.scene.effects.has(&EffectKind::packing);
   const bool is_last = frame.frame == frame.file->frames() - 1, is_over = hdf5::exists(frame.file->file(), "summary");
@@ -249,7 +250,7 @@ ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel mode
   }
   const network::PackingNetwork built = build(frame, model, result.options, {from});
   result.resistance = network::resistances_from(built.network, built.electrode[0]);
-  result.resistance.resize(static_cast<std::size_t>(frame.packing.size()));  // without the wall, if it is one
+  result.resistance.resize(static_cast<std::size_t>(frame.packing.size()));  // drops the wall if the electrode is one
   return result;
 }
 

@@ -13,37 +13,39 @@
 
 namespace lichtenberg {
 
-/// A frame of a result file, as the network room sees it.
+/// Frame of a result file, as input of the network solver.
 struct PackingFrame {
-  std::shared_ptr<const ResultFile> file;  ///< it was read from
+  std::shared_ptr<const ResultFile> file;  ///< file of the frame
   int frame = 0;
-  Scene scene;  ///< as the run had it
+  Scene scene;  ///< scene of the run
   network::ParticlePacking packing;
   network::Contacts contacts;
-  std::vector<std::string> warnings;  ///< why it may be unsafe to use (Summary::warnings): a packing not at rest, say
+  /// reasons why it may be unsafe to use (Summary::warnings), such as a packing not at rest
+  std::vector<std::string> warnings;
 };
 
-/// The frame of that index, by default the last. Walls are those of the file or the sides of its domain. Throws
-/// InputError if there is no such file or frame, it is damaged, or the scene's particles have no radius.
+/// Reads the frame of this index; default: the last. Walls are those of the file or the sides of its domain. Throws
+/// InputError if the file or frame does not exist or is damaged, or if the scene's particles have no radius.
 PackingFrame read_packing(const std::string& path, std::optional<int> frame);
 
-/// One network of a packing, solved.
+/// Solved network of a packing.
 struct SolvedNetwork {
   NetworkModel model = NetworkModel::particle;
   NetworkOptions options;
-  bool assumed = false;  ///< nobody named a resistor: it is the constant one of 1 Ohm
+  bool assumed = false;  ///< no resistor was given: a constant one of 1 Ohm is used
   network::PackingNetwork network;
   network::Conduction conduction;
-  std::vector<int> backbone;   ///< particles that can carry a current
-  std::vector<int> dead_ends;  ///< others with a path to an electrode
-  std::vector<int> isolated;   ///< without any
+  std::vector<int> backbone;   ///< particles that can carry current
+  std::vector<int> dead_ends;  ///< other particles with a path to an electrode
+  std::vector<int> isolated;   ///< particles without a path to an electrode
 };
 
-/// Throws InputError as network::check and the two builders do.
+/// Builds and solves the network. Throws InputError as network::check and the two builders do.
 SolvedNetwork solve_network(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options,
                             double voltage);
 
-/// Why options.between has no contact-centred network, or an empty text. Throws InputError as solve_network does.
+/// Returns why the electrodes of options.between have no contact-centred network; empty if they have. Throws InputError
+/// as solve_network does.
 std::string why_no_contact_network(const PackingFrame& frame, const NetworkOptions& options);
 
 /// Effective resistances from one electrode to each particle.
@@ -51,21 +53,20 @@ struct ResistancesToAll {
   NetworkModel model = NetworkModel::particle;
   NetworkOptions options;  ///< `between`: the electrode
   bool assumed = false;    ///< as in SolvedNetwork
-  /// [particles] Ohm; 0 to itself, infinite without a path, NaN to a particle that has none because it touches the
-  /// electrode of a contact-centred network.
+  /// [particles] Ohm; 0 to itself; infinite without a path; NaN to a particle that touches the electrode in a
+  /// contact-centred network.
   std::vector<double> resistance;
 };
 
-/// By one elimination, of a contact-centred network by one for each particle; `count`, if any, is told how many are
-/// done. options.between: the electrode's name. Throws InputError as solve_network does, and for more particles than a
-/// contact-centred network may have here.
+/// Computes the resistances by one elimination; a contact-centred network needs one per particle. `count`, if given, is
+/// called with the number of finished particles. options.between: name of the electrode. Throws InputError as
+/// solve_network does, and if a contact-centred network has too many particles.
 ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options,
                                     const std::function<void(int)>& count = {});
 
-/// Puts the networks into the result file, one group /network/MODEL each, over those of an earlier call, and removes
-/// the contact-centred one of an earlier call if `no_contact_network`; the file is replaced as a whole. Throws Failure,
-/// and leaves the file alone, if it cannot be written or is no longer the one that the frame was read from (its run
-/// goes on).
+/// Stores each network in the group /network/MODEL of the result file and replaces earlier ones. Removes an earlier
+/// contact-centred one if `no_contact_network`. The file is replaced as a whole. Throws Failure, without changing the
+/// file, if it cannot be written or has changed since the frame was read (its run continues).
 void save_networks(const std::string& path, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks,
                    bool no_contact_network = false);
 

@@ -14,7 +14,7 @@ namespace {
 using Seconds = std::chrono::duration<double>;
 
 constexpr Seconds between_redraws{0.1};
-constexpr Seconds between_lines{30};  // where lines pile up: a log file
+constexpr Seconds between_lines{30};  // if lines accumulate, as in a log file
 
 }  // namespace
 
@@ -44,7 +44,7 @@ std::optional<double> seconds_left(double done, double seconds, double recent, d
   return now;
 }
 
-/// The recent pace is that of the last third of what is done.
+/// Returns the text for the remaining time. The recent pace is that of the last third of the completed work.
 std::string Progress::time_left(double now) {
   const double done = (now - start_) / (stop_ - start_), seconds = Seconds(Clock::now() - began_).count();
   samples_.push_back({done, seconds});
@@ -57,7 +57,7 @@ void Progress::show(std::string line, double now) {
   shown_ = Clock::now();
   if (now > start_ && std::isfinite(stop_)) line += time_left(now);
   if (terminal_)
-    fmt::print(stderr, "\r{}\033[K", line);  // \033[K clears what is left of a longer line
+    fmt::print(stderr, "\r{}\033[K", line);  // \033[K clears the rest of a longer line
   else
     fmt::print(stderr, "{}\n", line);
   unfinished_line_ = terminal_;

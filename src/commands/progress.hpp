@@ -7,29 +7,29 @@
 
 namespace lichtenberg {
 
-/// Seconds that are left of a run of which the share `done` has taken `seconds` in all and `recent` of it, its last
-/// part, `recent_seconds`: at the pace of that part. None before a tenth is done, or if the pace since the start says
-/// otherwise by more than a factor of two: then no pace holds.
+/// Returns the remaining seconds of a run at its recent pace. `done`: completed fraction, which took `seconds`; its
+/// last part `recent` took `recent_seconds`. Empty before 10 % are done, or if the mean pace differs from the recent
+/// one by more than a factor of two.
 std::optional<double> seconds_left(double done, double seconds, double recent, double recent_seconds);
 
-/// How long something takes, for people: "4.2 s", "3 min 20 s", "2 h 5 min".
+/// Formats a duration: "4.2 s", "3 min 20 s", "2 h 5 min".
 std::string duration(double seconds);
 
-/// The line that says how far a run is, on standard error: redrawn in place on a terminal, now and then elsewhere.
+/// Progress line on standard error: redrawn in place on a terminal, otherwise printed at intervals.
 class Progress {
  public:
-  /// Where this program starts and where the run ends (infinite: nobody knows), in a measure that grows at a steady
-  /// pace; `may_end_before`: another condition may end it earlier.
+  /// `start`, `stop`: start of this session and end of the run in a measure that grows at a steady pace; infinite:
+  /// unknown. `may_end_before`: another condition may end the run earlier.
   Progress(double start, double stop, bool quiet, bool may_end_before = false);
   ~Progress() { end_line(); }
   Progress(const Progress&) = delete;
 
-  /// Whether it is time for another line.
+  /// Returns whether another line is due.
   bool due() const;
-  /// Shows a line, with how long it takes from `now` to the end, at most if it may end before, if a tenth is done and
-  /// the pace tells.
+  /// Shows a line with the remaining time from `now` to the end, or an upper bound if the run may end earlier. Omits
+  /// the time as seconds_left() does.
   void show(std::string line, double now);
-  /// Before anything else is printed: it would run into the line.
+  /// Ends the unfinished line. Call it before anything else is printed.
   void end_line();
 
  private:
@@ -40,7 +40,7 @@ class Progress {
   bool quiet_, may_end_before_, terminal_;
   bool unfinished_line_ = false;
   struct Sample {
-    double done, seconds;  ///< share of the run, time since the start
+    double done, seconds;  ///< fraction of the run; seconds since the start
   };
   std::vector<Sample> samples_;
   Clock::time_point began_ = Clock::now();

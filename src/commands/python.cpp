@@ -32,16 +32,17 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* python = "/usr/bin/python3";  // Debian's, which sees Debian's h5py and matplotlib
+constexpr const char* python = "/usr/bin/python3";  // Debian's Python, which finds Debian's h5py and matplotlib
 
-/// What the package says of its commands (`--describe`).
+/// Description of the package's commands (output of `--describe`).
 constexpr const char* table =
 #include PYTHON_COMMANDS
     ;
 
-/// Beside an installed program first, so that an installation does not depend on the source it came from.
+/// Returns the package's folder. One next to an installed program comes first, so that an installation does not depend
+/// on its source.
 std::optional<fs::path> find_package() {
-  // Not `canonical`: a program that was rebuilt while it ran is no longer there, and its link says so.
+  // `canonical` would fail for a program that was rebuilt while running, whose link names a deleted file.
   const fs::path program = fs::read_symlink("/proc/self/exe");
   for (const char* place : {PACKAGE_FROM_BINARY, PACKAGE_IN_SOURCE}) {
     const fs::path package = program.parent_path() / place;
@@ -50,7 +51,7 @@ std::optional<fs::path> find_package() {
   return {};
 }
 
-/// Python, the package and its words.
+/// Returns the words of a command line: Python, the package, then `words`.
 std::vector<std::string> command_line(std::vector<std::string> words) {
   const std::optional<fs::path> package = find_package();
   if (!package)
@@ -60,7 +61,7 @@ std::vector<std::string> command_line(std::vector<std::string> words) {
   return words;
 }
 
-/// As exec wants them, valid as long as the words.
+/// Returns a null-terminated array of pointers for exec, valid as long as `words`.
 std::vector<char*> pointers(std::vector<std::string>& words) {
   std::vector<char*> all;
   for (std::string& word : words) all.push_back(word.data());
@@ -72,7 +73,8 @@ std::vector<char*> pointers(std::vector<std::string>& words) {
   throw Failure(fmt::format("{} does not start ({})", python, std::strerror(error)));
 }
 
-/// So that the package calls this very program, even if another is built meanwhile: open as long as this process lives.
+/// Makes the package call this program, even if another is built meanwhile. The file stays open as long as the process
+/// lives.
 void name_this_program() {
   static const int program = open("/proc/self/exe", O_RDONLY);
   setenv("LICHTENBERG", fmt::format("/proc/{}/fd/{}", getpid(), program).c_str(), 1);
@@ -102,17 +104,18 @@ bool run_package(std::vector<std::string> words, int output = STDOUT_FILENO, int
 [[noreturn]] void become_package(std::vector<std::string> words) {
   std::vector<std::string> command = command_line(std::move(words));
   name_this_program();
-  parallel::finish_petsc();  // which no exit handler does any more
+  parallel::finish_petsc();  // exec runs no exit handlers
   execv(python, pointers(command).data());
   refuse_start(errno);
 }
 
-/// What the command line sets for an argument.
+/// Value of an argument on the command line.
 using Value = std::variant<bool, double, std::string, std::optional<int>, std::optional<double>,
                            std::optional<std::string>, std::vector<int>, std::vector<std::string>>;
 
 struct PythonArgument {
-  std::string name, done;  ///< what is done with the result file that it names; empty: it names none
+  /// `done`: participle for messages about the result file that the argument names; empty: it names none
+  std::string name, done;
   Value value;
 };
 
@@ -128,10 +131,11 @@ Value value_of(const json& described) {
   return std::optional<std::string>();
 }
 
-/// The value as words for Python; none if the argument was not given.
+/// Returns the value as words for Python; empty if the argument was not given.
 std::vector<std::string> words_of(const PythonArgument& argument) {
   const auto word = [&](const auto& value) {
-    if (argument.name.starts_with('-')) return fmt::format("{}={}", argument.name, value);  // it may begin with a dash
+    // the value may begin with a dash
+    if (argument.name.starts_with('-')) return fmt::format("{}={}", argument.name, value);
     if constexpr (requires { value.empty(); }) return as_word(value);
     return fmt::format("{}", value);
   };
@@ -152,7 +156,7 @@ std::vector<std::string> words_of(const PythonArgument& argument) {
       argument.value);
 }
 
-/// Refuses damaged result files. The folder and the tables of an ensemble are none.
+/// Throws InputError for damaged result files. Folders and tables (.json) of ensembles are skipped.
 void check_results(const std::deque<PythonArgument>& arguments) {
   for (const PythonArgument& argument : arguments) {
     if (argument.done.empty()) continue;
@@ -172,7 +176,7 @@ void become_command(const std::string& name, const std::deque<PythonArgument>& a
   std::vector<std::string> words{name}, positional;
   for (const PythonArgument& argument : arguments)
     std::ranges::move(words_of(argument), std::back_inserter(argument.name.starts_with('-') ? words : positional));
-  if (!positional.empty()) words.push_back("--");  // after it Python takes no negative number for an option
+  if (!positional.empty()) words.push_back("--");  // after it Python does not read a negative number as an option
   std::ranges::move(positional, std::back_inserter(words));
   become_package(std::move(words));
 }
@@ -233,7 +237,7 @@ std::string error_message(const std::string& output) {
   return output.substr(begin, output.find_last_not_of('\n') + 1 - begin);
 }
 
-/// The folders in which there may be modules that this program does not know.
+/// Returns the folders that may contain command modules added after the build.
 std::vector<fs::path> folders_of_commands() {
   std::vector<fs::path> folders;
   if (const std::optional<fs::path> package = find_package()) folders.push_back(*package / "commands");

@@ -6,27 +6,27 @@
 
 #include "src/commands/commands.hpp"
 
-/// Commands and pictures of the Python package (python/lichtenberg), which runs in a process of its own.
+/// Commands and pictures of the Python package (python/lichtenberg), which runs in its own process.
 namespace lichtenberg {
 
-/// Those that the package had when this program was built. They become Python once their words are read, after a look
-/// at the result files that these name: HDF5 in Python would crash on some damaged ones. Throw InputError for these,
-/// Failure if Python cannot be started.
+/// Returns the commands of the package at build time. Each checks the result files that it names, because HDF5 in
+/// Python would crash on some damaged ones, and then replaces this process by Python. They throw InputError for damaged
+/// files and Failure if Python cannot be started.
 std::vector<Command> python_commands();
 
-/// One that came later, or that stands in a folder of the environment's LICHTENBERG_COMMANDS. Throws Failure if its
-/// module cannot be read.
+/// Returns a command added after the build, or in a folder of the environment variable LICHTENBERG_COMMANDS. Throws
+/// Failure if its module cannot be read.
 std::optional<Command> added_python_command(const std::string& name);
 
-/// The path of a file as a word that no program takes for an option.
+/// Returns the path as a word that no program reads as an option.
 inline std::string as_word(const std::string& path) { return path.starts_with('-') ? "./" + path : path; }
 
-/// Calls a function of the package's pictures, "network.draw_file", with the given words, and waits for it. Its
-/// messages go to standard error. Throws Failure if it is not there or fails.
+/// Calls a function of the package's pictures, such as "network.draw_file", with the words, and waits for it. Its
+/// messages go to standard error. Throws Failure if it does not exist or fails.
 void draw(const std::string& function, std::vector<std::string> words);
 
-/// The picture of a result file. The result is safe, so a picture that cannot be drawn is no reason to fail: standard
-/// error says so. Adds the wall time (s) that it takes.
+/// Draws the picture of a result file. If that fails, prints a message on standard error, because the result is
+/// complete. Adds the wall time (s) to `seconds`.
 void draw_picture(const std::string& file, double& seconds);
 
 }  // namespace lichtenberg

@@ -24,7 +24,8 @@ namespace {
 
 volatile pid_t reader = 0;
 
-/// To the child, but for signals of a terminal, which reach it as well.
+/// Signal handler: passes the signal to the child. The terminal's signals are skipped, because the child receives them
+/// as well.
 void pass_on(int signal, siginfo_t* about, void*) {
   if (about->si_code != SI_KERNEL) kill(reader, signal);
 }
@@ -39,9 +40,9 @@ void pass_signals_on() {
   }
 }
 
-/// The child has the process number 0. None, and -1, where the system has no more.
+/// Forks. Returns 0 in the child; -1 if the system allows no further process.
 pid_t fork_reader() {
-  std::fflush(nullptr);  // or the child would write what waits once more
+  std::fflush(nullptr);  // otherwise the child would write buffered output again
   const pid_t parent = getpid(), child = fork();
   if (child != 0) return child;
   prctl(PR_SET_PDEATHSIG, SIGTERM);
@@ -67,12 +68,12 @@ std::string crash_in_words(const std::string& file, int status) {
                      WTERMSIG(status), strsignal(WTERMSIG(status)));
 }
 
-/// Reads the values of a dataset (H5D) or an attribute (H5A) of whatever type.
+/// Reads the values of a dataset (H5D) or an attribute (H5A) of any type, to test whether HDF5 crashes.
 template <class Space, class Type, class Read>
 void read_values(hid_t object, Space space_of, Type type_of, Read read) {
   const hdf5::Handle space(space_of(object)), stored(type_of(object));
   const hdf5::Handle type(H5Tget_native_type(stored, H5T_DIR_ASCEND));
-  constexpr double most = 1e9;  // B: a damaged length may be any
+  constexpr double most = 1e9;  // B; a damaged length may have any value
   const hssize_t values = hdf5::check(H5Sget_simple_extent_npoints(space));
   if (static_cast<double>(values) * static_cast<double>(H5Tget_size(type)) > most) return;
   std::vector<std::byte> bytes(static_cast<std::size_t>(values) * H5Tget_size(type));
@@ -87,9 +88,9 @@ void read_attributes(hid_t object) {
   }
 }
 
-/// Reads all objects of a group and of the groups below. Skips objects that HDF5 refuses.
+/// Reads all objects of a group and its subgroups. Skips objects that HDF5 refuses.
 void read_group(hid_t group, int depth = 0) {
-  constexpr int deepest = 32;  // links may form a circle
+  constexpr int deepest = 32;  // links may form a cycle
   read_attributes(group);
   for (const std::string& name : hdf5::names(group)) try {
       const hdf5::Handle object(H5Oopen(group, name.c_str(), H5P_DEFAULT));
@@ -103,7 +104,8 @@ void read_group(hid_t group, int depth = 0) {
     }
 }
 
-/// Reports a crashed child and returns the exit status. A file is at fault only if merely reading it crashes as well.
+/// Reports a crashed child and returns the exit status. The message blames a file only if merely reading it crashes as
+/// well.
 int report_crash(const std::vector<std::string>& files, int status) {
   try {
     for (const std::string& file : files)
@@ -144,7 +146,7 @@ void try_reading(const std::string& file, const std::function<void()>& read) {
     for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) dup2(nothing, stream);
     try {
       read();
-    } catch (...) {  // the parent meets it again
+    } catch (...) {  // the parent encounters the same exception
     }
     _exit(0);
   }

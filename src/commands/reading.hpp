@@ -8,21 +8,22 @@ namespace lichtenberg {
 
 class ResultFile;
 
-/// The rest of a command that reads result files, in a child process: HDF5 may crash on bytes that are damaged, or made
-/// to harm, though their checksum is right. Returns in the child. This process passes signals on, waits, and ends as
-/// the child does. If the child crashes, a second child reads each file as a whole: a file at which that one crashes
-/// too is damaged (exit status 2), else the sentence names an error of the program (exit status 1). Under mpirun, whose
-/// processes must not fork, it does nothing.
+/// Executes the rest of a command that reads result files in a child process, because HDF5 may crash on damaged or
+/// malicious bytes with a valid checksum. Returns in the child. The parent passes signals on, waits, and ends with the
+/// child's status. If the child crashes, a second child reads each file as a whole. A file that crashes this child too
+/// is damaged (exit status 2); otherwise the message reports an error of the program (exit status 1). Under mpirun,
+/// whose processes must not fork, it has no effect.
 void read_in_child(const std::vector<std::string>& files);
 
-/// For a command that goes on with the data read: calls `read` in a child process first, whose exceptions
-/// and results are lost. Throws InputError if the child crashes.
+/// Calls `read` first in a child process, whose exceptions and results are discarded. For commands that use the data
+/// afterwards. Throws InputError if the child crashes.
 void try_reading(const std::string& file, const std::function<void()>& read);
 
-/// Throws InputError, with what was to be `done`, if the result is damaged; says so if another program has changed it.
+/// Throws InputError if the result is damaged. `done`: participle for the message ("... cannot be `done`"). Prints a
+/// message if another program has changed the file.
 void check_bytes(const std::string& path, const std::string& done);
 
-/// Says on standard error that a file has lost its checksum to another program, if it has.
+/// Prints a message on standard error if the file lost its checksum because another program changed it.
 void warn_if_changed(const ResultFile& result);
 
 }  // namespace lichtenberg

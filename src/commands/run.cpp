@@ -63,7 +63,8 @@ Scene requested_scene(const RunArguments& request) {
   Interruption::obey();
 }
 
-/// Conductors may take minutes to be placed, an accuracy seconds to choose a method for.
+/// Reads the scene so that a signal can stop it: positions of conductors may take minutes, the choice of a method
+/// seconds.
 Scene interruptible_scene(const RunArguments& request, Interruption& interruption) {
   try {
     Scene scene = requested_scene(request);
@@ -82,7 +83,7 @@ std::unique_ptr<Motion> make_motion(const Scene& scene) {
   return std::make_unique<Simulation>(scene);
 }
 
-/// The pictures that a run leaves take the place of its own alone.
+/// Throws InputError if a picture of the run would replace a file, unless the result is replaced too.
 void check_pictures(const RunArguments& request, const Scene& scene) {
   if (!scene.output.picture || request.resume || request.overwrite) return;
   const std::string stem = std::filesystem::path(scene.output.file).replace_extension().string();
@@ -94,7 +95,7 @@ void check_pictures(const RunArguments& request, const Scene& scene) {
 }
 
 Recorder open_recorder(const RunArguments& request, const Scene& scene) {
-  check_writable(scene.output.file);  // a name that no file can have is not asked after
+  check_writable(scene.output.file);  // also reports names that no file can have
   if (request.resume) {
     try_reading(scene.output.file, [&] { Recorder::resume(scene.output.file, scene); });
     return Recorder::resume(scene.output.file, scene);
@@ -104,7 +105,7 @@ Recorder open_recorder(const RunArguments& request, const Scene& scene) {
   return Recorder::start(scene.output.file, scene, make_bodies(scene).mass, request.overwrite);
 }
 
-/// Throws Failure before a frame with numbers that are none is written.
+/// Throws Failure if a frame holds non-finite numbers. Call it before the frame is written.
 void check_finite(const Frame& frame) {
   for (const char* name : {"position", "velocity", "charge", "force"}) {
     const Column* column = frame.find(name);
@@ -115,15 +116,15 @@ void check_finite(const Frame& frame) {
   }
 }
 
-/// A scene's run, from its start or its last checkpoint to its end.
+/// Run of a scene from its start or last checkpoint to its end.
 ///
-/// A checkpoint may make a motion forget what it cannot hold, which changes the last digits of what follows. So, unless
-/// the motion says that its checkpoints are exact, they are made at the frames whose index says so, and at the end, and
-/// at no other time: then a resumed run forgets at the same instants as an uninterrupted one and gives the same bits. A
-/// run that fails on its way leaves one at its last frame.
+/// A checkpoint may discard state of the motion that it cannot store, which changes the last digits of the following
+/// results. Unless the motion's checkpoints are exact, they are written only at frames with fixed indices and at the
+/// end. A resumed run then discards the same state at the same instants and is bitwise identical to an uninterrupted
+/// one. A run that fails leaves a checkpoint at its last frame.
 ///
-/// Where the motion leaves a core, frames and checkpoints are put together and written by another thread, in their
-/// order and with the same bits, at most one frame behind: before anything is said of the file, it is there.
+/// If the motion leaves a core free, another thread assembles and writes frames and checkpoints, in order and with
+/// bitwise identical results, at most one frame behind. Messages about the file appear only after it is written.
 class Run {
  public:
   Run(const RunArguments& request, const Scene& scene)
@@ -137,7 +138,7 @@ class Run {
     if (recorder_.checkpoint()) motion_->restore(*recorder_.checkpoint());
   }
 
-  /// Up to its end, at which the file is whole and anybody's.
+  /// Advances to the end of the run, then writes and unlocks the file.
   void advance_to_the_end() {
     if (scene_.field_accuracy() && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene_.field()));
     warn_before();
@@ -151,7 +152,7 @@ class Run {
       advance(due, progress);
       look();
       if (over_ || motion_->time() >= due) record(progress);
-      frame_ = nullptr;  // what nobody is to make is over
+      frame_ = nullptr;  // discard a frame that will not be recorded
       if (!over_ && progress.due()) progress.show(motion_->progress(), motion_->way().done);
       if (Interruption::requested() && (saved_ || motion_->exact_anywhere())) stop_here(progress);
     }
@@ -166,7 +167,7 @@ class Run {
   }
 
  private:
-  /// Warnings that follow from the scene alone, before the work; the result holds them too.
+  /// Prints warnings that follow from the scene alone, before the work. The result stores them too.
   void warn_before() const {
     for (const std::string& warning :
          {effects::unresolved_bodies(scene_), scene_.reference ? granular::stages_warning(scene_) : std::string()})
@@ -178,7 +179,7 @@ class Run {
     over_ = motion_->finished();
   }
 
-  /// To the next frame. If that fails, what has been computed until the last one is saved.
+  /// Advances to the next frame. If that fails, saves the state of the last frame.
   void advance(double due, Progress& progress) {
     saved_ = false;
     const auto pause = [&] {
@@ -191,7 +192,8 @@ class Run {
     } catch (const Paused&) {
       stop_where_saved(progress);
     } catch (const Failure& failure) {
-      if (parallel::process_count() > 1) throw;  // it may be this process's own, and saving takes all
+      // the failure may be of this process only, and saving needs all processes
+      if (parallel::process_count() > 1) throw;
       progress.end_line();
       save_last_state(failure);
       throw Failure(
@@ -202,7 +204,7 @@ class Run {
     if (backlog_.has_failed()) backlog_.finish();
   }
 
-  /// What has been computed until the last frame. A disk that fails with the motion has its say too.
+  /// Saves the state of the last frame. If that fails too, the message reports both failures.
   void save_last_state(const Failure& failure) {
     try {
       backlog_.finish();
@@ -233,7 +235,7 @@ class Run {
     fmt::print(stderr, "lichtenberg: {}\n", printable(warning));
   }
 
-  /// With what the last frame left to be written, while the motion goes on.
+  /// Saves a checkpoint in the background, with the data deferred since the last frame, while the motion continues.
   void save_later(Progress& progress) {
     for (const std::string& warning : motion_->warnings()) warn(warning, progress);
     const Stopwatch stopwatch(recording_seconds_);
@@ -252,7 +254,7 @@ class Run {
     Milestone milestone;
     if (over_) {
       if (const std::string warning = recorder_.warning_of_columns(); !warning.empty()) warn(warning, progress);
-      milestone.field = field();  // of any other instant `plot` solves it from the frame
+      milestone.field = field();  // for other instants `plot` solves the field from the frame
       conclude();
       milestone.summary = summary_.quantities;
       milestone.warnings = summary_.warnings;
@@ -273,9 +275,9 @@ class Run {
 
   void conclude() { summary_ = motion_->summary(); }
 
-  /// A run that was over when it was resumed: perhaps its very last instant has been saved, but not as its end, or its
-  /// frames have not been put together, or the scene's [stop] now calls it another end. One that is past a [stop] that
-  /// was set back stays as it is.
+  /// Completes the file of a run that was over when it was resumed. The last instant may have been saved but not as the
+  /// end, frames may not be merged, or the present [stop] may define another end. A run past a reduced [stop] stays
+  /// unchanged.
   void save_the_end(Progress& progress) {
     backlog_.finish();
     if (recorder_.saved_time() != motion_->time()) return record(progress);
@@ -294,8 +296,8 @@ class Run {
     stop_where_saved(progress);
   }
 
-  /// The last checkpoint stands: one made at any other instant would make the resumed run another one. Frames after it
-  /// can be looked at.
+  /// Stops at the last checkpoint. A checkpoint at another instant would change the resumed run. Frames after it remain
+  /// readable.
   [[noreturn]] void stop_where_saved(Progress& progress) {
     Interruption::take_time();
     progress.end_line();
@@ -334,17 +336,17 @@ class Run {
   RunArguments request_;
   Scene scene_;
   Recorder recorder_;
-  std::int64_t frames_;  ///< all of the run so far, those that are still to be written among them
+  std::int64_t frames_;  ///< all frames of the run so far, including those still to be written
   std::unique_ptr<Motion> motion_;
   std::function<Frame()> frame_;
   bool over_ = false;
-  bool saved_ = true;       ///< the file holds all there is
-  bool end_saved_ = false;  ///< and says that it is the end
+  bool saved_ = true;       ///< the file holds the state of the last frame
+  bool end_saved_ = false;  ///< the file holds the end of the run
   Summary summary_;
-  std::optional<Checkpoint> last_state_;  ///< of the last frame, if it is not saved
+  std::optional<Checkpoint> last_state_;  ///< state of the last frame if it is not saved
   double recording_seconds_ = 0, picture_seconds_ = 0;
-  static constexpr std::size_t a_frame = 2;  ///< tasks: a frame's, and its checkpoint's
-  parallel::Backlog backlog_;  ///< what is to be written; the last of all, as it has to do with all before it
+  static constexpr std::size_t a_frame = 2;  ///< tasks per frame: the frame and its checkpoint
+  parallel::Backlog backlog_;  ///< tasks that write the file; destroyed first because they use the other members
 };
 
 void run(const RunArguments& request) {
@@ -356,7 +358,7 @@ void run(const RunArguments& request) {
     run.emplace(request, scene);
     run->advance_to_the_end();
   }
-  if (Interruption::requested()) Interruption::obey();  // it came when all was saved: pictures can wait
+  if (Interruption::requested()) Interruption::obey();  // the signal came after all was saved; no pictures are drawn
   run->report();
 }
 

@@ -10,10 +10,10 @@
 
 namespace lichtenberg {
 
-/// A folder of its own for files that nobody keeps, gone with this object.
+/// Temporary folder that the destructor removes.
 class ScratchFolder {
  public:
-  /// Throws Failure if it cannot be made.
+  /// Throws Failure if the folder cannot be created.
   ScratchFolder() : path_((std::filesystem::temp_directory_path() / "lichtenberg-XXXXXX").string()) {
     if (mkdtemp(path_.data()) == nullptr) throw Failure("no folder for files in passing can be made at " + path_);
   }

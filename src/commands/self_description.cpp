@@ -13,7 +13,7 @@
 namespace lichtenberg {
 namespace {
 
-/// Other spellings, and names of earlier versions.
+/// Alternative spellings and deprecated names.
 constexpr std::array<std::pair<const char*, const char*>, 5> other_names{
     {{"--out", "--output"},
      {"--colour", "--color"},
@@ -30,7 +30,7 @@ std::vector<std::string> values_of(const Argument& argument) {
   return values;
 }
 
-/// Names of options, and what may stand in place of one that is told by its place.
+/// Returns the names of options and the allowed values of positional arguments.
 std::string words_of(const Command& command) {
   std::vector<std::string> words;
   for (const Argument& argument : command.arguments) {
@@ -40,7 +40,7 @@ std::string words_of(const Command& command) {
   return fmt::format("{}", fmt::join(words, " "));
 }
 
-/// Cases of a command and the option before the word.
+/// Returns shell cases by command and preceding option.
 std::string cases_of_values(const Command& command) {
   std::string cases;
   for (const Argument& argument : command.arguments)
@@ -56,7 +56,7 @@ std::string value_in_words(const Argument& argument) {
   return argument.rule.value_optional ? "[=FILE]" : " VALUE";
 }
 
-/// Text as roff has it: a dash that can be copied, no backslash and no dot that would be a request.
+/// Escapes text for roff: dashes that can be copied, backslashes, and leading dots that would be requests.
 std::string roff(const std::string& text) {
   std::string result;
   for (const char c : text) {

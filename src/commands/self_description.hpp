@@ -7,13 +7,13 @@
 
 namespace lichtenberg {
 
-/// All names of an argument of a command: its own, then others by which its option is known too.
+/// Returns all names of an argument of a command: its own, then the aliases of the option.
 std::vector<std::string> names_of(const Argument& argument, const Command& command);
 
-/// A script for bash that completes commands, their options with the values that are allowed, and names of files.
+/// Returns a bash script that completes commands, options, their allowed values and file names.
 std::string bash_completion(const std::vector<Command>& commands);
 
-/// A manual page (roff, for man) of all commands.
+/// Returns a manual page (roff) of all commands.
 std::string manual_page(const std::vector<Command>& commands);
 
 }  // namespace lichtenberg

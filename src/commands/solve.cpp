@@ -37,28 +37,28 @@ struct SolveArguments {
   JsonTarget json;
 };
 
-/// An electrode or a side that is one: what holds it and what it carries.
+/// Potential and charge of an electrode or of an electrode side.
 struct TerminalAnswer {
   std::string name;
   double potential = 0, charge = 0;  ///< V, C
-  int group = 0;                     ///< its row of the capacitance matrix
+  int group = 0;                     ///< row of the capacitance matrix
 };
 
-/// The charge on each of these when one is at 1 V and all others at 0 V.
+/// Capacitance matrix: charge on each group when one is at 1 V and all others are at 0 V.
 struct Capacitances {
   std::vector<std::string> names;
   std::vector<double> matrix;  ///< F, names x names
 };
 
-/// The answer in SI units, the scene's depth multiplied in.
+/// Solution in SI units, multiplied by the scene's depth.
 struct Answer {
   Scene scene;
   FieldProblem field{};
   laplace::LaplaceSolution solution{};             ///< per metre of depth; in three dimensions without forces
   std::vector<Vec3> force{};                       ///< N
-  std::array<double, 6> side_charge{};             ///< C, of electrodes; in a plane per metre of depth
-  std::optional<double> charge_of_joined_sides{};  ///< C, in three dimensions, where electrode sides meet
-  Capacitances capacitance{};                      ///< empty if not asked for
+  std::array<double, 6> side_charge{};             ///< C, of electrode sides; in a plane per metre of depth
+  std::optional<double> charge_of_joined_sides{};  ///< C, in three dimensions where electrode sides meet
+  Capacitances capacitance{};                      ///< empty if not requested
 
   int size() const { return static_cast<int>(scene.conductors.size()); }
   bool in_space() const { return scene.dimension() == 3; }
@@ -83,8 +83,8 @@ void print_conductors(const Answer& answer) {
   }
 }
 
-/// Electrode sides that meet at a corner or an edge, by the first of them; -1: the side is none. They have one
-/// potential.
+/// Returns for each side the first electrode side that it meets directly or through others, at corners or edges; -1 if
+/// the side is no electrode. Joined sides have one potential.
 std::vector<int> joined_sides(const Scene& scene) {
   const int sides = 2 * scene.dimension();
   std::vector<int> first(sides, -1);
@@ -106,7 +106,7 @@ std::string name_of_sides(const std::vector<int>& joined, int first) {
   return fmt::format("the {} side{} of the domain", fmt::join(names, ", "), names.size() > 1 ? "s" : "");
 }
 
-/// Those sides that are the first of their kind.
+/// Returns the sides that are the first of their joined set.
 std::vector<int> first_sides(const std::vector<int>& joined) {
   std::vector<int> sides;
   for (int s = 0; s < static_cast<int>(joined.size()); ++s)
@@ -114,8 +114,8 @@ std::vector<int> first_sides(const std::vector<int>& joined) {
   return sides;
 }
 
-/// In the order of effects::terminals_of: the electrodes, then those sides that are; then sides that meet at edges in
-/// space, of which the sum of the charges alone is known.
+/// Returns the terminals in the order of effects::terminals_of: electrodes, then electrode sides. In space, for sides
+/// that meet at edges only the sum of the charges is known; it comes last.
 std::vector<TerminalAnswer> terminals(const Answer& answer) {
   std::vector<TerminalAnswer> found;
   const laplace::LaplaceSolution& solution = answer.solution;
@@ -148,7 +148,7 @@ void print_terminals(const Answer& answer) {
   const std::vector<TerminalAnswer> all = terminals(answer);
   if (all.empty()) return;
   fmt::print("\n{:>14} {:>13}  electrode\n", "potential (V)", "charge (C)");
-  for (const auto& [name, potential, charge, group] : all)  // of sides that meet at an edge the sum alone is known
+  for (const auto& [name, potential, charge, group] : all)  // for sides that meet at an edge only the sum is known
     fmt::print("{:>14.7g} {:>13}  {}\n", potential, std::isnan(charge) ? "unknown" : fmt::format("{:.6g}", charge),
                name);
 }
@@ -182,7 +182,7 @@ void print_table(const Answer& answer) {
   if (!answer.capacitance.names.empty()) print_capacitance(answer);
 }
 
-/// Why the answer may be unsafe to use (Summary::warnings).
+/// Returns reasons why the solution may be unsafe to use (Summary::warnings).
 std::vector<std::string> warnings_of(const Answer& answer) {
   const std::string unresolved = effects::unresolved_bodies(answer.scene);
   return unresolved.empty() ? std::vector<std::string>{} : std::vector{unresolved};
@@ -236,7 +236,7 @@ nlohmann::ordered_json json_of(const Answer& answer) {
   return json;
 }
 
-/// Fills in the solution, and what was chosen for it. Returns its solver.
+/// Solves the plane problem as requested and stores the solution and the choices. Returns the solver.
 std::unique_ptr<laplace::LaplaceSolver> solve_as_asked(Answer& answer) {
   if (const FieldRequest* asked = answer.scene.field_request()) {
     laplace::AccurateSolution found =
@@ -250,7 +250,7 @@ std::unique_ptr<laplace::LaplaceSolver> solve_as_asked(Answer& answer) {
   return solver;
 }
 
-/// Fills in what was chosen for spheres, and their solution. Returns the solver.
+/// Solves the problem of spheres as requested and stores the choices. Returns the solver.
 laplace::SphereSolver solve_spheres_as_asked(Answer& answer, laplace::SphereSolution& solution) {
   if (answer.scene.field_accuracy()) {
     laplace::AccurateSpheres found = effects::solve_to_accuracy(answer.scene, answer.field.spheres);
@@ -262,8 +262,8 @@ laplace::SphereSolver solve_spheres_as_asked(Answer& answer, laplace::SphereSolu
   return solver;
 }
 
-/// Charges (F) when the sides that are joined with `one` are at 1 V and all else at 0 V: of the groups, then of
-/// first_sides.
+/// Returns the charges (F) when the sides joined with `one` are at 1 V and all else is at 0 V: those of the groups,
+/// then of first_sides.
 std::vector<double> charges_by_side(laplace::LaplaceSolver& solver, laplace::LaplaceProblem unit,
                                     const std::vector<int>& joined, int one, double depth) {
   std::vector<double> charges(unit.groups.size());
@@ -280,7 +280,7 @@ std::vector<double> charges_by_side(laplace::LaplaceSolver& solver, laplace::Lap
   return charges;
 }
 
-/// The same of spheres. Where sides are joined all are, and have one charge.
+/// Returns the same for spheres. If sides are joined, all of them are, with one charge.
 std::vector<double> charges_by_side(laplace::SphereSolver& solver, laplace::SphereProblem unit,
                                     const std::vector<int>& joined, int one) {
   std::vector<double> charges(unit.groups.size());
@@ -295,8 +295,9 @@ std::vector<double> charges_by_side(laplace::SphereSolver& solver, laplace::Sphe
   return charges;
 }
 
-/// Of the groups, and of the sides of the domain that are electrodes: what a group's potential makes on a side is what
-/// the side's makes on the group. `among_groups` (F): without the sides; by_side(side): charges_by_side.
+/// Extends the capacitance matrix by the electrode sides. By symmetry, the charge of a group due to a side's potential
+/// equals that of the side due to the group's. `among_groups` (F): matrix without sides; by_side(side):
+/// charges_by_side.
 Capacitances with_sides(const Answer& answer, const std::vector<int>& joined, const std::vector<double>& among_groups,
                         const std::function<std::vector<double>(int side)>& by_side) {
   Capacitances found{answer.field.group_names, {}};
@@ -330,7 +331,7 @@ Capacitances capacitances(laplace::SphereSolver& solver, const Answer& answer) {
                     [&](int side) { return charges_by_side(solver, problem, joined, side); });
 }
 
-/// What a run of the scene would record at its start.
+/// Returns the frame that a run of the scene would record at its start.
 ConductorFrame frame_of(const Answer& answer) {
   ConductorFrame frame;
   for (int i = 0; i < answer.size(); ++i) {
@@ -345,14 +346,15 @@ ConductorFrame frame_of(const Answer& answer) {
   return frame;
 }
 
-/// Drawn as a frame of a run is, from a result that holds nothing else.
+/// Draws the solution as a frame of a run, from a temporary result file.
 void draw_solution(const Answer& answer, std::optional<laplace::Field> field, const std::string& picture) {
   const ScratchFolder folder;
   const std::string file = folder.file("solution.h5");
   {
     Recorder recorder = Recorder::start(file, answer.scene, make_bodies(answer.scene).mass, false);
     Frame frame = columns_of(frame_of(answer));
-    if (answer.size() == 0) frame.add_particles("potential", "V", std::vector<double>{});  // what the colours mean
+    // defines the quantity of the colours
+    if (answer.size() == 0) frame.add_particles("potential", "V", std::vector<double>{});
     recorder.add(std::move(frame));
     Milestone milestone;
     milestone.field = std::move(field);
@@ -362,7 +364,7 @@ void draw_solution(const Answer& answer, std::optional<laplace::Field> field, co
   draw("frames.draw_solution", {file, picture});
 }
 
-/// Throws Failure if what was solved for holds a number that is none, before anything is printed or written of it.
+/// Throws Failure if the solution holds a non-finite number. Call it before output.
 void check_finite(const Answer& answer) {
   const auto finite = [](double value) { return std::isfinite(value); };
   bool all = finite(answer.energy()) && std::ranges::all_of(answer.capacitance.matrix, finite);
@@ -427,7 +429,7 @@ bool is_result(const std::string& path) {
   }
 }
 
-/// Before the work: that the files to be written can be, and replace neither what is read nor a result.
+/// Throws InputError if output files cannot be written or would replace an input or a result. Call it before the work.
 void check_files(const SolveArguments& request) {
   if (!request.picture.empty()) {
     check_picture("--picture", request.picture);
@@ -445,7 +447,7 @@ Answer solve(const SolveArguments& request, Scene scene) {
   effects::check_processes(&answer.scene.field_table);
   answer.field = make_field_problem(answer.scene);
   answer.in_space() ? solve_in_space(answer, request) : solve_in_plane(answer, request);
-  check_finite(answer);  // its capacitances too
+  check_finite(answer);  // includes the capacitances
   return answer;
 }
 

@@ -16,15 +16,15 @@
 namespace lichtenberg {
 namespace {
 
-/// In the scene's reduced units.
+/// Forces on charged grains, in the scene's reduced units.
 struct GrainAnswer {
   Bodies bodies;
-  std::vector<double> potential;  ///< q0/d0, of all other charges and dipoles at a grain's centre
+  std::vector<double> potential;  ///< q0/d0, at a grain's centre, due to all other charges and dipoles
   std::vector<Vec3> force;        ///< m0 v0^2/d0
   std::vector<Vec3> dipole;       ///< q0 d0; empty without [effects.induced_dipoles]
   double energy = 0;              ///< m0 v0^2
   std::string method;
-  std::optional<double> accuracy;  ///< asked for, where the sum has one
+  std::optional<double> accuracy;  ///< requested accuracy, for sums that have one
   std::vector<std::string> warnings;
   double seconds = 0;
 };

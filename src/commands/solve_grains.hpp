@@ -5,8 +5,8 @@
 
 namespace lichtenberg {
 
-/// Prints forces, potentials and energy of the charges of a scene's grains at the start, with the dipoles that they
-/// induce, in the scene's reduced units: a table, or where `json` says. Throws InputError for a scene without [effects.coulomb].
+/// Prints forces, potentials and energy of the charges of a scene's grains at the start, including induced dipoles, in
+/// reduced units, as a table or as `json`. Throws InputError for a scene without [effects.coulomb].
 void solve_grains(const Scene& scene, const JsonTarget& json);
 
 }  // namespace lichtenberg

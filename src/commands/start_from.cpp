@@ -27,15 +27,15 @@ void check_bodies(const Result& result, const Scene& scene, const StopRequest& s
   if (result.radius().size() != scene.conductors.size())
     refuse_it(fmt::format("it has {} bodies, {} has {}", result.radius().size(), scene.path, scene.conductors.size()));
   const Scene there = result.scene(effects::all_kinds(), stop);
-  // A packing has no velocities and no charges, so that its unit of length may be that of grains as well.
+  // A packing has no velocities and charges, so its unit of length is also valid for grains.
   const bool from_packing = there.effects.has(&EffectKind::packing);
   if (there.dimension() != scene.dimension() ||
       (!from_packing && there.reference.has_value() != scene.reference.has_value()))
     refuse_it(fmt::format("it is of another kind of scene than {}", scene.path));
 }
 
-/// Throws InputError for a place that this domain does not have, and for grains that overlap by more than a radius: as
-/// deep as no contact brings them, but a smaller periodic domain does.
+/// Throws InputError for positions outside the domain and for grains that overlap by more than a radius. Contacts never
+/// reach such overlaps, but a smaller periodic domain can produce them.
 void check_places(const std::string& path, const Scene& scene) {
   const auto refuse_it = [&](const std::string& why) {
     throw InputError(fmt::format("--from {}: {}; the domain.size of {} must have room for all", path, why, scene.path));
@@ -56,7 +56,7 @@ void check_places(const std::string& path, const Scene& scene) {
   }
 }
 
-/// Row i of numbers that come `width` a body.
+/// Returns the three components of row i.
 Vec3 vector_at(const std::vector<double>& numbers, std::size_t i) {
   return {numbers.at(3 * i), numbers.at(3 * i + 1), numbers.at(3 * i + 2)};
 }

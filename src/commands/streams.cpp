@@ -10,19 +10,19 @@
 namespace lichtenberg {
 namespace {
 
-int first_error = 0;  // of standard output
+int first_error = 0;  // errno of the first failed write to standard output
 bool output_repeats_files = false, closed_pipes_end_us = false;
 
-/// Descriptors are taken in their order, so that each open() returns the one that is closed.
+/// Opens /dev/null for closed standard descriptors. Ascending order ensures that each open() returns the closed one.
 void open_closed_descriptors() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
-    // In the direction that is not wanted: a read or write fails as it did.
+    // The opposite direction keeps reads and writes failing as on a closed descriptor.
     if (open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
   }
 }
 
-/// Writes all bytes to the descriptor; returns the errno of a failure, else 0.
+/// Writes all bytes to the descriptor. Returns 0, or the errno of a failure.
 int write_all(int descriptor, const char* bytes, std::size_t count) {
   while (count > 0) {
     const ssize_t written = write(descriptor, bytes, count);
@@ -40,7 +40,8 @@ ssize_t write_message(void*, const char* bytes, std::size_t count) {
 }
 
 ssize_t write_output(void*, const char* bytes, std::size_t count) {
-  if (first_error == 0) first_error = write_all(STDOUT_FILENO, bytes, count);  // after an error no gap in what follows
+  // after an error nothing more is written, which avoids gaps
+  if (first_error == 0) first_error = write_all(STDOUT_FILENO, bytes, count);
   return static_cast<ssize_t>(count);
 }
 
@@ -50,7 +51,7 @@ std::FILE* stream(cookie_write_function_t* write, int buffering) {
   return file;
 }
 
-/// A handler, not SIG_IGN, which programs that this one starts would inherit.
+/// Installs a handler for SIGPIPE. Child processes would inherit SIG_IGN.
 void survive_closed_pipes() {
   struct sigaction action {
   }, before{};

@@ -5,27 +5,26 @@
 
 namespace lichtenberg {
 
-/// Prepares standard input, output and error, once in a process, before any file is opened:
-/// - a stream that is closed becomes /dev/null, so that no file gets its descriptor and with it what is printed;
-/// - a write to standard error or output that fails (a full disk, a closed pipe) throws nothing and ends nothing. That
-///   of standard error is forgotten, that of standard output is kept for output_error().
+/// Prepares standard input, output and error, once per process, before any file is opened.
+/// - Closed streams become /dev/null, so that no file receives their descriptor and the printed text with it.
+/// - Failed writes (full disk, closed pipe) neither throw nor end the program. Errors of standard error are ignored.
+///   Errors of standard output are kept for output_error().
 void prepare_streams();
 
-/// The text with control characters other than line ends and tabs written as \x1b, so that names of files and keys that
-/// a stranger chose do nothing to a terminal.
+/// Returns the text with control characters other than line ends and tabs written as \x1b, so that names in files from
+/// others cannot control a terminal.
 std::string printable(std::string_view text);
 
-/// Says that the command's work stands in files, and that what it prints repeats it: then output that cannot be written
-/// is no failure of the command.
+/// Declares that the results are in files and printed output only repeats them. Output that cannot be written is then
+/// no failure of the command.
 void output_is_optional();
 bool is_output_optional();
 
-/// Writes what standard output holds back. Returns the errno of the first write that failed since prepare_streams(), 0
-/// if none did.
+/// Flushes standard output. Returns the errno of the first failed write since prepare_streams(); 0 if there was none.
 int output_error();
 
-/// Whether standard output is a pipe that its reader has closed and the program ends by SIGPIPE, as the system has it:
-/// not if its parent has it ignore that signal, or if the output is optional.
+/// Returns whether the reader of standard output has closed the pipe and the program should end by SIGPIPE. False if
+/// the parent had SIGPIPE ignored, or if the output is optional.
 bool closed_pipe_ends_program();
 void end_by_closed_pipe();
 

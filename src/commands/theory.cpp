@@ -68,7 +68,7 @@ std::string cell(double value, int digits = 6) {
   return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "-";
 }
 
-/// Columns from `begin` on that fit beside the first one; returns the one after them.
+/// Prints the columns from `begin` that fit on a line after the first column. Returns the index of the next column.
 std::size_t print_columns(const TheoryTable& table, std::size_t begin, std::size_t every) {
   constexpr std::size_t line = 120, narrowest = 12;
   const auto width = [&](std::size_t k) {
@@ -90,7 +90,7 @@ std::size_t print_columns(const TheoryTable& table, std::size_t begin, std::size
   return next;
 }
 
-/// A column at this place, straight between its values over the logarithm of the first; NaN outside of it.
+/// Returns the column at x by linear interpolation of logarithms; NaN outside of the table.
 double value_at(const TheoryTable& table, const TheoryColumn& column, double x) {
   const std::vector<double>& all = table.columns[0].values;
   const auto after = std::ranges::lower_bound(all, x) - all.begin();
@@ -99,7 +99,7 @@ double value_at(const TheoryTable& table, const TheoryColumn& column, double x) 
   return std::exp((1 - part) * std::log(column.values[after - 1]) + part * std::log(column.values[after]));
 }
 
-/// What a run has found beside what is expected, at some of its instants on a logarithmic scale.
+/// Prints a run's values next to the expected ones, at instants on a logarithmic scale.
 void print_found(const TheoryTable& table, const FoundSeries& found) {
   const auto column = std::ranges::find(table.columns, found.of, &TheoryColumn::name);
   const TheoryColumn& x = table.columns[0];
@@ -114,7 +114,7 @@ void print_found(const TheoryTable& table, const FoundSeries& found) {
   }
 }
 
-/// Some of the rows, evenly, and so many columns at a time as a line has place for.
+/// Prints evenly selected rows, in blocks of as many columns as fit on a line.
 void print_table(const TheoryTable& table) {
   constexpr std::size_t most = 25;
   const std::size_t rows = table.columns[0].values.size(), every = (rows + most - 1) / most;
@@ -131,7 +131,7 @@ void print_answer(const TheoryAnswer& answer, const std::string& source) {
   for (const TheoryTable& table : answer.tables) print_table(table);
 }
 
-/// Infinity and NaN are written as null.
+/// Converts a table. Infinity and NaN are written as null.
 nlohmann::ordered_json json_of(const TheoryTable& table) {
   nlohmann::ordered_json json{{"name", table.name}, {"title", table.title}, {"logarithmic", table.logarithmic}};
   for (const TheoryColumn& column : table.columns)
@@ -145,7 +145,7 @@ nlohmann::ordered_json json_of(const TheoryTable& table) {
   return json;
 }
 
-/// Four digits: for pictures. What is computed in full is in --field.
+/// Converts maps with four digits, which suffices for pictures. The option --field stores the full precision.
 nlohmann::ordered_json json_of(const TheoryMaps& maps) {
   nlohmann::ordered_json json{{"title", maps.title}, {"cells", maps.cells}, {"length", maps.length}};
   for (const TheoryMaps::Map& map : maps.fields) {
@@ -169,7 +169,7 @@ nlohmann::ordered_json json_of(const TheoryAnswer& answer, const std::string& so
   return json;
 }
 
-/// Tables one after the other, with an empty line between; nothing where there is no number.
+/// Writes the tables, separated by empty lines. Non-finite numbers become empty cells.
 void write_csv(const std::string& path, const TheoryAnswer& answer) {
   std::string text;
   for (const TheoryTable& table : answer.tables) {
@@ -195,7 +195,7 @@ std::string theory_picture(const TheoryArguments& request) {
   return fmt::format("{}-{}.png", stem, request.name);
 }
 
-/// Throws InputError for the first option that is given and that the theory does not take.
+/// Throws InputError for the first given option that the theory does not have.
 void check_options(const TheoryOptions& given, const TheoryKind& kind, const std::vector<TheoryKind>& kinds) {
   const std::pair<const char*, bool> options[] = {{"--restitution", given.restitution.has_value()},
                                                   {"--charge-number", given.charge_number.has_value()},

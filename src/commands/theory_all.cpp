@@ -39,7 +39,7 @@ void add_coagulation(TheoryTable& table, const GasParameters& gas, const Course&
   add(table, 3, {"size_smoluchowski", "1", "Smoluchowski", growth.size});
 }
 
-/// The gas's own time, in t_0 of each instant: dtau = dt sqrt(2T)/l_0.
+/// Returns the gas's own time, in t_0 of each instant: dtau = dt sqrt(2T)/l_0.
 std::vector<double> own_times(const GasParameters& gas, const Course& course, const std::vector<double>& times) {
   const double length = theory::hydrodynamic_length(gas.density);
   std::vector<double> own;
@@ -53,8 +53,8 @@ std::vector<double> own_times(const GasParameters& gas, const Course& course, co
   return own;
 }
 
-/// S(k) of the longest waves, from the noise of hard spheres at rest with each other (Percus and Yevick: the
-/// compressibility (1 - phi)^4/(1 + 2 phi)^2) in density, and of independent grains in temperature and speed.
+/// Adds S(k) of the longest waves. The initial noise of density is that of hard spheres in equilibrium (Percus-Yevick
+/// compressibility, (1 - phi)^4/(1 + 2 phi)^2); that of temperature and velocity is of independent grains.
 void add_stability(TheoryTable& table, const GasParameters& gas, const std::vector<double>& own) {
   const double filled = std::numbers::pi / 6 * gas.density;
   const double k =
@@ -70,8 +70,8 @@ void add_stability(TheoryTable& table, const GasParameters& gas, const std::vect
   add(table, 5, std::move(structure));
 }
 
-/// Mergers that kinetic theory has of bound clusters as they are in the run, at its frames, beside those there were:
-/// what is left of a difference once its courses are not theory's own.
+/// Compares the coalescence rate of bound clusters by kinetic theory, for the run's own state at its frames, with that
+/// found. This excludes differences between the time series of run and theory.
 std::optional<TheoryTable> merger_table(const GasParameters& gas, const GasCourse& run) {
   const auto *number = run.find("analysis/bound_clusters"),
              *temperature = run.find("analysis/bound_cluster_local_temperature"),
@@ -121,7 +121,7 @@ void show_run(TheoryTable& table, const GasParameters& gas, const GasCourse& run
   run.show(table, "structure", "analysis/density_structure/1", grains);
 }
 
-/// Haff's law, kinetic theory, coagulation and stability of one gas beside a run; nothing is fitted.
+/// Returns Haff's law, kinetic theory, coagulation and stability of one gas together with a run, without fits.
 TheoryAnswer all_theories(const GasParameters& gas, const GasCourse* run) {
   const std::vector<double> times = times_until(gas.end);
   const Course course = merging_course(gas, times);

@@ -28,7 +28,7 @@ bool is_constant(const GrainContactLaw& law) {
   return std::visit([](const auto& one) { return one.constant_restitution; }, law);
 }
 
-/// Rms of ln T about the law with this barrier.
+/// Returns the rms deviation of ln T from the law with this barrier.
 double off(const GasCourse::Series& found, theory::MonopolarGas law, double barrier) {
   law.barrier = barrier;
   double squares = 0;
@@ -37,7 +37,7 @@ double off(const GasCourse::Series& found, theory::MonopolarGas law, double barr
   return std::sqrt(squares / static_cast<double>(found.time.size()));
 }
 
-/// Neighbours make the barrier smaller than that of a pair: U_eff = U (1 - c phi^(1/3)).
+/// Fits the effective barrier. Neighbours reduce it relative to that of a pair: U_eff = U (1 - c phi^(1/3)).
 void fit_barrier(TheoryAnswer& answer, const GasParameters& gas, const GasCourse& run,
                  const theory::MonopolarGas& law) {
   const GasCourse::Series* temperature = run.find("local_temperature");
@@ -45,7 +45,7 @@ void fit_barrier(TheoryAnswer& answer, const GasParameters& gas, const GasCourse
   const double least = std::log(1e-4 * law.barrier), most = std::log(10 * law.barrier);
   const auto [logarithm, scatter] = boost::math::tools::brent_find_minima(
       [&](double u) { return off(*temperature, law, std::exp(u)); }, least, most, 30);
-  constexpr double margin = 1e-3;  // a search that ends so close to its end has found nothing
+  constexpr double margin = 1e-3;  // a minimum this close to a limit is not valid
   if (logarithm < least + margin || logarithm > most - margin) {
     answer.figures.push_back({"fitted_barrier", unit_of_energy, NAN,
                               "none from 1e-4 U to 10 U fits: the run is too short, or cools by another law"});
@@ -63,7 +63,7 @@ void fit_barrier(TheoryAnswer& answer, const GasParameters& gas, const GasCourse
        values_of(answer.tables[0].columns[0].values, expected)});
 }
 
-/// The three of `kinetic_theory`.
+/// Variants of `kinetic_theory`.
 struct Variant {
   const char *suffix, *label;
   bool merges, speeds_at_contact;
@@ -110,7 +110,7 @@ TheoryTable kinetic_table(const GasParameters& gas) {
   return table;
 }
 
-/// G's functions beside what they ought to be.
+/// Returns G's printed functions together with the corrected ones.
 TheoryTable printed_table(double exponent) {
   TheoryTable table{.name = "printed",
                     .title = "g_1 ... g_5 (G 5.32-5.37), of m = d = C_eps = C_dq = 1, and as printed"};
@@ -276,7 +276,6 @@ std::vector<double> times_until(double end) {
   return logarithmic_range(first, end, 1 + static_cast<int>(std::ceil(20 * std::log10(end / first))));
 }
 
-/// The constant restitution that loses as much as the gas's own at its temperature.
 double mean_restitution(const GasParameters& gas) {
   const auto lost = [&](double speed, double x) { return x * (1 - std::pow(restitution(gas.law, speed), 2)); };
   return std::sqrt(1 - theory::impact_mean(gas.temperature, lost));

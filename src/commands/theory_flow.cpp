@@ -24,25 +24,26 @@ using std::numbers::pi;
 using Complex = std::complex<double>;
 using Wave = std::array<int, 3>;
 
-/// The gas and the grid whose hydrodynamic equations are solved.
+/// Parameters of a gas and a grid for the hydrodynamic equations.
 struct FlowRequest {
   double restitution = 0, charge_number = 0;
-  double length = 0;          ///< of the box, l_0
-  double grains = 0;          ///< whose thermal noise disturbs it
-  double end = 0;             ///< t_0 of the start
-  bool charges_last = false;  ///< or they fade as the thermal speed does (G 6.29)
-  bool separated = false;     ///< charges of either sign, apart from each other (G A5.3), or the same everywhere
+  double length = 0;          ///< edge of the box, l_0
+  double grains = 0;          ///< number of grains that determines the thermal noise
+  double end = 0;             ///< t_0 at the start
+  bool charges_last = false;  ///< constant charges; otherwise they fade as the thermal speed (G 6.29)
+  bool separated = false;     ///< separate regions of either sign (G A5.3); otherwise homogeneous
   int dimension = 2, cells = 0;
   std::uint64_t seed = 1;
-  std::function<void(double own, double end)> at = {};  ///< told how far it is, in the gas's own time
+  /// Called with the present and last time, in the gas's own time
+  std::function<void(double own, double end)> at = {};
 };
 
-constexpr int rows = 60;                             // of the course
-constexpr double first_picture = 3.48e2;             // t_0, of G A5.3 (a)
-constexpr int noisiest = 3;                          // waves across the box, at most, that the gas is disturbed by
-constexpr std::array<int, 2> most_cells{1024, 128};  // along an edge, in a plane and in space
-// Of a step: 32 cells an edge, charges apart, differ from 1e-5 by 1 % and less until gas flies at twice the thermal
-// speed (tau = 108), by 7 % in the densest cell a quarter later.
+constexpr int rows = 60;                             // of the time series
+constexpr double first_picture = 3.48e2;             // t_0, time of G A5.3 (a)
+constexpr int noisiest = 3;                          // largest wave number of the initial noise, in waves per box edge
+constexpr std::array<int, 2> most_cells{1024, 128};  // per edge, in a plane and in space
+// Tolerance of a time step. Relative to 1e-5, it changes results by at most 1 % (32 cells per edge, separated charges)
+// up to flow at twice the thermal speed.
 constexpr double tolerance = 1e-4;
 
 void check_flow(const FlowRequest& r) {
@@ -61,11 +62,11 @@ void check_flow(const FlowRequest& r) {
     throw InputError(fmt::format("--cells is for 8 to {} cells along an edge, not for {}", most, r.cells));
 }
 
-/// Its own time at t, since dtau = dt v_h(t)/l_0 with Haff's v_h, both in units of the start.
+/// Conversion between t and the gas's own time: dtau = dt v_h(t)/l_0 with Haff's v_h, in units of the start.
 double own_time(double cooling, double t) { return 4 / cooling * std::log1p(cooling / 4 * t); }
 double time_of(double cooling, double own) { return std::expm1(cooling / 4 * own) * 4 / cooling; }
 
-/// Centre of a cell times 2 pi, by edges.
+/// Returns the centre of a cell as a fraction of the edge, times 2 pi.
 std::array<double, 3> angles(const Grid& grid, std::size_t cell) {
   std::array<double, 3> x{};
   for (int axis = grid.dimension - 1; axis >= 0; --axis, cell /= grid.cells)
@@ -79,7 +80,7 @@ double phase(const Wave& wave, const std::array<double, 3>& x) {
 
 int square(const Wave& wave) { return wave[0] * wave[0] + wave[1] * wave[1] + wave[2] * wave[2]; }
 
-/// One of each pair k, -k with at most so many waves across the box.
+/// Returns one of each pair k, -k with at most `most` waves per box edge.
 std::vector<Wave> waves(int dimension, int most) {
   std::vector<Wave> found;
   const int deep = dimension == 3 ? most : 0;
@@ -90,7 +91,7 @@ std::vector<Wave> waves(int dimension, int most) {
   return found;
 }
 
-/// What a wave of noise adds to a field: cos and sin with this variance of the field's mode.
+/// Adds a wave of noise to a field: random cosine and sine with this variance of the field's mode.
 void add_noise(std::vector<double>& field, const Grid& grid, const Wave& wave, double variance, Random& random) {
   const double cosine = std::sqrt(2 * variance) * random.normal(), sine = std::sqrt(2 * variance) * random.normal();
   for (std::size_t cell = 0; cell < field.size(); ++cell) {
@@ -99,8 +100,8 @@ void add_noise(std::vector<double>& field, const Grid& grid, const Wave& wave, d
   }
 }
 
-/// Thermal noise of so many grains, whose modes have <|n_k|^2> = 1/N, <|T_k|^2> = 2/(3N), <|u_k|^2> = 1/(2N) a
-/// component.
+/// Returns a homogeneous gas with thermal noise of N grains: <|n_k|^2> = 1/N, <|T_k|^2> = 2/(3N), <|u_k|^2> = 1/(2N)
+/// per component.
 Fields disturbed(const FlowRequest& request, const Grid& grid) {
   Fields fields = granular_flow::homogeneous(grid);
   const auto key = [](int n) { return static_cast<std::uint64_t>(n + noisiest); };
@@ -128,7 +129,7 @@ Fields disturbed(const FlowRequest& request, const Grid& grid) {
   return fields;
 }
 
-/// Modes of a wave: of density, temperature, i times velocity along it, and the square of what runs across it.
+/// Amplitudes of a wave: density, temperature, i times the longitudinal velocity; squared transverse velocity.
 struct Mode {
   theory::Disturbance along;
   double across = 0;
@@ -152,7 +153,7 @@ Mode mode_of(const Fields& fields, const Grid& grid, const Wave& wave) {
   return mode;
 }
 
-/// Rms over all cells' pairs of waves of this length, of density and of velocity across, found and by linear theory.
+/// Rms amplitudes over all waves of one length, of density and transverse velocity: computed and by linear theory.
 struct WaveGrowth {
   std::vector<double> density, across, linear_density, linear_across;
 };
@@ -181,7 +182,7 @@ WaveGrowth wave_growth(const FlowRequest& request, const Grid& grid, const theor
   return growth;
 }
 
-/// Of the longest waves and those along the diagonal of a square.
+/// Adds the growth of the longest waves and of those along the diagonal of a square.
 void add_growth(TheoryTable& table, const FlowRequest& request, const Grid& grid,
                 const theory::TransportCoefficients& c, std::span<const double> times,
                 const std::vector<Fields>& course) {
@@ -238,7 +239,7 @@ TheoryTable course_table(const FlowRequest& request, const Grid& grid, const the
   return table;
 }
 
-/// A plane of a field, in space through the middle.
+/// Returns a plane of a field; in space, the middle plane.
 std::vector<double> plane_of(const std::vector<double>& field, const Grid& grid) {
   const std::size_t plane = static_cast<std::size_t>(grid.cells) * grid.cells;
   const std::size_t first = grid.dimension == 3 ? grid.cells / 2 * plane : 0;
@@ -258,13 +259,13 @@ TheoryMaps maps_of(const Fields& fields, const Grid& grid, double own, double ti
            {"speed", "speed", false, plane_of(speed, grid)}}};
 }
 
-/// The fields' last direction is x.
+/// Returns the fields on a lattice. Their last dimension is x.
 Lattice lattice_of(const Fields& fields, const Grid& grid) {
   Lattice lattice{.points = {grid.cells, grid.cells, grid.dimension == 3 ? grid.cells : 1}, .spacing = grid.step()};
   std::vector<double> velocity;
   for (std::size_t cell = 0; cell < grid.size(); ++cell)
     for (int axis = 2; axis >= 0; --axis) velocity.push_back(axis < grid.dimension ? fields.velocity[axis][cell] : 0);
-  if (grid.dimension == 2)  // x, y, and none across the plane
+  if (grid.dimension == 2)  // to x, y and zero out of the plane
     for (std::size_t cell = 0; cell < grid.size(); ++cell)
       std::rotate(&velocity[3 * cell], &velocity[3 * cell + 1], &velocity[3 * cell] + 3);
   lattice.values = {{"density", "n_0", 1, fields.density},
@@ -274,7 +275,7 @@ Lattice lattice_of(const Fields& fields, const Grid& grid) {
   return lattice;
 }
 
-/// Evenly to the end, and the source's first picture if it is before that.
+/// Returns evenly spaced times; the nearest to the source's first picture is moved to it if that is before the end.
 std::vector<double> own_times(double cooling, double end) {
   std::vector<double> times;
   const double last = own_time(cooling, end), first = own_time(cooling, first_picture);
@@ -283,7 +284,7 @@ std::vector<double> own_times(double cooling, double end) {
   return times;
 }
 
-/// Where pictures are taken: the source's first, or a third of the way, halfway from there, and at the end.
+/// Returns the rows of the pictures: the source's first or a third of the time, halfway from there to the end, the end.
 std::array<std::size_t, 3> pictured(const std::vector<double>& times, double cooling) {
   const auto exact = std::ranges::find(times, own_time(cooling, first_picture));
   const std::size_t first = exact == times.end() ? rows / 3 : exact - times.begin();
@@ -307,7 +308,7 @@ const TheoryColumn& column_of(const TheoryTable& table, const std::string& name)
   return *std::ranges::find(table.columns, name, &TheoryColumn::name);
 }
 
-/// Largest relative change of a column where cells are twice as long.
+/// Returns the largest relative change of a column on a grid with twice the cell length.
 TheoryFigure grid_change(const TheoryTable& fine, const TheoryTable& coarse, const std::string& name,
                          const std::string& meaning) {
   const std::vector<double>&values = column_of(fine, name).values, &others = column_of(coarse, name).values;
@@ -316,8 +317,8 @@ TheoryFigure grid_change(const TheoryTable& fine, const TheoryTable& coarse, con
   return {"grid_change_" + name, "1", most, "the most that " + meaning + " changes on half the cells along an edge"};
 }
 
-/// Of the course on this grid, by one on half the cells along an edge; none where those are too few, or do not carry
-/// it.
+/// Compares the result with one on half the cells per edge. Empty if these are too few or the computation fails on
+/// them.
 std::vector<TheoryFigure> grid_changes(const FlowRequest& request, const granular_flow::Gas& gas,
                                        const theory::TransportCoefficients& c, const std::vector<double>& times,
                                        const TheoryTable& fine) {
@@ -333,7 +334,7 @@ std::vector<TheoryFigure> grid_changes(const FlowRequest& request, const granula
   }
 }
 
-/// The course, with maps of it. `last` receives the last fields of the plane or of space.
+/// Returns the time series with maps. `last` receives the final fields.
 TheoryAnswer flow_theory(const FlowRequest& request, Lattice& last) {
   check_flow(request);
   const theory::TransportCoefficients c = theory::transport_coefficients(request.restitution);
@@ -364,9 +365,9 @@ TheoryAnswer answer_to(const TheoryRequest& request) {
   const TheoryOptions& options = request.options;
   const auto [eps, charged] = stability_numbers(request);
   const double unit = theory::hydrodynamic_length(gas.density);
-  const double last_picture = 1.19e12;  // t_0, of G A5.3 (b)
+  const double last_picture = 1.19e12;  // t_0, time of G A5.3 (b)
   Lattice last;
-  std::optional<Progress> progress;  // on a terminal
+  std::optional<Progress> progress;  // shown on a terminal only
   const auto at = [&](double own, double end) {
     if (!progress) progress.emplace(0, end, !isatty(STDERR_FILENO));
     if (progress->due()) progress->show(fmt::format("own time {:.1f} of {:.1f}", own, end), own);

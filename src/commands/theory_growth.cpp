@@ -12,7 +12,7 @@
 namespace lichtenberg {
 namespace {
 
-/// S of one of the source's kernels over these times, NaN from where mass leaves on.
+/// Mean aggregate size S for a kernel of the source over these times; NaN from where mass leaves the computed sizes.
 struct Growth {
   theory::CoagulationCourse course;
   std::vector<double> size, slope;
@@ -21,7 +21,7 @@ struct Growth {
 };
 
 Growth growth_of(double beta, const std::vector<double>& times) {
-  constexpr double first_fitted = 10;  // S below that remembers its start
+  constexpr double first_fitted = 10;  // smaller S depends on the initial state
   Growth growth{.course = theory::coagulation_course(theory::flight_kernel(beta), times)};
   growth.size = growth.course.size;
   const std::size_t found = growth.size.size();
@@ -41,7 +41,7 @@ TheoryFigure error_figure(const std::string& name, double error, double ratio) {
           fmt::format("relative, of S: what size classes cost, by an estimate (ratio {:g}, extrapolated)", ratio)};
 }
 
-/// Coagulation by the time of a gas, and its bound clusters.
+/// Adds coagulation in the time of a gas, with bound clusters of a run.
 void add_paced(TheoryAnswer& answer, const GasParameters& gas, const GasCourse* run) {
   const std::vector<double> times = times_until(gas.end);
   const auto course = merging_course(gas, times);
@@ -99,7 +99,7 @@ TheoryTable modes_table(const theory::TransportCoefficients& c, double charge_nu
   return table;
 }
 
-/// The largest critical wave number of a kind; NaN if there is none.
+/// Returns the largest critical wave number, oscillating or not; NaN if there is none.
 double largest_wave(const std::vector<theory::CriticalWave>& waves, bool oscillates) {
   double largest = NAN;
   for (const theory::CriticalWave& wave : waves)
@@ -162,7 +162,7 @@ TheoryAnswer stability_theory(double eps, double charge_number) {
                     {"kappa", "1", c.conduction, "kappa*, heat conduction by temperature"},
                     {"mu", "1", c.density_conduction, "mu*, heat conduction by density"}};
   add_critical(answer.figures, c, charge_number);
-  // The roots zeta/8 +- sqrt(zeta^2/64 - R): charges oscillate against each other unless the gas cools faster.
+  // Roots zeta/8 +- sqrt(zeta^2/64 - R): charge oscillates unless the gas cools faster.
   const double slow = c.cooling * c.cooling / 64 - charge_number;
   if (charge_number > 0)
     answer.figures.push_back(
@@ -187,7 +187,8 @@ PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vecto
   std::vector<double> times;
   for (const theory::KineticState& state : course) {
     const double now = theory::flight_time(beta, gas.density / state.density);
-    times.push_back(std::max(now, times.empty() ? 0.0 : times.back()));  // rounding, before anything merges
+    // guards against rounding before the first coalescence
+    times.push_back(std::max(now, times.empty() ? 0.0 : times.back()));
   }
   const theory::CoagulationCourse found = theory::coagulation_course(theory::flight_kernel(beta), times);
   PacedGrowth growth{found.number, found.size, found.error, found.ratio};
@@ -206,7 +207,7 @@ std::pair<double, double> stability_numbers(const TheoryRequest& request) {
   if (request.of_scene) {
     const GasParameters& gas = *request.gas;
     eps = mean_restitution(gas);
-    // The mean of charges that grains exchange is 0.
+    // The mean charge is 0 if grains exchange charge.
     charged = gas.exchange ? 0 : theory::charge_number(gas.coupling, gas.density, gas.mean_charge, gas.temperature);
   }
   return {request.options.restitution.value_or(eps), request.options.charge_number.value_or(charged)};

@@ -9,31 +9,31 @@
 
 namespace lichtenberg {
 
-/// Options of `lichtenberg theory` that some theories take; a theory that does not name one in TheoryKind::options is
-/// refused with it.
+/// Options of `lichtenberg theory` that only some theories have. Options that TheoryKind::options does not name are
+/// refused.
 struct TheoryOptions {
   std::optional<double> restitution, charge_number;
   std::optional<int> cells, seed;
   bool space = false, separated = false;
-  std::string field;  ///< file for the last fields
+  std::string field;  ///< output file for the final fields
 };
 
-/// What a theory is asked about.
+/// Input of a theory.
 struct TheoryRequest {
-  std::optional<GasParameters> gas;  ///< of the scene or result, else TheoryKind::usual_gas; empty where there is none
-  bool of_scene = false;             ///< whether `gas` belongs to a scene or result
+  std::optional<GasParameters> gas;  ///< gas of the scene or result, else TheoryKind::usual_gas; empty without either
+  bool of_scene = false;             ///< `gas` belongs to a scene or result
   const GasCourse* run = nullptr;    ///< null without a result
   TheoryOptions options;
 };
 
-/// One theory of a gas of grains. A new theory is one file with a function that returns this, and one line in
+/// Theory of a gas of grains. To add one, write a file with a function that returns this, and add a line to
 /// theory_kinds().
 struct TheoryKind {
   std::string name;
-  /// Throws InputError for a gas for which the theory does not hold.
+  /// Computes the results. Throws InputError for a gas to which the theory does not apply.
   TheoryAnswer (*answer)(const TheoryRequest&);
-  GasParameters (*usual_gas)() = nullptr;  ///< without a scene; null: the theory then answers without a gas
-  std::vector<std::string> options{};      ///< those of TheoryOptions that it takes, as "--cells"
+  GasParameters (*usual_gas)() = nullptr;  ///< gas without a scene; null: the theory then needs no gas
+  std::vector<std::string> options{};      ///< its options of TheoryOptions, such as "--cells"
 };
 
 TheoryKind haff_kind();
@@ -47,10 +47,10 @@ TheoryKind all_kind();
 
 const std::vector<TheoryKind>& theory_kinds();
 
-/// The command `theory` for these theories. Throws InputError and Failure from Command::act.
+/// Returns the command `theory`. Its Command::act throws InputError and Failure.
 Command theory_command(const std::vector<TheoryKind>& kinds);
 
-/// Restitution and R: those of the options, else of the scene's gas, else those of G 6.1 (f).
+/// Returns restitution and R: from the options, else from the scene's gas, else of G 6.1 (f).
 std::pair<double, double> stability_numbers(const TheoryRequest& request);
 
 }  // namespace lichtenberg

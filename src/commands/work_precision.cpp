@@ -30,7 +30,7 @@ struct Arguments {
   Request request;
 };
 
-/// What can be swept of a scene, and its name for methods that join.
+/// Sweep for a kind of scene, and the kind's name for methods of other programs.
 struct Kind {
   std::string name;
   void (*sweep)(const Scene&, const Request&);
@@ -45,7 +45,7 @@ Kind kind_of(const Scene& scene, bool time) {
                                                                          : Kind{"field", sweep_field};
 }
 
-/// Of "KIND/NAME" the names of that kind.
+/// Returns the names of this kind among "KIND/NAME".
 std::vector<std::string> of_kind(const std::string& kind, const std::vector<std::string>& methods) {
   std::vector<std::string> names;
   for (const std::string& method : methods)
@@ -61,7 +61,7 @@ std::string versions() {
                      PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR, sundials.data(), own.compiler);
 }
 
-/// Processes that ran or wanted to in the minute before.
+/// Returns the load average of the last minute.
 double load_average() {
   double load = 0;
   return getloadavg(&load, 1) == 1 ? load : 0;
@@ -107,19 +107,19 @@ Json measured(const Candidate& candidate) {
   }
 }
 
-/// Returns the errors of a joined method's answer, or why that answer cannot be compared.
+/// Returns the errors of the answer of another program's method, or why that answer cannot be compared.
 Json errors_of(const Diagram& diagram, const Json& answer) {
   try {
     return {{"errors", diagram.errors(answer)}};
   } catch (const InputError& error) {
     return {{"failed", error.what()}};
-  } catch (const std::exception& error) {  // of json for another type, at() for too few values
+  } catch (const std::exception& error) {  // of json for a wrong type, of at() for too few values
     return {{"failed",
              fmt::format("its answer is not of the shape that methods/__init__.py describes ({})", error.what())}};
   }
 }
 
-/// Tells when the reference is begun, what is compared, with which methods, then measures what is asked for.
+/// Reports the start of the reference computation, then the subject and its methods, then measures as requested.
 void serve(Arguments arguments) {
   const Scene scene = read_scene(arguments.scene, settings_of(arguments.settings));
   const double load = load_average();

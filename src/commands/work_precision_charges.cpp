@@ -22,26 +22,26 @@
 namespace lichtenberg::work_precision {
 namespace {
 
-/// Charges at the places of a scene's first instant, and the forces that they should feel.
+/// Charges at a scene's initial positions, with reference forces.
 struct ChargedSubject {
   Bodies bodies;
   std::optional<effects::InducedDipolesOptions> dipoles;
-  std::vector<int> sample;       ///< of whom forces are compared
-  periodic::Response reference;  ///< of the sample
+  std::vector<int> sample;       ///< grains with compared forces
+  periodic::Response reference;  ///< forces on the sample
   double rms_force = 0;
 
   periodic::Sources sources() const { return {bodies.box.lengths, bodies.position, bodies.charge}; }
-  /// Of the smallest grain.
+  /// Returns the smallest grain diameter.
   double diameter() const { return 2 * *std::ranges::min_element(bodies.radius); }
-  /// Along its shortest side.
+  /// Returns half of the shortest side.
   double half_box() const { return 0.5 * std::min({bodies.box.lengths.x, bodies.box.lengths.y, bodies.box.lengths.z}); }
-  /// Root mean square and largest error of these forces ([3 N]) over the rms force.
+  /// Returns the rms and the largest error of these forces ([3 N]), relative to the rms force.
   std::vector<double> errors(const std::vector<double>& force) const;
 };
 
 using MakeSum = std::function<std::unique_ptr<periodic::Sum>()>;
 
-/// One evaluation of all forces, pairs being known.
+/// Evaluates all forces once, with given pairs.
 class SumTrial : public Trial {
  public:
   SumTrial(const ChargedSubject& subject, std::unique_ptr<periodic::Sum> sum)
@@ -71,7 +71,7 @@ class SumTrial : public Trial {
   double seconds_ = 0;
 };
 
-/// The same with the dipoles that charges induce, found from no start.
+/// Evaluates the same with induced dipoles, from a zero initial guess.
 class DipolesTrial final : public SumTrial {
  public:
   DipolesTrial(const ChargedSubject& subject, std::unique_ptr<periodic::Sum> far, periodic::DipoleSum variant,
@@ -87,14 +87,14 @@ class DipolesTrial final : public SumTrial {
   periodic::InducedDipoles induced_;
 };
 
-/// One evaluation on a device, whose own clock counts: neither lists nor what goes to it and comes from it.
+/// Evaluates forces on a device, timed by its own clock, without lists and transfers.
 class DeviceTrial final : public Trial {
  public:
   DeviceTrial(const ChargedSubject& subject, const periodic::MeshChoice& choice)
       : subject_(subject), sum_(periodic::device::make_cuda_mesh(choice.mesh, choice.cloud())) {}
 
   void run() override {
-    constexpr double skin = 0.5;  // d0, of lists that hold for some steps
+    constexpr double skin = 0.5;  // d0; lists then hold for several steps
     constexpr int repeats = 10;
     seconds_ = sum_->profile(subject_.sources(), skin, repeats).forces;
     sum_->evaluate(subject_.sources(), {}, parallel::Team::single(), response_);
@@ -111,7 +111,7 @@ class DeviceTrial final : public Trial {
   double seconds_ = 0;
 };
 
-/// Of a sum that is to be as accurate as `accuracy`; with dipoles, these to the same.
+/// Returns a candidate for a sum of this accuracy; induced dipoles have the same accuracy.
 Candidate candidate(const ChargedSubject& subject, Settings settings, double cost, double accuracy, MakeSum make) {
   return {std::move(settings), cost, [&subject, accuracy, make = std::move(make)]() -> std::unique_ptr<Trial> {
             if (!subject.dipoles) return std::make_unique<SumTrial>(subject, make());
@@ -135,7 +135,7 @@ std::unique_ptr<periodic::Sum> quick_mesh(const ChargedSubject& subject, double 
   return periodic::make_mesh_sum(periodic::choose_quick_mesh(request_for(subject, accuracy)));
 }
 
-/// What of a mesh is to be otherwise than runs have it.
+/// Differences of a mesh from that of runs.
 struct Otherwise {
   bool gauss = false, splines = false, only_double = false;
 };
@@ -154,7 +154,8 @@ Method mesh(const ChargedSubject& subject, std::string name, std::string descrip
   return method;
 }
 
-/// A device has single precision for charges alone, and splines: what it is asked for is chosen as for a run.
+/// Returns the mesh method on a device. It has single precision for charges only, and splines; other parameters are as
+/// in a run.
 Method mesh_on_device(const ChargedSubject& subject) {
   Method method{"mesh-cuda", "the same mesh on a CUDA device, by the device's clock", {}};
   for (const double accuracy : accuracies)
@@ -194,7 +195,7 @@ Method shifted_force(const ChargedSubject& subject) {
   return method;
 }
 
-/// Charges on the mesh, dipoles by nearest images as the variant has it.
+/// Returns a variant with charges on the mesh and dipoles by nearest images.
 Method dipole_variant(const ChargedSubject& subject, periodic::DipoleSum variant) {
   Method method{"dipoles-" + std::string(name_of(variant)), "nearest images where induced_dipoles.sum has them", {}};
   for (const double accuracy : {1e-2, 1e-3, 1e-4})
@@ -229,7 +230,7 @@ std::vector<Method> all_methods(const ChargedSubject& subject) {
       shifted_force(subject)};
 }
 
-/// Gaussian charges, where the scene has none yet.
+/// Sets Gaussian charges with zero mean if the scene has none.
 void charge(ChargedSubject& subject, std::uint64_t seed) {
   std::vector<double>& q = subject.bodies.charge;
   if (std::ranges::any_of(q, [](double charge) { return charge != 0; })) return;
@@ -244,7 +245,7 @@ ChargedSubject make_subject(const Scene& scene) {
   if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>()) subject.dipoles = *dipoles;
   subject.bodies.charge = initial_charges(scene);
   charge(subject, scene.seed);
-  constexpr int most = 200;  // forces compared: their sum takes as long as the Ewald sums of thousands
+  constexpr int most = 200;  // number of compared forces; their sum takes as long as Ewald sums of thousands of grains
   const int n = subject.bodies.size(), count = std::min(n, most);
   for (int s = 0; s < count; ++s) subject.sample.push_back(static_cast<int>(static_cast<std::int64_t>(s) * n / count));
   return subject;
@@ -262,7 +263,7 @@ std::vector<double> of_sample(const ChargedSubject& subject, const std::vector<d
   return chosen;
 }
 
-/// By Ewald's sums, balanced for the sample.
+/// Returns forces by Ewald sums, balanced for the sample.
 std::vector<double> exact_forces(const ChargedSubject& subject, double tolerance) {
   const double balance = std::pow(2.0 * subject.sample.size() / subject.bodies.size(), 1.0 / 6);
   const periodic::Splitting balanced = periodic::splitting_for(subject.sources(), tolerance);
@@ -273,7 +274,7 @@ std::vector<double> exact_forces(const ChargedSubject& subject, double tolerance
   return response.force;
 }
 
-/// Dipoles want all fields: by Ewald's sums only while that takes a minute.
+/// Returns whether Ewald sums with dipoles take at most a minute. Dipoles need the fields at all grains.
 bool are_few(const ChargedSubject& subject) { return subject.bodies.size() <= 2000; }
 
 std::vector<double> exact_forces_with_dipoles(const ChargedSubject& subject, double tolerance) {
@@ -284,7 +285,7 @@ std::vector<double> exact_forces_with_dipoles(const ChargedSubject& subject, dou
   return of_sample(subject, trial.forces());
 }
 
-/// What a far looser one changes is more than its error.
+/// Computes the reference. The change at a much lower accuracy bounds its error.
 void find_reference(ChargedSubject& subject, Diagram& diagram) {
   std::vector<double> looser;
   if (subject.dipoles) {

@@ -24,11 +24,12 @@ using laplace::LaplaceSolver;
 
 enum Quantity { potentials, charges, forces, quantities };
 
-/// Largest deviation of each quantity, and the quantity's own largest magnitude with `other` left out.
+/// Largest deviation of each quantity.
 using Magnitudes = std::array<double, quantities>;
 
 struct Comparison {
-  std::size_t conductors = 0;  ///< the first bodies of the problem; forces on electrodes are of no consequence
+  /// number of conductors, the first bodies of the problem; forces on electrodes are not compared
+  std::size_t conductors = 0;
 
   Magnitudes difference(const LaplaceSolution& one, const LaplaceSolution& other) const {
     Magnitudes largest{};
@@ -56,7 +57,7 @@ struct Comparison {
   }
 
  private:
-  /// NaN stays.
+  /// Raises `largest` to |value|; NaN is kept.
   static void raise(double& largest, double value) {
     if (!(std::abs(value) <= largest)) largest = std::abs(value);
   }
@@ -72,8 +73,9 @@ LaplaceSolution solve_on_grid(const LaplaceProblem& problem, int cells, double t
   return laplace::CutCellSolver({.cells = cells, .tolerance = tolerance}).solve(problem);
 }
 
-/// The multipole method where it can solve the problem. Elsewhere the cut-cell method, twice as fine as the finest grid
-/// of the sweep; being of second order it is wrong by a third of what it differs from half as many cells.
+/// Computes the reference by the multipole method if it can solve the problem. Otherwise uses the cut-cell method with
+/// twice the finest size of the sweep. For a second-order method, the error is a third of the difference from half as
+/// many cells.
 Reference find_reference(const LaplaceProblem& problem, const Comparison& comparison, int finest) {
   constexpr double tolerance = 1e-12;
   try {
@@ -83,7 +85,7 @@ Reference find_reference(const LaplaceProblem& problem, const Comparison& compar
     reference.description = fmt::format("the multipole method at tolerance {:g}", tolerance);
     return reference;
   } catch (const InputError& refusal) {
-    constexpr double grid_tolerance = 1e-11;  // far below the error of any grid
+    constexpr double grid_tolerance = 1e-11;  // much smaller than the grid error
     Reference reference;
     reference.solution = solve_on_grid(problem, 2 * finest, grid_tolerance);
     reference.errors = comparison.relative(solve_on_grid(problem, finest, grid_tolerance), reference.solution);
@@ -94,7 +96,7 @@ Reference find_reference(const LaplaceProblem& problem, const Comparison& compar
   }
 }
 
-/// Options for PETSc while this lives, as on its command line.
+/// PETSc options during the lifetime of this object, as on its command line.
 class PetscSetting {
  public:
   using Options = std::vector<std::pair<const char*, const char*>>;
@@ -119,7 +121,7 @@ struct FieldSubject {
 
 using MakeSolver = std::function<std::unique_ptr<LaplaceSolver>()>;
 
-/// A solve that knows of no solve before.
+/// Solve without an initial guess from earlier solves.
 class FieldTrial : public Trial {
  public:
   FieldTrial(const FieldSubject& subject, const PetscSetting::Options& options, const MakeSolver& make)
@@ -142,7 +144,7 @@ class FieldTrial : public Trial {
   LaplaceSolution solution_;
 };
 
-/// All sizes with all tolerances.
+/// Returns candidates for all sizes and tolerances.
 template <class Cost, class Make>
 std::vector<Candidate> grid_candidates(const FieldSubject& subject, const std::vector<int>& sizes,
                                        const std::vector<double>& tolerances, const PetscSetting::Options& options,
@@ -175,8 +177,8 @@ Method cut_cell(const FieldSubject& subject, const std::vector<int>& sizes, cons
           grid_candidates(subject, sizes, {1e-2, 1e-3, 1e-4, 1e-6, 1e-8}, {}, cost, make_cut_cell(options))};
 }
 
-/// The cut-cell method with its system as a matrix, for a preconditioner of PETSc's. Setting one up takes most of the
-/// time, so few tolerances will do.
+/// Returns the cut-cell method with an assembled matrix, for a PETSc preconditioner. Its setup dominates the time, so
+/// two tolerances suffice.
 Method assembled(const FieldSubject& subject, const std::vector<int>& sizes, const std::string& name,
                  const std::string& description, const PetscSetting::Options& petsc, CutCellOptions options = {}) {
   options.linear_solver = CutCellOptions::LinearSolver::assembled;
@@ -184,7 +186,7 @@ Method assembled(const FieldSubject& subject, const std::vector<int>& sizes, con
   return {name, description, grid_candidates(subject, sizes, {1e-3, 1e-6}, petsc, cost, make_cut_cell(options))};
 }
 
-/// As a matrix again, factorized: one tolerance, and fill that grows faster than the unknowns.
+/// Returns the method with a factorized matrix. One tolerance suffices; the fill grows faster than the unknowns.
 Method factorized(const FieldSubject& subject, const std::vector<int>& sizes) {
   const auto cost = [](double cells, double) { return cells * cells * cells; };
   const PetscSetting::Options petsc{{"-field_pc_type", "cholesky"}, {"-field_pc_factor_mat_solver_type", "cholmod"}};
@@ -193,7 +195,7 @@ Method factorized(const FieldSubject& subject, const std::vector<int>& sizes) {
                           make_cut_cell({.linear_solver = CutCellOptions::LinearSolver::assembled}))};
 }
 
-/// First order in the spacing: tolerances below 1e-3 are of no use.
+/// Returns the relaxation method. Its error is of first order in the spacing, so tolerances below 1e-3 have no effect.
 Method relaxation(const FieldSubject& subject, const std::vector<int>& sizes) {
   const auto cost = [](double cells, double tolerance) { return cells * cells * cells * -std::log10(tolerance); };
   const auto make = [](int cells, double tolerance) {
@@ -246,7 +248,7 @@ std::vector<Method> all_methods(const FieldSubject& subject, const std::vector<i
           multipole(subject)};
 }
 
-/// Of conductors one by one; charges of electrodes as they should be.
+/// Converts an answer with values per conductor. Charges of electrodes are taken from the reference.
 LaplaceSolution solution_of(const nlohmann::ordered_json& answer, const FieldSubject& subject, double depth) {
   LaplaceSolution solution = subject.reference.solution;
   for (std::size_t i = 0; i < subject.comparison.conductors; ++i) {
@@ -266,7 +268,7 @@ void check_sizes(const Scene& scene, const std::vector<int>& sizes) {
       throw InputError(fmt::format("--sizes {}: {} to {} cells along the longer side of the domain are allowed", cells,
                                    smallest, most_cells));
     const double across = shorter / longer * cells, whole = std::max(1.0, std::round(across));
-    constexpr double rounding = 1e-9;  // of sides written as decimal numbers
+    constexpr double rounding = 1e-9;  // of sides given as decimal numbers
     if (std::abs(across - whole) > rounding * whole)
       throw InputError(
           fmt::format("--sizes {}: the domain's shorter side would have {:g} cells, and only a whole number is allowed",

@@ -14,13 +14,13 @@
 namespace lichtenberg::work_precision {
 namespace {
 
-/// A gas of grains over a time so short that it is not chaotic yet.
+/// Gas of grains over a time before chaotic divergence.
 struct GasSubject {
   Scene scene;
-  std::vector<double> reference;  ///< d0, places at the end, across the box
+  std::vector<double> reference;  ///< d0, final positions, unwrapped across the box
 };
 
-/// Places that go on across the sides of the box.
+/// Returns positions unwrapped across periodic sides.
 std::vector<double> unwrapped(const Bodies& bodies) {
   std::vector<double> places = bodies.position;
   for (std::size_t k = 0; k < places.size(); ++k)
@@ -28,7 +28,7 @@ std::vector<double> unwrapped(const Bodies& bodies) {
   return places;
 }
 
-/// A run of it.
+/// Runs the gas once.
 class GasTrial : public Trial {
  public:
   GasTrial(const GasSubject& subject, Scene scene) : subject_(subject), scene_(std::move(scene)) {}
@@ -58,11 +58,11 @@ class GasTrial : public Trial {
   const std::vector<double>& places() const { return places_; }
 
  protected:
-  /// At the end, where it had this energy at the start.
+  /// Stores positions and energy error at the end. `energy`: total energy at the start.
   void look(granular::Gas& gas, double energy) {
     places_ = unwrapped(gas.bodies());
     const granular::GasEnergy book = gas.energy();
-    const double turned_over = book.kinetic + book.dissipated;  // 0: grains at rest, whose book is exact
+    const double turned_over = book.kinetic + book.dissipated;  // 0: grains at rest, whose energy balance is exact
     left_over_ = turned_over > 0 ? std::abs(book.total() - energy) / turned_over : 0;
     steps_ = gas.contact_steps;
   }
@@ -77,7 +77,7 @@ class GasTrial : public Trial {
   std::int64_t steps_ = 0;
 };
 
-/// A run on a CUDA device, by the time of its steps.
+/// Runs the gas on a CUDA device, timed by its steps.
 class GasOnDevice final : public GasTrial {
  public:
   using GasTrial::GasTrial;
@@ -110,7 +110,7 @@ Candidate candidate(const GasSubject& subject, Settings settings, double cost, S
           [&subject, scene = std::move(scene)] { return std::make_unique<GasTrial>(subject, scene); }};
 }
 
-/// Of step k of the sweep: those of charges and of contacts are made shorter together.
+/// Step k of the sweep: the steps of charges and of contacts are halved together.
 struct Step {
   explicit Step(int k) : length(0.08 / (1 << k)), contact_steps(10 << k), cost(1 << k) {}
   Settings settings() const { return {{"step", length}, {"contact steps", contact_steps}}; }
@@ -147,7 +147,8 @@ Method on_device(const GasSubject& subject) {
   return method;
 }
 
-/// Contacts resolved as in the best of them: what is left is what held charges cost.
+/// Returns multirate with the finest contact steps of the sweep. The remaining error is that of forces kept constant
+/// over the outer step.
 Method charges_held(const GasSubject& subject) {
   Method method{"multirate-charges", "the same with contacts as good as they get: what held charges cost", {}};
   const int contact_steps = 10 << (halvings - 1);
@@ -159,7 +160,7 @@ Method charges_held(const GasSubject& subject) {
   return method;
 }
 
-/// Nothing else given.
+/// Returns the method with all steps chosen by accuracy.
 Method by_accuracy(const GasSubject& subject) {
   Method method{
       "accuracy", "one knob: how forces of charges are summed, how long they are held, steps of contacts", {}};
@@ -172,7 +173,7 @@ Method by_accuracy(const GasSubject& subject) {
   return method;
 }
 
-/// In steps that cost next to no accuracy.
+/// Returns multirate with steps so short that the accuracy of forces dominates the error.
 Method force_accuracy(const GasSubject& subject) {
   Method method{"multirate-forces", "the same, all steps short: what the accuracy of forces costs", {}};
   for (const double accuracy : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
@@ -183,7 +184,7 @@ Method force_accuracy(const GasSubject& subject) {
   return method;
 }
 
-/// Multirate's steps with dipoles by another sum.
+/// Returns multirate with dipoles by another sum.
 Method dipole_variant(const GasSubject& subject, periodic::DipoleSum variant) {
   Method method{"dipoles-" + std::string(name_of(variant)), "multirate with induced_dipoles.sum of that name", {}};
   for (int k = 0; k < halvings; ++k)
@@ -218,7 +219,7 @@ std::vector<Method> all_methods(const GasSubject& subject) {
   return all;
 }
 
-/// By steps a quarter of the shortest of the sweep; what twice as long ones change is more than their error.
+/// Computes the reference with steps shorter than any of the sweep. The change at twice the step bounds its error.
 void find_reference(GasSubject& subject, Diagram& diagram) {
   GasTrial best(subject, with(subject, Integrator::multirate, 0.08 / 128, 1280));
   GasTrial second(subject, with(subject, Integrator::multirate, 0.08 / 64, 640));
@@ -232,12 +233,12 @@ void find_reference(GasSubject& subject, Diagram& diagram) {
 }  // namespace
 
 void sweep_grains(const Scene& scene, const Request& request) {
-  constexpr double horizon = 0.5;  // t0: a grain of a gas at T = 10 then has collided once or twice
+  constexpr double horizon = 0.5;  // t0; a grain of a gas at T = 10 then has collided once or twice
   GasSubject subject{.scene = scene};
   subject.scene.stages.clear();
   subject.scene.mechanics.threads = 1;
   subject.scene.stop.time = std::min(scene.stop.time, horizon);
-  choose(all_methods(subject), request);  // names are checked before anything is computed
+  choose(all_methods(subject), request);  // checks names before any computation
   Diagram diagram{
       .title = fmt::format("motion of {} grains over {:g} t0", scene.conductors.size(), subject.scene.stop.time),
       .quantities = {"places", "energy book"},

@@ -32,11 +32,11 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// How far the process's memory rises above what it has now, on Linux.
+/// Rise of the process's memory above its value at construction, on Linux.
 class MemoryPeak {
  public:
   MemoryPeak() {
-    malloc_trim(0);                               // what earlier candidates freed must not hide what this one takes
+    malloc_trim(0);                               // memory freed by earlier candidates must not hide that of this one
     std::ofstream("/proc/self/clear_refs") << 5;  // resets VmHWM
     start_ = kibibytes("VmRSS:");
   }
@@ -56,14 +56,14 @@ class MemoryPeak {
   std::optional<double> start_;
 };
 
-/// How many runs to take the median of, for one that takes `seconds`.
+/// Returns the number of runs for the median, for a run of `seconds`.
 int repeats(double seconds) {
   constexpr int most = 5;
   constexpr double enough = 2;  // s, for all of them
   return std::clamp(static_cast<int>(enough / seconds), 1, most);
 }
 
-/// A first run that takes this long is long enough for what it allocates not to matter, and counts itself.
+/// The first run counts itself if it takes this long, because the cost of allocation is negligible then.
 constexpr double long_run = 2;  // s
 
 }  // namespace

@@ -14,7 +14,7 @@
 namespace lichtenberg::work_precision {
 namespace {
 
-/// What is compared of a field of spheres.
+/// Compared quantities of a field of spheres.
 struct SphereAnswer {
   std::vector<double> potential;  ///< V, of each group
   std::vector<double> charge;     ///< C, of each sphere
@@ -25,10 +25,10 @@ struct SphereSubject {
   laplace::SphereProblem problem;
   SphereAnswer reference;
 
-  /// Whether charges are found and not all given.
+  /// Returns whether some charges are unknown.
   bool has_unknown_charges() const;
-  /// Largest error of potentials, forces and, if they are not all given, charges, each over the largest of its kind in
-  /// the reference.
+  /// Returns the largest errors of potentials, forces and, if some are unknown, charges, each relative to the largest
+  /// magnitude in the reference.
   std::vector<double> errors(const SphereAnswer& answer) const;
 };
 
@@ -38,7 +38,7 @@ SphereAnswer answer_of(const laplace::SphereSolution& solution) {
   return {solution.group_potential, solution.sphere_charge, solution.sphere_force};
 }
 
-/// A solve that knows of no solve before.
+/// Solve without an initial guess from earlier solves.
 class SphereTrial : public Trial {
  public:
   SphereTrial(const SphereSubject& subject, const laplace::SphereOptions& options)
@@ -69,7 +69,7 @@ Method by_accuracy(const SphereSubject& subject) {
   return method;
 }
 
-/// The lattice and the iteration far better than what the degree leaves out.
+/// Returns the sweep over degrees. The lattice sum and the iteration are much more accurate than the truncation.
 Method by_degree(const SphereSubject& subject) {
   Method method{"spheres-degree", "all spheres to one degree, gaps as all else; 1: dipoles", {}};
   for (const int degree : {1, 2, 4, 8, 16, 32})
@@ -82,7 +82,7 @@ Method by_degree(const SphereSubject& subject) {
 
 std::vector<Method> all_methods(const SphereSubject& subject) { return {by_accuracy(subject), by_degree(subject)}; }
 
-/// By the smallest accuracy whose degrees are in reach; what ten times as much changes is more than its error.
+/// Computes the reference at the smallest feasible accuracy. The change at ten times that accuracy bounds its error.
 void find_reference(SphereSubject& subject, Diagram& diagram) {
   for (double accuracy = 1e-12;; accuracy *= 10) {
     try {
@@ -102,7 +102,7 @@ std::vector<double> SphereSubject::errors(const SphereAnswer& answer) const {
     double error = 0, largest = 0;
     for (std::size_t k = 0; k < exact.size(); ++k) {
       const double one = k < found.size() ? size(found[k] - exact[k]) : NAN;
-      if (!(one <= error)) error = one;  // NaN stays
+      if (!(one <= error)) error = one;  // NaN is kept
       largest = std::max(largest, size(exact[k]));
     }
     return largest > 0 ? error / largest : error;
@@ -119,7 +119,7 @@ bool SphereSubject::has_unknown_charges() const {
          std::ranges::any_of(problem.groups, [](const laplace::Group& group) { return !group.floating; });
 }
 
-/// What a method from outside has to know.
+/// Returns the description for other programs' methods.
 Json described(const laplace::SphereProblem& problem) {
   Json json{{"box", components(problem.box.lengths)},
             {"permittivity", problem.permittivity},
@@ -137,7 +137,7 @@ Json described(const laplace::SphereProblem& problem) {
   return json;
 }
 
-/// A charge that is null is not known.
+/// Reads an answer. A charge of null is unknown.
 SphereAnswer answer_of(const Json& json) {
   SphereAnswer answer{.potential = json.at("potential"), .charge = {}, .force = {}};
   for (const Json& charge : json.at("charge")) answer.charge.push_back(charge.is_null() ? NAN : charge.get<double>());

@@ -14,14 +14,15 @@
 namespace lichtenberg::work_precision {
 namespace {
 
-/// The scene's motion with a field solver that is the same for all, and so good that only the error in time is left.
+/// Motion of the scene with one field solver for all candidates, so accurate that the time integration dominates the
+/// error.
 struct MovingSubject {
   Scene scene;
   bool multipole = false;  ///< field by the multipole method
   double field_tolerance = 0;
   double radius = 0;            ///< m, the smallest
   std::vector<Vec3> reference;  ///< m, positions at the end
-  std::int64_t contacts = 0;    ///< made and lost on the way
+  std::int64_t contacts = 0;    ///< number made and lost during the run
 };
 
 std::unique_ptr<laplace::LaplaceSolver> make_solver(const MovingSubject& subject) {
@@ -33,21 +34,21 @@ std::unique_ptr<laplace::LaplaceSolver> make_solver(const MovingSubject& subject
   return effects::make_field_solver(options);
 }
 
-/// Largest distance between two conductors that should be in the same place, in smallest radii.
+/// Returns the largest distance between corresponding conductors, in smallest radii.
 double distance(const MovingSubject& subject, const std::vector<Vec3>& one, const std::vector<Vec3>& other) {
   double largest = 0;
   for (std::size_t i = 0; i < one.size(); ++i)
-    if (const double apart = norm(one[i] - other[i]); !(apart <= largest)) largest = apart;  // NaN stays
+    if (const double apart = norm(one[i] - other[i]); !(apart <= largest)) largest = apart;  // NaN is kept
   return largest / subject.radius;
 }
 
-/// A run of the whole scene.
+/// Runs the whole scene.
 class TimeTrial : public Trial {
  public:
   TimeTrial(const MovingSubject& subject, const MechanicsOptions& mechanics)
       : subject_(subject), scene_(subject.scene) {
     scene_.mechanics = mechanics;
-    scene_.mechanics.largest_step = scene_.stop.time;  // the tolerance alone decides
+    scene_.mechanics.largest_step = scene_.stop.time;  // only the tolerance limits the steps
   }
 
   void run() override {
@@ -72,8 +73,8 @@ MechanicsOptions monolithic_at(double tolerance) {
   return {.integrator = Integrator::cvode, .coupling = FieldCoupling::monolithic, .relative_tolerance = tolerance};
 }
 
-/// CVODE inside a coupling step a thousand times better than the step, as by default; rounding allows no more than
-/// 1e-12.
+/// Returns split coupling with CVODE a thousand times more accurate than the coupling step, as by default; at least
+/// 1e-12 because of rounding.
 MechanicsOptions split_at(double tolerance, double radius) {
   return {.integrator = Integrator::cvode,
           .coupling = FieldCoupling::split,
@@ -81,7 +82,7 @@ MechanicsOptions split_at(double tolerance, double radius) {
           .position_tolerance = tolerance * radius};
 }
 
-/// A hundred steps of mechanics to a field solve, as in D 6.7.
+/// Returns Euler's method with a hundred mechanical steps per field solve, as in D 6.7.
 MechanicsOptions euler_at(double step) {
   return {.integrator = Integrator::euler, .euler_step = step / 100, .euler_field_step = step};
 }
@@ -119,14 +120,15 @@ Method euler(const MovingSubject& subject) {
   return method;
 }
 
-/// On a grid forces jitter as conductors move through it, and tolerances below that cost much and bring nothing.
+/// Returns the methods. On a grid, discretization noise of the forces makes tolerances below the second argument costly
+/// without gain.
 std::vector<Method> all_methods(const MovingSubject& subject) {
   if (subject.multipole) return {split(subject, 1e-7), monolithic(subject, 1e-8), euler(subject)};
   return {split(subject, 1e-5), monolithic(subject, 1e-5), euler(subject)};
 }
 
-/// Runs at a tolerance a hundred times and more below any of the sweep's. What that changes against a tolerance ten
-/// times larger is more than what is left of its error.
+/// Computes the reference at tolerances at least a hundred times below those of the sweep. The change at ten times its
+/// tolerance bounds its error.
 void find_reference(MovingSubject& subject, const MechanicsOptions& tight, const MechanicsOptions& looser,
                     Diagram& diagram) {
   TimeTrial best(subject, tight), second(subject, looser);
@@ -137,7 +139,7 @@ void find_reference(MovingSubject& subject, const MechanicsOptions& tight, const
   diagram.reference_errors = {distance(subject, second.position(), best.position())};
 }
 
-/// The field by the multipole method, which is smooth in time, or else by the scene's own.
+/// Chooses the multipole method, whose forces are smooth in time, or else the scene's own method.
 void choose_field(MovingSubject& subject, Diagram& diagram) {
   try {
     subject.multipole = true;

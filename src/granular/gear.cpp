@@ -7,9 +7,9 @@ namespace {
 
 constexpr double steps_a_contact = 30;  ///< with fewer it may be unstable
 
-/// Coefficients of the corrector: the difference between the acceleration and its prediction, times dt^2/2, is added to
-/// positions, velocities, accelerations and their derivatives with these factors over dt^0, ..., dt^5 (Gear 1971;
-/// G 3.41 lacks the k! of the last four).
+/// Coefficients of the corrector (Gear 1971; G 3.41 lacks the k! of the last four). The difference between the
+/// acceleration and its prediction, times dt^2/2, is added to positions, velocities, accelerations and their
+/// derivatives. Its factors are these over dt^0, ..., dt^5.
 using Corrector = std::array<double, 6>;
 constexpr Corrector corrected = {3.0 / 16, 251.0 / 360, 2, 11.0 / 3, 4, 2};
 constexpr Corrector as_printed = {3.0 / 16, 251.0 / 360, 1, 11.0 / 18, 1.0 / 6, 1.0 / 60};

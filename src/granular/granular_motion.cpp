@@ -93,7 +93,7 @@ struct GranularMotion::Implementation {
     const Stopwatch stopwatch(analysis_seconds);
     for (const std::future<void>& task : std::exchange(behind, {})) task.wait();
   }
-  /// Registers a background task. It completes when the promise is fulfilled or destroyed.
+  /// Registers a background task. It completes when its std::promise is fulfilled or destroyed.
   std::shared_ptr<std::promise<void>> leave_behind() {
     std::erase_if(behind, [](const std::future<void>& earlier) {
       return earlier.wait_for(std::chrono::seconds(0)) == std::future_status::ready;

@@ -43,8 +43,8 @@ std::unique_ptr<GasIntegrator> make_integrator(Integrator which);
 /// its dashpot, take at least `steps_a_contact` such steps.
 double step_that_resolves_contacts(const Gas& gas, const Instant& now, double steps_a_contact);
 
-/// Returns the longest step (t0) of constant forces by charges: a quarter of the oscillation period of a bound pair
-/// with the largest charges, 2 pi sqrt(m_eff / slope of the contact force) at equilibrium. Infinite without an
+/// Returns the longest step (t0) of constant forces by charges. This is a quarter of the oscillation period of a bound
+/// pair with the largest charges, 2 pi sqrt(m_eff / slope of the contact force) at equilibrium. Infinite without an
 /// attraction. Steps above a period excite this oscillation. Shorter steps damp it, up to a quarter hardly (README.md).
 double longest_hold(const Gas& gas);
 

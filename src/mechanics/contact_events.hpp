@@ -42,9 +42,9 @@ class ContactEvents {
   /// farther, because elastic collisions are not predicted; empty: all.
   Lookahead look_ahead(const Charging& now, std::span<const double> reach,
                        const std::optional<std::vector<int>>& thrown = {}) const;
-  /// Returns an event for each of these contacts, and as the last event a body that moves beyond its reach. If mergers
-  /// wait, a contact that is made is an event only if it cannot wait longer. `ahead` must outlive the events. Without
-  /// contact_discharge there are no events.
+  /// Returns an event for each of these contacts, and as the last event a body that moves beyond its reach. If group
+  /// merges wait, a contact that is made is an event only if it cannot wait longer. `ahead` must outlive the events.
+  /// Without contact_discharge there are no events.
   Events events(const Lookahead& ahead, bool mergers_wait = false) const;
   /// Adds 1 % and a position tolerance to distances (m), so that a body that moves exactly as far as it can is no
   /// event.

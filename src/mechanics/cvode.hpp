@@ -40,13 +40,14 @@ struct Accuracy {
   std::vector<double> momentum;  ///< kg m/s, by body: added to the relative part
 };
 
-/// Newton's equations dx/dt = p/m, dp/dt = F(x, p, t) (D 5.7) of a model, by CVODE: backward differentiation formulas
-/// of variable order and step (Cohen & Hindmarsh 1996), Newton's iteration with the effects' analytic Jacobian,
-/// factored by KLU. Contacts are stiff (1e5 rad/s for steel), drag relaxes in milliseconds, and both are implicit.
+/// Newton's equations dx/dt = p/m, dp/dt = F(x, p, t) (D 5.7) of a model, by CVODE. The method uses backward
+/// differentiation formulas of variable order and step (Cohen & Hindmarsh 1996), and Newton's iteration with the
+/// effects' analytic Jacobian, factored by KLU. Contacts are stiff (1e5 rad/s for steel), drag relaxes in milliseconds,
+/// and both are implicit.
 ///
 /// The error is that of the worst body. The order is at most 5, and at most 2 if bodies press each other at the start
 /// or if the end is not reached after some hundred steps. Above order 2 the formulas amplify oscillations with little
-/// damping: two steel spheres pressed together in oil would oscillate forever at the amplitude of the tolerance, with a
+/// damping. Two steel spheres pressed together in oil would oscillate forever at the amplitude of the tolerance, with a
 /// million steps a second. At order 2 the formulas are A-stable (Dahlquist 1963), and the spheres come to rest.
 class Cvode {
  public:

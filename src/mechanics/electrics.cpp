@@ -107,7 +107,7 @@ void Electrics::accept(Trial trial, bool merged) {
   if (now_.energy) book_energy(trial, merged);
   now_.time = trial.time;
   note_largest();
-  // Their attraction grows without limit, faster than any grid resolves, and they would bounce forever.
+  // The attraction of the bodies grows without limit, faster than any grid resolves, and they would bounce forever.
   if (const std::string touching = resistors_.pressed_apart_in_potential(); !touching.empty()) throw Failure(touching);
 }
 

@@ -22,11 +22,11 @@ namespace lichtenberg::mechanics {
 /// Solver of a trial: the scene's own, or the predictor on its coarser grid, which the field effect must then have.
 enum class FieldGrid { whole, predictor };
 
-/// Rates of forces and charges from an instant on: the rates of before, zero, or the difference quotient from the held
-/// field to the accepted one.
+/// Rates of forces and charges from an instant on: the rates of before, zero, or the difference quotient from the
+/// previous field to the accepted one.
 enum class Rates { kept, forgotten, since_then };
 
-/// Contact that has joined two groups, and the time (s) at which it was due. That time is past if the merger has waited
+/// Contact that has joined two groups, and the time (s) at which it was due. That time is past if the merge has waited
 /// for others, and ahead if it shares a solve with others a little before its time.
 struct Merger {
   effects::Contact contact;
@@ -70,9 +70,9 @@ class Electrics {
   void share(double time, std::span<const double> by_field);
   /// Updates contacts and groups for the present positions. Charges must be accepted or shared at this instant. Members
   /// of groups that split keep their charges and potentials, so that the accepted field stays valid. If groups merge,
-  /// charges move: the function solves and accepts the new field. A contact that was lost after a merger was due splits
-  /// its group after the merger. `due_since`: earliest time (s) at which a contact may have been due. Throws Failure
-  /// for a short circuit.
+  /// charges move: the function solves and accepts the new field. A contact that was lost after a merge was due splits
+  /// its group after the merge. `due_since`: earliest time (s) at which a contact may have been due. Throws Failure for
+  /// a short circuit.
   Regrouping reconnect(double time, double due_since, FieldGrid grid = FieldGrid::whole);
   Regrouping reconnect(double time) { return reconnect(time, time); }
 

@@ -25,8 +25,8 @@ Regrouping Electrics::reconnect(double time, double due_since, FieldGrid grid) {
   return merged ? Regrouping{true, std::move(due)} : Regrouping{};
 }
 
-/// Restores lost contacts until the mergers are done. Returns false, without a change, if they make a short circuit:
-/// the order of two events of a conductor between two electrodes is known only to within a position tolerance.
+/// Restores lost contacts until the group merges are done. Returns false, without a change, if they make a short
+/// circuit: the order of two events of a conductor between two electrodes is known only to within a position tolerance.
 bool Electrics::keep(std::span<const effects::Contact> lost) {
   const auto first_added = now_.contacts.insert(now_.contacts.end(), lost.begin(), lost.end());
   std::inplace_merge(now_.contacts.begin(), first_added, now_.contacts.end());
@@ -53,8 +53,8 @@ effects::ContactDischarge::Changes Electrics::look_at_contacts() {
   return changes;
 }
 
-/// Returns the lost contacts that opened after the first merger was due, in ascending order as `lost`. A contact that
-/// no longer opens has no known time of loss and counts as earlier.
+/// Returns the lost contacts that opened after the first group merge was due, in ascending order as `lost`. A contact
+/// that no longer opens has no known time of loss and counts as earlier.
 std::vector<effects::Contact> Electrics::lost_after(std::span<const Merger> mergers,
                                                     std::span<const effects::Contact> lost, double time) const {
   if (mergers.empty()) return {};

@@ -53,8 +53,8 @@ void EnergyBook::book_charges(const Instant& now, std::span<const double> mean_p
   std::ranges::fill(leaked_, 0.0);
 }
 
-/// Returns potentials and charges just before a merger, extrapolated from the last two records: they jump in the
-/// merger.
+/// Returns potentials and charges just before a group merge, in which they jump, extrapolated from the last two
+/// records.
 EnergyBook::Instant EnergyBook::before_merger(const Instant& merged) const {
   Instant before = merged;
   const double dt = merged.time - last_.time;

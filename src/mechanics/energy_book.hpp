@@ -36,10 +36,10 @@ class EnergyBook {
   void book(Instant now, std::span<const effects::Resistor> resistors, std::span<const double> carried);
   /// Records the noted charges up to an instant at which groups have merged. `work` (J) is the work of the field's
   /// forces on the bodies since the last record; the remaining loss of field energy is the heat of sparks. Charges are
-  /// recorded at the mean of the last potentials and of potentials extrapolated linearly to just before the merger. The
-  /// error is of first order only for a merger that follows another jump.
+  /// recorded at the mean of the last potentials and of potentials extrapolated linearly to just before the merge. The
+  /// error is of first order only for a merge that follows another jump.
   void book_merger(Instant now, double work);
-  /// Forgets the rates of potentials after a jump that is no merger, until the next record.
+  /// Forgets the rates of potentials after a jump that is no group merge, until the next record.
   void forget_rates();
 
   void add_drag(double joule) { flows_.drag += joule; }

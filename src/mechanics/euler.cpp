@@ -9,8 +9,8 @@ namespace {
 int steps_in(double interval, double step) { return std::max(1, static_cast<int>(std::ceil(interval / step - 1e-6))); }
 
 /// Explicit Euler scheme with a fixed step (D 6.42, whose second line lacks a plus sign). Field and contacts are
-/// updated once in a field step, and the electric force is constant in between. It has no error control and is a
-/// reference for the other integrators.
+/// updated once in a field step, and the electric force is constant until the next update. It has no error control and
+/// is a reference for the other integrators.
 class Euler : public Stepper {
  public:
   explicit Euler(const Workplace& workplace) : at_(workplace), force_(at_.model.bodies.position.size()) {}

@@ -61,7 +61,7 @@ class Flight {
   }
 
   std::span<const int> watched() const { return watched_; }
-  /// Places the watched bodies at `time` (s).
+  /// Moves the watched bodies to their positions at `time` (s).
   void show(double time) { bodies_.dimension == 3 ? show_at<3>(time - start_) : show_at<2>(time - start_); }
   /// Limits show() to watched bodies among these.
   void show_only(std::vector<int> bodies) {
@@ -72,7 +72,7 @@ class Flight {
   }
   /// Returns force plus drag (N) on them at the last show().
   std::span<const double> total_force() const { return total_force_; }
-  /// Places all bodies except `others` (in ascending order) at `time` (s).
+  /// Moves all bodies except `others` (in ascending order) to their positions at `time` (s).
   void end(double time, std::span<const int> others = {}) {
     const std::size_t d = bodies_.dimension;
     for (std::size_t w = 0; w < watched_.size(); ++w) {
@@ -128,8 +128,8 @@ class Flight {
   std::span<double> total_force_;
 };
 
-/// Largest signed overshoot of pending events; negative if all are pending. Free flight has no collisions, so that the
-/// events with foreseen values are all.
+/// Largest signed overshoot of pending events; negative if all are pending. Free flight has no collisions, so that
+/// these are the events with predicted values.
 class Lookout {
  public:
   explicit Lookout(const Events& events)
@@ -241,7 +241,7 @@ struct Beyond {
 };
 
 /// Returns the time (s) of the first event between two times. No event happens and reverts between them, so that only
-/// events that have happened at the later time, and the bodies that these read, are evaluated in between.
+/// events that have happened at the later time, and the bodies that these read, are evaluated.
 double first_event(Flight& flight, const Events& events, Lookout& lookout, Beyond early, Beyond late) {
   const auto sign_change_of = [&](Lookout& seen, double beyond_early) {
     return sign_change(early.time, beyond_early, late.time, late.by, [&](double t) {

@@ -39,7 +39,7 @@ class LastFall {
   double t_ = 0, mass_ = 0, drag_ = 0;  ///< s, kg, kg/s
 };
 
-/// Motion of bodies without contacts under a held electric force and linear drag, in closed form.
+/// Motion of bodies without contacts under a constant electric force and linear drag, in closed form.
 class FreeFlight {
  public:
   /// The model must outlive this object and have floating_conductors.

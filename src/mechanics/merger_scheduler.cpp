@@ -39,7 +39,7 @@ void MergerScheduler::make_up(double time, std::span<const Merger> mergers, cons
 }
 
 /// Corrects bodies by more than a tolerance, after a jump that is larger than the jumps before it. The search for
-/// contacts covered a tolerance only, so that a body that may touch another on the way stays in its position.
+/// contacts covered a tolerance only, so that a body that may touch another on its path stays in its position.
 void MergerScheduler::make_up_far(std::span<const Lateness> mergers, const Jump& jump, std::span<const int> fixed) {
   const int n = model_.bodies.size();
   LastFall last;
@@ -72,8 +72,8 @@ void MergerScheduler::learn(const Jump& jump) {
   patience_ = patience_ == 0 ? longest : std::min(longest, growth * patience_);
 }
 
-/// Returns the delays of mergers at positions that are not yet corrected. An early merger may be so slow that its due
-/// time is far ahead, or never; it counts as early by the longest wait at most.
+/// Returns the delays of group merges at positions that are not yet corrected. An early merge may be so slow that its
+/// due time is far ahead, or never; it counts as early by the longest wait at most.
 std::vector<MergerScheduler::Lateness> MergerScheduler::lateness(double time, std::span<const Merger> mergers) const {
   const Bodies& bodies = model_.bodies;
   std::vector<Lateness> all;
@@ -85,9 +85,9 @@ std::vector<MergerScheduler::Lateness> MergerScheduler::lateness(double time, st
   return all;
 }
 
-/// Returns the time (s) for which a body has moved without the jump of its force. Several mergers that share a solve
-/// give only the sum of their jumps. The time is the mean of their delays, weighted by the square of a dipole's field
-/// in the plane at the body, so that near mergers count most.
+/// Returns the time (s) for which a body has moved without the jump of its force. Several group merges that share a
+/// solve give only the sum of their jumps. The time is the mean of their delays, weighted by the square of a dipole's
+/// field in the plane at the body, so that near merges count most.
 double MergerScheduler::late_by(int body, std::span<const Lateness> mergers) const {
   const Bodies& bodies = model_.bodies;
   const NearestImage<3> nearest(bodies.box);

@@ -15,24 +15,24 @@ struct Jump {
   Vec3 operator[](int body) const { return after[body] - before[body]; }
 };
 
-/// Lets mergers wait for others, so that they share a field solve, and corrects the positions for the wait.
+/// Lets group merges wait for others, so that they share a field solve, and corrects the positions for the wait.
 class MergerScheduler {
  public:
   /// All arguments must outlive this object.
   MergerScheduler(const Scene& scene, Model& model, const FreeFlight& flight);
 
-  /// Longest wait (s) of a merger.
+  /// Longest wait (s) of a group merge.
   double patience() const { return patience_; }
   void set_patience(double patience) { patience_ = patience; }
-  /// Sets the wait of the next mergers: the time in which a jump like this one displaces no body by more than half a
-  /// tolerance. The displacement is bounded from above by the smaller of its limits for drag and for inertia.
+  /// Sets the wait of the next group merges: the time in which a jump like this one displaces no body by more than half
+  /// a tolerance. The displacement is bounded from above by the smaller of its limits for drag and for inertia.
   void learn(const Jump& jump);
   /// Corrects the positions of all bodies except `fixed` (in ascending order): they were moved without the change of
-  /// the forces from the time at which the mergers were due.
+  /// the forces from the time at which the group merges were due.
   void make_up(double time, std::span<const Merger> mergers, const Jump& jump, std::span<const int> fixed);
 
  private:
-  /// Delay of a merger (s; below 0 if it is early) and the positions of its two bodies (m). For a merger with a
+  /// Delay of a group merge (s; below 0 if it is early) and the positions of its two bodies (m). For a merge with a
   /// terminal both are the conductor's.
   struct Lateness {
     double by = 0;  ///< s

@@ -14,9 +14,9 @@ namespace lichtenberg::mechanics {
 namespace {
 
 /// Returns the error of a charge that a step may have, relative to the largest charge; infinite without an accuracy a.
-/// Steps are of second order: with an error t of each step, which grows as the cube of its length, a decay has a total
-/// error of C t^(2/3), with C from 0.09 to 0.2 (tests/circuit_test.cpp, an electrode behind a resistor). The value
-/// 5 a^(3/2) thus gives at most 0.6 a.
+/// Steps are of second order: the error t of each step grows as the cube of its length. A decay then has a total error
+/// of C t^(2/3), with C from 0.09 to 0.2 (tests/circuit_test.cpp, an electrode behind a resistor). The value 5 a^(3/2)
+/// thus gives at most 0.6 a.
 double charge_tolerance(const FieldOptions& field) {
   return field.chosen_for ? 5 * std::pow(field.chosen_for->asked, 1.5) : INFINITY;
 }
@@ -54,8 +54,8 @@ void ResistorCurrents::linearize() {
     if (resistor.of_state) effects::linearize(scene_, contact_of(resistor), state_of(resistor, potential), resistor);
 }
 
-/// Returns the largest error (C) of the charge that a contact carries in the trial's step: the linearized current minus
-/// the law's current at the end of the step, times the step's weight, beyond the error of the solver.
+/// Returns the largest error (C) of the charge that a contact carries in the trial's step, beyond the error of the
+/// solver. It is the linearized current minus the law's current at the end of the step, times the step's weight.
 double ResistorCurrents::linearization_error(const Trial& trial) const {
   if (!has_laws_of_state()) return 0;
   const std::vector<double> potential = node_potentials(trial.field);

@@ -26,15 +26,15 @@ class ResistorCurrents {
   /// Returns the error of a trial's charges, in tolerances; 0 without resistors. A relative error d of a charge changes
   /// the force by 2 d, like a displacement by about d times the distance to the source of the force, which is at least
   /// a radius. A tolerance is therefore position_tolerance / radius of the largest charge, or less if the field's
-  /// accuracy asks for it.
+  /// accuracy requires it.
   double charge_error(const Trial& trial) const;
   /// True if the law of a present contact depends on its state.
   bool has_laws_of_state() const;
-  /// Returns the longest step (s) in which no gap changes by more than half the `gap_scale` of its contact's law, for
-  /// the present velocities and forces (N, all components of all bodies); infinite without such laws.
+  /// Returns the longest step (s) in which no gap changes by more than half the `gap_scale` of its contact's law;
+  /// infinite without such laws. Arguments: the present velocities and forces (N, all components of all bodies).
   double longest_step(std::span<const double> force) const;
-  /// Returns a message about a conductor that touches another, or an electrode, at another potential, because the
-  /// contact's resistance has not yet equalized them: the force between them has no limit. Empty: there is none.
+  /// Returns a message about a conductor that touches another, or an electrode, at another potential; empty if there is
+  /// none. The contact's resistance has not yet equalized the potentials, and the force between the two has no limit.
   std::string pressed_apart_in_potential() const;
   /// Throws Failure for two bodies that touch at different prescribed potentials: their attraction would never end.
   void check_held_contacts() const;

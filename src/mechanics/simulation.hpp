@@ -41,7 +41,7 @@ class Simulation : public Motion {
   /// the largest of the run (D 7.1). Never true in a neutral scene.
   bool stationary();
 
-  /// Also resets this simulation to what a restored one has: the initial guesses of the field solver are dropped.
+  /// Also resets this simulation to the state of a restored one: the initial guesses of the field solver are dropped.
   Checkpoint checkpoint() override;
   /// A simulation restored from it continues as this one, except for errors within the field solver's tolerance.
   std::optional<Checkpoint> snapshot() override;

@@ -87,8 +87,8 @@ void Split::go_back(const Start& start) {
 /// Takes steps with the predictor's field to `target`, or until the limit of steps is reached and the field of the last
 /// one is known. Returns the time reached.
 double Split::predict(double since, double target) {
-  // A field solve costs about 15 predictions, 4 on a device. A check after 64 predictions thus adds a quarter of their
-  // cost, or a sixteenth. Longer intervals are rejected too often (validation/benchmarks/README.md).
+  // A field solve costs about 15 predictions, 4 on a device. A check after 64 predictions thus adds 25 % of their cost,
+  // or 6 % on a device. Longer intervals are rejected too often (validation/benchmarks/README.md).
   constexpr int most = 64;
   double time = since;
   for (int done = 0; time < target; ++done) {
@@ -100,7 +100,7 @@ double Split::predict(double since, double target) {
 }
 
 /// Takes as many predicted steps as are likely to be accurate enough, then solves the field. Returns the time reached.
-/// If the steps are rejected, it is `time`, and the state is restored except for the wait of mergers.
+/// If the steps are rejected, it is `time`, and the state is restored except for the wait of group merges.
 double Split::try_prediction(double time, double end) {
   if (prediction_ == 0) prediction_ = std::min(4 * step_, largest_step_);
   const double step = step_;
@@ -138,7 +138,7 @@ double Split::step_end(double time, double step, double end) const {
   return allowed > 0.999 * room ? end : time + std::min(allowed, 0.5 * room);
 }
 
-/// Shortens a step (s) as laws of charge sharing that depend on the gap ask for.
+/// Shortens a step (s) as laws of charge sharing that depend on the gap require.
 double Split::step_within_gaps(double time, double step) const {
   if (!at_.electrics->resistors().has_laws_of_state()) return step;
   std::vector<double> force(at_.model.bodies.position.size());
@@ -182,7 +182,8 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   return reached;
 }
 
-/// Corrects positions for mergers at the end of a move, which have changed the force from old_force_ to the held one.
+/// Corrects positions for group merges at the end of a move, which have changed the force from old_force_ to the
+/// present one.
 void Split::make_up_merger(const Moved& moved, std::span<const Merger> mergers) {
   const Jump jump{old_force_, held().force};
   mergers_.learn(jump);
@@ -190,7 +191,7 @@ void Split::make_up_merger(const Moved& moved, std::span<const Merger> mergers) 
 }
 
 /// Moves the bodies under the extrapolated force to `target` or to the first contact that is made or lost. If it is
-/// made, the move goes on for as long as the merger may wait for others.
+/// made, the move goes on for as long as the group merge may wait for others.
 Split::Moved Split::move(double time, double target) {
   const ContactEvents& contacts = at_.electrics->contact_events();
   Moved moved;
@@ -218,11 +219,11 @@ Split::Moved Split::move(double time, double target) {
   return moved;
 }
 
-/// Lets a merger that is due at `time` wait for others, so that they share a field solve. The wait ends when the jump
-/// of the force would have displaced a body by half a tolerance, and before the second half of the step, where it would
-/// need another solve. It also ends when a lost contact is a tolerance beyond its threshold: its members would keep
-/// wrong charges, which no correction repairs. In a scene with a circuit energy is recorded event by event, and mergers
-/// do not wait.
+/// Lets a group merge that is due at `time` wait for others, so that they share a field solve. The wait ends when the
+/// jump of the force would have displaced a body by half a tolerance. It ends before the second half of the step, where
+/// it would need another solve. It also ends when a lost contact is a tolerance beyond its threshold: its members would
+/// keep wrong charges, which no correction repairs. In a scene with a circuit energy is recorded event by event, and
+/// group merges do not wait.
 double Split::wait(double time, double target, const Lookahead& ahead, const Moved& moved) {
   if (at_.electrics->resistors().any() || at_.electrics->energy()) return time;
   const double half = held().time + 0.499 * step_;
@@ -252,12 +253,11 @@ double Split::advance(double time, double target, const Events& events, const st
   return flight_.advance(time, target, held(), events, *pushed, cvode_);
 }
 
-/// Handles contacts that are made or lost before the end of a step. A merger needs a solve with the new groups. A split
-/// needs none, because the groups keep their charges and potentials, and the field does not change. The motion up to
-/// the event and the charges there rely on the extrapolation: in the first half of a step its error is at most an
-/// eighth of that of the step, a quarter while the force's rate is unknown. Later, and with resistors, whose
-/// conductance magnifies the error, the function returns false: the field of the old groups is needed to check the
-/// step.
+/// Handles contacts that are made or lost before the end of a step. A merge of groups needs a solve with the new
+/// groups. A split needs none, because the groups keep their charges and potentials, and the field does not change. The
+/// motion up to the event and the charges there rely on the extrapolation. In the first half of a step its error is at
+/// most 1/8 of that of the step, or 1/4 while the force's rate is unknown. Later, and with resistors, whose conductance
+/// magnifies the error, the function returns false: the field of the old groups is needed to check the step.
 bool Split::pass_event(const Moved& moved, FieldGrid grid) {
   const double time = moved.reached;
   if (at_.electrics->resistors().any() || time - held().time >= 0.5 * step_) return false;
@@ -332,10 +332,10 @@ void Split::reject(double time, double reached, double error, FieldGrid grid) {
   restart(time, old_force_);
 }
 
-/// Estimates the next step after a jump of the forces, as by a merger, which makes their rates invalid. A body that the
-/// jump drives at the speed jump/drag through a field that varies over a length sees its force change at the rate of
-/// step_after(). The length is a radius, or the contact gap if that is less, because conductors at different potentials
-/// are never closer.
+/// Estimates the next step after a jump of the forces, as by a group merge, which makes their rates invalid. A body
+/// that the jump drives at the speed jump/drag through a field that varies over a length sees its force change at the
+/// rate of step_after(). The length is a radius, or the contact gap if that is less, because conductors at different
+/// potentials are never closer.
 void Split::restart(double time, const std::vector<Vec3>& force_before) {
   const double step = least_of_ranges(*at_.model.team, at_.model.bodies.size(), largest_step_,
                                       [&](int first, int end) { return step_after(force_before, first, end); });

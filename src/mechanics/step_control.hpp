@@ -9,7 +9,7 @@ namespace lichtenberg::mechanics {
 double displacement(double error, double dt, double mass, double drag);
 
 /// Returns a lower bound of the time (s) in which a force error that grows at `rate` (N/s) displaces a body by
-/// `tolerance` (m): the larger of the times of both limits; infinite if the rate is 0.
+/// `tolerance` (m). This is the larger of the times of both limits; infinite if the rate is 0.
 double time_to_displace(double tolerance, double rate, double mass, double drag);
 
 /// Returns the time (s) in which a body that starts at rest without drag is displaced by `tolerance` (m), if its force

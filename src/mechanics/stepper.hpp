@@ -29,8 +29,8 @@ class Stepper {
   /// Called when the field at `time` (s) is accepted, at the start and after each checkpoint.
   virtual void begin(double time) = 0;
   /// Advances the scene from `time` to `end` (s). At both ends contacts are up to date and the field is solved.
-  /// Positions may differ from those of the solve by a correction of force errors: at most two position tolerances, or
-  /// more for a body without neighbours after a jump much larger than those before.
+  /// Positions may differ from those of the solve by a correction of force errors. This is at most two position
+  /// tolerances, but more for a body without neighbours after a jump much larger than those before.
   virtual void advance(double time, double end) = 0;
   /// Saves state that bodies and electrics do not have, and restores it.
   virtual void save(Checkpoint&) const {}
@@ -48,9 +48,9 @@ void add_integrator(const IntegratorKind& kind, std::unique_ptr<Stepper> (*make)
 /// Makes the integrator of a scene. Throws InputError for one that does not move conductors.
 std::unique_ptr<Stepper> make_stepper(const Workplace& workplace);
 
-/// Makes CVODE with the accuracy of the scene: positions to relative_tolerance of the smallest radius; momenta to the
-/// same fraction of themselves, or to the momentum that carries a body that far before drag stops it (without drag: in
-/// one largest step) if that is more.
+/// Makes CVODE with the accuracy of the scene. Positions are accurate to relative_tolerance of the smallest radius.
+/// Momenta are accurate to the larger of the same fraction of themselves and the momentum that carries a body that far
+/// before drag stops it (without drag: in one largest step).
 Cvode make_cvode(const Scene& scene, Model& model);
 
 /// Adds the heat of drag to the energy balance after each step of CVODE, if the scene has a circuit. The heat is the

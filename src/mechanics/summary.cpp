@@ -135,7 +135,7 @@ void add_circuit(const Scene& scene, const Outcome& outcome, Lines& lines) {
   if (!frame.rates) return;
   lines.push_back({"power", fmt::format("{:.4g} W into heat, {:.4g} W/K of entropy (means since the frame before)",
                                         frame.rates->dissipated_power, frame.rates->entropy_production)});
-  // It needs two potentials, and relaxing charges can drive a current against the potential.
+  // The mean needs two potentials, and relaxing charges can drive a current against the potential.
   if (std::isfinite(frame.rates->structure_resistance) && frame.rates->structure_resistance > 0)
     lines.push_back(
         {"resistance", fmt::format("{:.4g} ohm between highest and lowest terminal (since the frame before)",

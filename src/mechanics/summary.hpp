@@ -29,14 +29,14 @@ double charge_imbalance(const Outcome& outcome);
 /// Returns the error of the energy balance (J) of a scene with a circuit since the start.
 double energy_imbalance(const Outcome& outcome);
 
-/// Returns the largest overlap of two bodies over the sum of their radii, or of a body with a side of the domain or an
-/// electrode over its diameter; 0 without overlaps. Pairs of two fixed bodies do not count.
+/// Returns the largest relative overlap; 0 without overlaps. It is that of two bodies over the sum of their radii, or
+/// of a body with a side of the domain or an electrode over its diameter. Pairs of two fixed bodies do not count.
 double largest_overlap(const Scene& scene, const Bodies& bodies);
 
 Summary summarize(const Scene& scene, const Outcome& outcome);
 
-/// Returns a warning if the energy balance of a scene with a circuit has a larger error than its steps, its grid and
-/// the tolerance of its solves explain; otherwise an empty string.
+/// Returns a warning if the energy balance of a scene with a circuit has too large an error; otherwise an empty string.
+/// Errors due to its steps, its grid and the tolerance of its solves are allowed.
 std::string energy_warning(const Scene& scene, const Outcome& outcome);
 
 }  // namespace lichtenberg::mechanics

@@ -23,7 +23,7 @@ struct ContactParts {
   double damping = 0;
 };
 
-/// Head-on collision of two grains on which nothing but their contact acts.
+/// Head-on collision of two grains on which only their contact force acts.
 struct HeadOnCollision {
   double restitution = 0;  ///< speed after over speed before
   double duration = 0;     ///< t0, of the force; 0 if it was not computed

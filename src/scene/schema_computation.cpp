@@ -20,14 +20,13 @@ constexpr Range times{.low = smallest_size};
 Table minimize() {
   return {
       .path = "minimize",
-      .help = "How particles under effects.contact_potential come to rest.",
+      .help = "Method that brings particles with effects.contact_potential to rest.",
       .keys = {
           {.name = "method",
            .place = [](Draft& d) { return &d.scene.minimize.method; },
-           .help =
-               "lbfgs-newton: limited-memory BFGS until the contacts have settled, then Newton's method with "
-               "conjugate gradients; fire: inertial relaxation; gradient-descent: small steps of one length down the "
-               "gradient, which end in the minimum that the gradient flow leads to. Others end in other minima"},
+           .help = "lbfgs-newton: limited-memory BFGS until the contacts no longer change, then Newton's method with "
+                   "conjugate gradients; fire: inertial relaxation; gradient-descent: small constant steps down the "
+                   "gradient, which end in the minimum of the gradient flow. Other methods may end in other minima"},
           {.name = "force_tolerance",
            .place = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
            .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
@@ -35,7 +34,7 @@ Table minimize() {
           {.name = "max_iterations",
            .place = [](Draft& d) { return &d.scene.minimize.max_iterations; },
            .range = {.low = 0, .high = 1e12},
-           .help = "a run ends there at the latest"},
+           .help = "largest number of iterations of a run"},
           {.name = "step",
            .place = [](Draft& d) { return &d.scene.minimize.step; },
            .range = positive,
@@ -47,7 +46,7 @@ Table minimize() {
           {.name = "threads",
            .place = [](Draft& d) { return &d.scene.minimize.threads; },
            .range = {.low = 0, .high = 1024},
-           .help = "that share the work, for the same bits; 0: one a core, fewer for few particles"},
+           .help = "number of threads, without effect on the result; 0: one per core, fewer for few particles"},
       }};
 }
 
@@ -84,13 +83,13 @@ std::vector<Key> field_accuracy() {
        .place = [](Draft& d) { return &d.field.accuracy; },
        .range = {.low = 1e-12, .high = 0.1},
        .computed_default = "none; cells and tolerances count",
-       .help = "chooses cells, tolerances and, unless given, the method, so that no error is larger: of a potential "
-               "over the largest difference of potentials (of spheres without walls, from infinity too), of a "
-               "conductor's charge over the largest (what resistors carry in time, too), of a force on a conductor "
-               "over the largest there, however small it is (what is below 1e-11 of eps V^2, V being the largest "
-               "difference, is rounding and no error). Errors are measured: `solve` refuses what cannot be met, a run "
-               "is chosen for at its start, in the plane for gaps down to contact_discharge's, and there checked at "
-               "checkpoints"},
+       .help =
+           "bound on relative errors, which chooses cells, tolerances and, unless given, the method. Errors are those "
+           "of potentials over the largest potential difference (of spheres without walls, also from infinity), of "
+           "charges over the largest (also of the charge through resistors), and of forces on conductors over the "
+           "largest. Forces below 1e-11 of eps V^2, V being the largest potential difference, count as rounding. "
+           "Errors are measured: `solve` refuses an accuracy that it cannot reach. A run makes the choice at its "
+           "start, in the plane for gaps down to contact_discharge's, and checks it at checkpoints"},
       {.name = "method",
        .place = field_method(),
        .computed_default = "\"cut-cell\"; in three dimensions \"spheres\"",
@@ -98,14 +97,14 @@ std::vector<Key> field_accuracy() {
       {.name = "cells",
        .place = [](Draft& d) { return &d.field.options.cells; },
        .range = {.low = 8, .high = most_cells},
-       .help = "square cells along the domain's longer side; of multipole, which needs none, those of its pictures"},
+       .help = "number of square cells along the domain's longer side; multipole uses them for pictures only"},
       {.name = "tolerance",
        .place = [](Draft& d) { return &d.field.tolerance; },
        .range = accuracy,
        .computed_default = default_tolerances("1e-8", &FieldTolerances::single),
-       .help = "error of a single solve: of cut-cell in the energy norm, relative to the solution's; of multipole "
-               "and spheres in potentials, charges and forces, relative to the largest; of relaxation in the "
-               "groups' charges"},
+       .help =
+           "error of a single solve. cut-cell: in the energy norm, relative to the solution's; multipole and spheres: "
+           "of potentials, charges and forces, relative to the largest; relaxation: of the groups' charges"},
       {.name = "moving_tolerance",
        .place = [](Draft& d) { return &d.field.moving_tolerance; },
        .range = accuracy,
@@ -113,7 +112,7 @@ std::vector<Key> field_accuracy() {
            "1e-4 where mechanics.position_tolerance is 1e-3 of the smallest radius, with its square below, from "
            "1e-5 to 1e-4; 1e-5 with a circuit, coupling = \"monolithic\" or integrator = \"euler\"",
            &FieldTolerances::moving),
-       .help = "the same for the solves of a moving scene"},
+       .help = "tolerance of the solves of a moving scene"},
   };
 }
 
@@ -121,16 +120,16 @@ std::vector<Key> field_solvers() {
   return {
       {.name = "device",
        .place = [](Draft& d) { return &d.field.options.device; },
-       .help = "where cut-cell solves; --device on the command line comes first"},
+       .help = "device of the cut-cell solver; --device on the command line has precedence"},
       {.name = "threads",
        .place = [](Draft& d) { return &d.field.options.threads; },
        .range = {.low = 0, .high = 1024},
-       .help = "that cut-cell and spheres share their work among, for the same bits; 0: one a core, fewer on small "
-               "grids"},
+       .help = "number of threads of cut-cell and spheres, without effect on the result; 0: one per core, fewer on "
+               "small grids"},
       {.name = "links",
        .place = [](Draft& d) { return &d.field.options.links; },
-       .help = "conductance from a cell to a disk: exact for a logarithmic potential, or for a linear one; aperture: "
-               "the obvious, first-order, to compare with (linear_solver = \"assembled\")"},
+       .help = "conductance from a cell to a disk: exact for a logarithmic or for a linear potential; aperture: first "
+               "order, for comparison (linear_solver = \"assembled\")"},
       {.name = "linear_solver",
        .place = [](Draft& d) { return &d.field.options.linear_solver; },
        .help = "multigrid: matrix-free, the fastest; assembled: any preconditioner of PETSc"},
@@ -153,16 +152,16 @@ std::vector<Key> integrators() {
       {.name = "integrator",
        .place = [](Draft& d) { return &d.scene.mechanics.integrator; },
        .computed_default = "\"cvode\"; \"multirate\" of grains",
-       .help = "cvode: implicit, error-controlled, contacts located as events; euler: explicit (D 6.7). Of "
-               "grains multirate: charges act as impulses, between which contacts are followed by steps of "
-               "their own; verlet: with predicted velocities; gear, gear-printed: Gear's of order 6, corrected "
-               "and as G prints it; cvode: the reference, for few grains"},
+       .help = "cvode: implicit, error-controlled, contacts located as events; euler: explicit (D 6.7). For grains: "
+               "multirate: charges act as impulses, and contacts have substeps between these; verlet: with predicted "
+               "velocities; gear, gear-printed: Gear's of order 6, corrected and as printed in G; cvode: the "
+               "reference, for few grains"},
       {.name = "coupling",
        .place = [](Draft& d) { return &d.scene.mechanics.coupling; },
        .help = "split: field extrapolated over error-controlled steps; monolithic: solved in each evaluation"},
       {.name = "predictor",
        .place = [](Draft& d) { return &d.scene.mechanics.predictor; },
-       .help = "split: between field solves, solves on a coarser grid that resolves the conductors"},
+       .help = "with coupling split: use a coarser grid that resolves the conductors between field solves"},
   };
 }
 
@@ -172,15 +171,15 @@ std::vector<Key> conductor_steps() {
        .place = [](Draft& d) { return &d.scene.mechanics.relative_tolerance; },
        .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
        .computed_default = "1e-6; 1e-13 of grains",
-       .help = "of positions and momenta, each step of the integrator; of grains that of cvode"},
+       .help = "error of positions and momenta per step of the integrator; for grains only of cvode"},
       {.name = "position_tolerance",
        .place = [](Draft& d) { return &d.position_tolerance; },
        .unit = "m",
        .range = positive,
        .computed_default = "1e-3 * the smallest radius",
-       .help = "error of the positions allowed in a coupling step; at least 1e-9 of the smallest radius. Over "
-               "that radius it is also what a step may leave of the charge that resistors carry, over the "
-               "largest charge; field.accuracy makes that smaller where it needs to"},
+       .help = "largest error of positions in a coupling step; at least 1e-9 of the smallest radius. Divided by that "
+               "radius it also bounds the error of the charge through resistors per step, relative to the largest "
+               "charge; field.accuracy may reduce that bound"},
       {.name = "largest_step",
        .place = [](Draft& d) { return &d.largest_step; },
        .unit = "s",
@@ -189,8 +188,8 @@ std::vector<Key> conductor_steps() {
        .help = "largest coupling step"},
       {.name = "keep_height",
        .place = [](Draft& d) { return &d.scene.mechanics.keep_height; },
-       .help = "in three dimensions: conductors lie on something and keep their z; what pulls them along z is "
-               "taken up by that, and is not among the forces of a run"},
+       .help = "in three dimensions: conductors lie on a support and have a constant z; the support balances forces "
+               "along z, which a run does not contain"},
       {.name = "euler_step",
        .place = [](Draft& d) { return &d.scene.mechanics.euler_step; },
        .unit = "s",
@@ -210,22 +209,20 @@ std::vector<Key> grain_steps() {
        .place = [](Draft& d) { return &d.scene.mechanics.step; },
        .unit = "t0",
        .range = positive,
-       .computed_default =
-           "multirate: what effects.coulomb.accuracy asks for, or 0.05; 0.005 of verlet, 0.0015 of gear",
-       .help = "of grains: the longest step, over which multirate holds the forces of charges; it is shorter "
-               "where the fastest grain would fly farther than .2 d0; those of verlet and gear must resolve "
-               "the shortest contact"},
+       .computed_default = "multirate: from effects.coulomb.accuracy, or 0.05; verlet: 0.005; gear: 0.0015",
+       .help = "for grains: the longest step. multirate keeps the forces of charges constant over it and takes shorter "
+               "steps if the fastest grain would fly farther than .2 d0; steps of verlet and gear must resolve the "
+               "shortest contact"},
       {.name = "contact_steps",
        .place = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
        .range = {.low = 4, .high = 1e4},
-       .computed_default = "what effects.coulomb.accuracy asks for: 16 of 1e-3, 50 of 1e-4; 16 without",
-       .help = "of multirate: steps of contacts in the shortest contact that there could be, or, where damping "
-               "is so strong that this is shorter, in the time in which it slows grains down; n of them are "
-               "wrong by about 1 / (4 n^2) of a contact's energy"},
+       .computed_default = "from effects.coulomb.accuracy: 16 for 1e-3, 50 for 1e-4; 16 without",
+       .help = "for multirate: substeps in the shortest possible contact, or in the damping time if that is shorter; "
+               "with n substeps the energy of a contact has a relative error of about 1 / (4 n^2)"},
       {.name = "threads",
        .place = [](Draft& d) { return &d.scene.mechanics.threads; },
        .range = {.low = 0, .high = 1024},
-       .help = "that move grains, for the same bits; 0: one a core, fewer for few grains"},
+       .help = "number of threads, without effect on the result; 0: one per core, fewer for few grains"},
   };
 }
 
@@ -238,12 +235,12 @@ Table mechanics() {
 Table network() {
   Table table = {
       .path = "network",
-      .help = "Resistors between particles that touch: what `lichtenberg network` measures in a packing's result file.",
+      .help = "Resistors between particles in contact, for `lichtenberg network` on a packing's result file.",
       .keys = {
           {.name = "model",
            .place = [](Draft& d) { return &d.scene.network.model; },
-           .computed_default = "both, one after the other",
-           .help = "what a node of the network is, and with it between what the resistors are"},
+           .computed_default = "both models",
+           .help = "nodes of the network: particles or contacts"},
           {.name = "between",
            .place = [](Draft& d) { return &d.scene.network.between; },
            .help = "electrodes, the first at 0 V: names of walls or numbers of particles"},
@@ -278,7 +275,7 @@ Table network() {
 
 Table output() {
   return {.path = "output",
-          .help = "What a run leaves.",
+          .help = "Output of a run.",
           .keys = {
               {.name = "file",
                .place = [](Draft& d) { return &d.output_file; },
@@ -295,8 +292,8 @@ Table output() {
                .help = "frames between two checkpoints"},
               {.name = "field",
                .place = [](Draft& d) { return &d.scene.output.field; },
-               .help = "what the result file keeps of the last frame's potential: single precision, four bytes a "
-                       "cell before they are compressed; double precision, twice that; or none"},
+               .help = "stored potential of the last frame: single precision (four bytes per cell before compression), "
+                       "double precision, or none"},
               {.name = "picture",
                .place = [](Draft& d) { return &d.scene.output.picture; },
                .help = "draw the final state"},
@@ -311,7 +308,7 @@ Table stop() {
                .place = [](Draft& d) { return &d.scene.stop.time; },
                .unit = "s",
                .range = times,
-               .help = "simulated time from the start, a run's stages included"},
+               .help = "simulated time from the start, including a run's stages"},
               {.name = "stationary",
                .place = [](Draft& d) { return &d.scene.stop.stationary; },
                .help = "stop when all conductors are connected to an electrode and the forces are negligible (D 7.1)"},

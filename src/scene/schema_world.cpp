@@ -16,11 +16,11 @@ Table top() {
               {.name = "title",
                .place = [](Draft& d) { return &d.scene.title; },
                .computed_default = "none",
-               .help = "what pictures and summaries call the run"},
+               .help = "title of the run in pictures and summaries"},
               {.name = "seed",
                .place = [](Draft& d) { return &d.seed; },
                .range = not_negative,
-               .help = "of the random numbers that place the populations"},
+               .help = "seed of the random positions of populations"},
           }};
 }
 
@@ -35,8 +35,8 @@ Key side(const std::string& help) {
 
 Table domain() {
   const std::string help =
-      "side of the domain: insulating (no field through it), an electrode at a potential, or periodic with the side "
-      "across: what leaves there comes in here";
+      "side of the domain: insulating (no field through it), an electrode at a potential, or periodic with the "
+      "opposite side: bodies that leave there enter here";
   const std::string in_space = help + "; in three dimensions";
   return {.path = "domain",
           .kind = required,
@@ -56,8 +56,8 @@ Table domain() {
               side<5>(in_space),
               {.name = "open",
                .place = [](Draft& d) { return &d.scene.domain.open; },
-               .help = "there are no sides: free space in three dimensions, whose potential tends to 0 far away and "
-                       "takes what charge there is; size is then where conductors start. Needs floating_conductors"},
+               .help = "no sides: free space in three dimensions, with a potential of 0 at infinity and any net "
+                       "charge; size is then the region of the initial positions. Needs floating_conductors"},
           }};
 }
 
@@ -87,24 +87,24 @@ Table medium() {
                .unit = "m",
                .range = positive,
                .computed_default = "2 * the largest radius: a monolayer; 1 m without conductors",
-               .help = "turns charge, force and energy per metre of the two-dimensional field into C, N and J"},
+               .help = "factor from charge, force and energy per metre of the two-dimensional field to C, N and J"},
               {.name = "temperature",
                .place = [](Draft& d) { return &d.scene.medium.temperature; },
                .unit = "K",
                .range = positive,
-               .help = "turns dissipated power into entropy production, and does nothing else"},
+               .help = "for the entropy production of the dissipated power; it has no other effect"},
           }};
 }
 
 Table material() {
   return {.path = "material",
-          .help = "What the conductors are made of.",
+          .help = "Material of the conductors.",
           .keys = {
               {.name = "density",
                .place = [](Draft& d) { return &d.scene.material.density; },
                .unit = "kg/m^3",
                .range = positive,
-               .help = "their masses are those of spheres; the default is steel"},
+               .help = "of the conductors, whose masses are those of spheres; default: steel"},
           }};
 }
 
@@ -124,14 +124,14 @@ std::vector<Key> electrode_supply() {
        .place = [](Draft& d) { return &d.electrodes.back().potential; },
        .unit = "V",
        .required = true,
-       .help = "its potential, or that of the supply if there is a series resistance"},
+       .help = "its potential, or that of its source if there is a series resistance"},
       {.name = "series_resistance",
        .place = [](Draft& d) { return &d.electrodes.back().series_resistance; },
        .unit = "ohm",
        .range = positive,
        .computed_default = "none",
-       .help = "resistor between the supply and the body, which starts without charge and whose potential "
-               "follows from the current; one that no charge passes, of 1e30 ohm, leaves the body floating"},
+       .help = "resistor between the source and the body, which starts without charge and whose potential follows from "
+               "the current; with 1e30 ohm the body floats"},
   };
 }
 
@@ -194,7 +194,7 @@ Table electrode() {
 Table wall() {
   return {.path = "wall",
           .kind = repeated,
-          .help = "A flat wall without end, beside the sides of the domain. Needs effects.contact_potential.",
+          .help = "An infinite flat wall in addition to the sides of the domain. Needs effects.contact_potential.",
           .open = [](Draft& d, int line) { d.walls.push_back({.line = line}); },
           .keys = {
               {.name = "name",
@@ -220,7 +220,7 @@ std::vector<Key> material_keys(Place relative_resistivity) {
       {.name = "relative_resistivity",
        .place = relative_resistivity,
        .range = positive,
-       .help = "by what its resistors in [network] resist more than the parameters there say"},
+       .help = "factor of its resistors in [network], relative to the parameters there"},
       {.name = "young",
        .place = [](Draft& d) { return &(d.*particles).back().young; },
        .unit = "Pa",
@@ -265,23 +265,25 @@ std::vector<Key> conductor_state() {
        .help = "velocity at the start"},
       {.name = "held",
        .place = [](Draft& d) { return &d.conductors.back().conductor.held; },
-       .help = "it stays where it is, whatever pulls or pushes"},
+       .help = "fixed: it does not move under any force"},
       {.name = "group",
        .place = [](Draft& d) { return &d.conductors.back().group; },
        .computed_default = "none",
-       .help = "name of the [[group]] that it is wired to"},
+       .help = "name of the [[group]] that it belongs to"},
   };
 }
 
 Table conductor() {
-  return {.path = "conductor",
-          .kind = repeated,
-          .help = "A movable conductor: a disk to a field in the plane, a sphere to one in space and to the mechanics.",
-          .open = [](Draft& d, int line) { d.conductors.push_back({.line = line}); },
-          .keys = joined({conductor_sphere(), material_keys<&Draft::conductors>([](Draft& d) {
-                            return &d.conductors.back().conductor.relative_resistivity;
-                          }),
-                          conductor_state()})};
+  return {
+      .path = "conductor",
+      .kind = repeated,
+      .help =
+          "A movable conductor: a disk for a field in the plane, a sphere for a field in space and for the mechanics.",
+      .open = [](Draft& d, int line) { d.conductors.push_back({.line = line}); },
+      .keys = joined({conductor_sphere(), material_keys<&Draft::conductors>([](Draft& d) {
+                        return &d.conductors.back().conductor.relative_resistivity;
+                      }),
+                      conductor_state()})};
 }
 
 Table group() {
@@ -294,7 +296,7 @@ Table group() {
           {.name = "name",
            .place = [](Draft& d) { return &d.groups.back().name; },
            .required = true,
-           .help = "what its conductors refer to"},
+           .help = "name that its conductors refer to"},
           {.name = "charge",
            .place = [](Draft& d) { return &d.groups.back().charge; },
            .unit = "C",
@@ -304,7 +306,7 @@ Table group() {
            .place = [](Draft& d) { return &d.groups.back().potential; },
            .unit = "V",
            .computed_default = "none",
-           .help = "potential held from outside; the charge follows"},
+           .help = "fixed potential; the charge follows"},
       }};
 }
 
@@ -314,19 +316,19 @@ std::vector<Key> population_radii() {
        .place = [](Draft& d) { return &d.populations.back().count; },
        .range = {.low = 1, .high = 1e7},
        .required = true,
-       .help = "how many; 1e6 at most but of grains"},
+       .help = "number of conductors, at most 1e6, or of grains, at most 1e7"},
       {.name = "radius",
        .place = [](Draft& d) { return &d.populations.back().radius; },
        .unit = "m",
        .range = positive,
        .computed_default = "none; needed unless radii are given; 0.5 of grains",
-       .help = "of all, or the interval from which each draws its own"},
+       .help = "of all, or an interval for random radii"},
       {.name = "radii",
        .place = [](Draft& d) { return &d.populations.back().radii; },
        .unit = "m",
        .range = positive,
        .computed_default = "none",
-       .help = "in place of radius: radii that are taken in turn, and over again if count is larger"},
+       .help = "list of radii instead of radius; it repeats if count is larger"},
       {.name = "distribution",
        .place = [](Draft& d) { return &d.populations.back().distribution; },
        .help = "of the radii in their interval, which truncates it"},
@@ -335,15 +337,15 @@ std::vector<Key> population_radii() {
        .unit = "m",
        .range = positive,
        .computed_default = "the middle of the interval",
-       .help = "of normal before it is truncated; of lognormal the median"},
+       .help = "of normal: mean before the truncation; of lognormal: the median"},
       {.name = "deviation",
        .place = [](Draft& d) { return &d.populations.back().deviation; },
        .range = positive,
        .computed_default = "none; needed for normal and lognormal",
-       .help = "standard deviation: of normal over the mean, of lognormal that of the radius's logarithm"},
+       .help = "standard deviation; of normal: over the mean; of lognormal: of the radius's logarithm"},
       {.name = "overlapping",
        .place = [](Draft& d) { return &d.populations.back().overlapping; },
-       .help = "places are taken as they are drawn, overlapping or not; needs effects.contact_potential"},
+       .help = "initial positions may overlap; needs effects.contact_potential"},
   };
 }
 
@@ -352,18 +354,18 @@ std::vector<Key> population_charges() {
       {.name = "charge",
        .place = [](Draft& d) { return &d.populations.back().charge; },
        .unit = "C",
-       .help = "of each at the start; of those drawn (charge_distribution) the width"},
+       .help = "initial charge of each; with charge_distribution the width of the distribution"},
       {.name = "charge_distribution",
        .place = [](Draft& d) { return &d.populations.back().charge_distribution; },
        .help = "of grains: all have the same charge; gaussian, with the standard deviation charge; or "
-               "exponential-power, of the density z / (2 Gamma(1/z)) exp(-|q|^z), q in units of charge (G "
-               "3.49). Those drawn add up to exactly 0"},
+               "exponential-power, of the density z / (2 Gamma(1/z)) exp(-|q|^z), q in units of charge (G 3.49). "
+               "Random charges add up to exactly 0"},
       {.name = "charge_exponent",
        .place = [](Draft& d) { return &d.populations.back().charge_exponent; },
        .range = {.low = 0.25},
        .computed_default = "none; needed for exponential-power",
-       .help = "z: 1 is Laplace's distribution, 2 Gaussian, and from 8 on it is nearly uniform between -charge "
-               "and charge; below .25 tails are so heavy that sums of charges round"},
+       .help = "z: 1 is Laplace's distribution, 2 Gaussian, and from 8 on it is nearly uniform between -charge and "
+               "charge; below .25 rounding errors dominate, because the tails are too heavy"},
   };
 }
 
@@ -374,25 +376,25 @@ std::vector<Key> population_places() {
        .unit = "m0 v0^2",
        .range = not_negative,
        .computed_default = "0: at rest",
-       .help = "of grains: velocities are Gaussian, of this variance times mass a component, and their momenta "
-               "add up to 0"},
+       .help = "of grains: velocities are Gaussian; mass times the variance of a component is the temperature, and "
+               "momenta add up to 0"},
       {.name = "min_gap",
        .place = [](Draft& d) { return &d.populations.back().min_gap; },
        .unit = "m",
        .range = not_negative,
-       .help = "least gap from a surface to any other conductor, electrode or side of the domain"},
+       .help = "minimum gap to any other conductor, electrode or side of the domain"},
       {.name = "region",
        .place = [](Draft& d) { return &d.populations.back().region; },
        .unit = "m",
        .computed_default = "the whole domain",
-       .help = "rectangle or cuboid that they lie in; a rectangle in three dimensions goes from front to back"},
+       .help = "rectangle or cuboid of the positions; a rectangle in three dimensions goes from front to back"},
   };
 }
 
 Table population() {
   return {.path = "population",
           .kind = repeated,
-          .help = "Conductors at random places, drawn uniformly one after the other, by default without overlap.",
+          .help = "Conductors at random positions, drawn uniformly and sequentially, by default without overlap.",
           .open = [](Draft& d, int line) { d.populations.push_back({.line = line}); },
           .keys = joined({population_radii(), material_keys<&Draft::populations>([](Draft& d) {
                             return &d.populations.back().relative_resistivity;

@@ -1,4 +1,4 @@
-"""Commands in Python from outside that are wrong, and words that Python itself reads: one sentence each."""
+"""Wrong Python commands from outside, and words that Python itself interprets: one error message each."""
 import os
 import subprocess
 import sys
@@ -7,7 +7,7 @@ import unittest
 import runs
 
 sys.path.insert(0, str(runs.HOME / "tests/extension"))
-import python_command_test as outside  # the module, whose own tests are not run again
+import python_command_test as outside  # The module, whose own tests do not run again.
 
 COUNT, IMPORT = outside.COUNT, outside.IMPORT
 

@@ -1,14 +1,15 @@
 #!/usr/bin/python3
-"""What a run of conductors costs and why, by their number: events, field solves, predictions and the price of each.
+"""Measures the cost of runs of conductors by their number: events, field solves, predictions and the time of each.
 
     conductor_costs.py --conductors 324,1000,2500,5000 --time 0.05 --json costs.json --output conductor-costs.png
 
-The scenes are scenes/large-dendrite.toml with other numbers of conductors at one density (.23 of the area) and cells of
-.1 mm. For each there are three runs with one thread: to nearly no time, which is what starting costs; a short one
-without predictions, which gives the price of a field solve; one to --time. What that one takes beyond its start and its
-field solves is its predictions' price, with all that surrounds them: contacts, motion, records. Prices are processor
-time of the run. Prints the table with the exponents of N, and draws it to OUTPUT (.png, .pdf or .svg). --device
-FIGURES.json adds what the same file of a run elsewhere says (--json FILE writes one; --run-with='--device cuda').
+The scenes are scenes/large-dendrite.toml with other numbers of conductors at equal density (.23 of the area) and cells
+of .1 mm. Each has three runs with one thread. The first takes nearly no simulated time and measures the start. The
+second is short and without predictions; it gives the time of a field solve. The third lasts until --time. Its time
+minus start and field solves is the time of the predictions, including contacts, motion and recording. Times are
+processor times. Prints the table with the exponents of N and draws it to OUTPUT (.png, .pdf or .svg). --device
+FIGURES.json adds the results of another run. --json FILE writes such a file, with --run-with='--device cuda' for a
+device.
 """
 
 import argparse
@@ -29,7 +30,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = ROOT / "scenes" / "large-dendrite.toml"
-CELLS = {324: 512, 1000: 896, 2500: 1408, 5000: 1984}  # a side: many factors of two
+CELLS = {324: 512, 1000: 896, 2500: 1408, 5000: 1984}  # per side; many factors of two
 CELL = 1e-4  # m
 COUNTERS = ("solves", "iterations", "predictions", "steps", "rejected_steps", "corrections", "taken_back", "made", "lost",
             "regroupings")
@@ -48,12 +49,12 @@ def read_request():
 
 
 def cells_of(count):
-    """Of one side: a multiple of 64 at the density of the others."""
+    """Returns the cells per side: a multiple of 64 at the density of the others."""
     return CELLS.get(count) or 64 * max(2, round(28.2 * np.sqrt(count) / 64))
 
 
 def run(request, folder, count, time, predictor=True):
-    """Counters of the run, with `seconds`, its processor time."""
+    """Returns the counters of the run and `seconds`, its processor time."""
     cells = cells_of(count)
     side, out = cells * CELL, folder / f"{count}.h5"
     values = {"population[0].count": count, "domain.size": f"[{side}, {side}]", "electrode[0].at": side / 2,
@@ -73,7 +74,7 @@ def run(request, folder, count, time, predictor=True):
 
 
 def measure(request, count, folder):
-    """What the run to --time counts beyond its start, and prices in s."""
+    """Returns the counts of the run to --time without its start, and times in s."""
     start = run(request, folder, count, 1e-9)
 
     def beyond_start(time, predictor):

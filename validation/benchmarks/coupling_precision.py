@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""What accuracy of the motion costs: a scene's first moments at several position tolerances, with and without predictions.
+"""Measures the cost of accurate motion at several position tolerances, with and without predictions.
 
     coupling_precision.py scenes/dendrite.toml --time 0.3 --tolerances 4e-3,1e-3,2.5e-4,1e-4 --reference 1e-5
 
-Tolerances are in radii of the smallest conductor. The error of a run is how far a conductor is, at the end, from
-where it is in the run without predictions at the reference tolerance: of all conductors the largest and the root mean
-square. Everything else is as in the scene: its frames too, since each of them asks for a field solve and output.every
-is the default of mechanics.largest_step. Times are a run's wall time, recording included, with field.threads = 0: a
-thread a core, fewer on small grids. Prints the table and draws it to OUTPUT (.png, .pdf or .svg).
+Runs the beginning of a scene. Tolerances are in radii of the smallest conductor. The error of a run is the final
+distance of conductors from their positions in the run without predictions at the reference tolerance: maximum and rms
+over all conductors. The scene is otherwise unchanged, including its frames: each requires a field solve, and
+output.every is the default of mechanics.largest_step. Times are wall times including recording, with field.threads = 0:
+one thread per core, fewer on small grids. Prints the table and draws it to OUTPUT (.png, .pdf or .svg).
 """
 
 import argparse
@@ -40,7 +40,7 @@ def read_request():
 
 
 def run(request, folder, predictor, tolerance):
-    """Positions at the end (m, [conductors, 3]), field solves, predictions and wall time (s)."""
+    """Returns final positions (m, [conductors, 3]), field solves, predictions and wall time (s)."""
     values = {"mechanics.predictor": str(predictor).lower(), "mechanics.position_tolerance": tolerance,
               "stop.time": request.time, "stop.stationary": "false",
               "field.threads": 0}  # a member of an ensemble has one thread otherwise
@@ -58,7 +58,7 @@ def run(request, folder, predictor, tolerance):
 
 
 def smallest_radius(scene):
-    """m"""
+    """Returns the smallest radius, m."""
     content = tomllib.loads(scene.read_text())
     bodies = [*content.get("conductor", []), *content.get("population", [])]
     radii = [body["radius"] for body in bodies]
@@ -68,7 +68,7 @@ def smallest_radius(scene):
 
 
 def measure(request, folder):
-    """Rows (predictor, tolerance, solves, predictions, seconds, largest error, rms error); lengths in radii."""
+    """Returns rows (predictor, tolerance, solves, predictions, seconds, largest error, rms error); lengths in radii."""
     radius = smallest_radius(request.scene)
     reference = run(request, folder, False, request.reference * radius)[0]
     rows = []

@@ -1,6 +1,6 @@
-// CG iterations of the cut-cell solver to 1e-8 from nothing, over how strongly conductors are coupled to each other (in
-// units of the permittivity), how they are, and what grounds the field. Disks of radius S/64 at random: below S = 128
-// and on all coarse grids they are smaller than cells.
+// Counts CG iterations of the cut-cell solver to 1e-8 from a zero initial guess. Parameters: coupling capacitance
+// between conductors (in units of the permittivity), pattern of the couplings, grounding of the field. The disks have
+// radius S/64 at random positions: for S < 128 and on all coarse grids they are smaller than cells.
 //
 //   benchmark_couplings [--cells 512] [--conductors 324] [--capacitances 0,1,1e6] [--assembled]
 
@@ -21,8 +21,8 @@ namespace {
 enum class Ground { body, sides, supply, none };
 enum class Pattern { pairs, chain, tree, star, neighbours };
 
-/// Body 0 is the half-disk: fixed, or floating with what makes all charges cancel, or behind a coupling as strong as
-/// the others to a supply.
+/// Returns disks around a half-disk, body 0. It is fixed, floats with a charge that neutralizes the scene, or is
+/// coupled to a potential source by `capacitance`.
 LaplaceProblem grounded(int conductors, Ground ground, double capacitance) {
   LaplaceProblem problem = benchmarks::disks_round_ground(conductors, 3);
   if (ground == Ground::body) return problem;

@@ -11,9 +11,9 @@ struct Sample {
   double at, value;  ///< iterations or seconds; an error or a force, in any unit
 };
 
-/// Returns where the exponential decay through `middle` and `last` reaches `target`, in the unit of Sample::at. Returns
-/// nothing if the samples do not fall, or if that place is farther than `farthest` times the length of the history: a
-/// rate observed over one interval says nothing about times many intervals later.
+/// Returns the abscissa at which the exponential decay through `middle` and `last` reaches `target`, in the unit of
+/// Sample::at. Empty if the samples do not decrease, or if the extrapolation exceeds `farthest` times the length of the
+/// history: a rate from one interval is not reliable many intervals later.
 inline std::optional<double> end_of_decay(Sample middle, Sample last, double target, double farthest = 10) {
   if (!(last.value > 0) || !(target > 0) || !(last.at > middle.at)) return std::nullopt;
   const double rate = std::log(middle.value / last.value) / (last.at - middle.at);

@@ -1,6 +1,6 @@
-// What a field solve costs on a CUDA device: 324 and 20000 floating disks around a grounded half-disk, set-up and solve
-// apart, cold (1e-8) and in a moving scene (1e-5); what the parts of an iteration move a second, beside a copy on the
-// device; and how far its potentials, charges and forces are from the CPU solver's.
+// Measures a field solve on a CUDA device: 324 and 20000 floating disks around a grounded half-disk. Reports the times
+// of set-up and solve, cold (1e-8) and in a moving scene (1e-5). Reports the memory throughput of the parts of an
+// iteration and of a device copy. Reports the differences of potentials, charges and forces from the CPU solver.
 //
 //   benchmark_device [--sizes 512,1024,2048,4096] [--conductors 324,20000] [--compare 1024] [--assembled 1024]
 //   [--host]
@@ -22,8 +22,8 @@ using namespace lichtenberg::laplace;
 
 namespace {
 
-/// Disks on a jittered lattice in a box of 1 x 1 around a grounded half-disk: no two closer than a quarter of the
-/// radius. 324 have S / 64 cells of radius; 20000 S / 512.
+/// Returns disks on a jittered lattice in a box of 1 x 1 around a grounded half-disk. Gaps are at least a quarter of
+/// the radius. The radius is 1/64 for at most 400 disks, otherwise 1/546.
 LaplaceProblem scene(int conductors, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   const auto uniform = [&](double from, double to) {
@@ -32,7 +32,7 @@ LaplaceProblem scene(int conductors, std::uint64_t seed) {
   const int a_side = static_cast<int>(std::ceil(std::sqrt(1.1 * conductors)));
   const double pitch = 1.0 / a_side;
   const double radius = conductors <= 400 ? 1.0 / 64 : 1.0 / 546;
-  const double shift = 0.5 * (pitch - 2.25 * radius);  // from the middle of a lattice cell
+  const double shift = 0.5 * (pitch - 2.25 * radius);  // largest shift from the middle of a lattice cell
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
   problem.bodies = {{Disk{{0.5, 0}, 2 * radius}, 0}};
@@ -49,7 +49,7 @@ LaplaceProblem scene(int conductors, std::uint64_t seed) {
   return problem;
 }
 
-/// Every disk by a tenth of a cell in a direction of its own, which turns: none goes far from where it was.
+/// Moves each disk by 0.1 cell in its own direction, which rotates with `step`, so that displacements stay small.
 void move(LaplaceProblem& problem, int cells, int step) {
   for (std::size_t body = 1; body < problem.bodies.size(); ++body) {
     const double angle = 2.4 * static_cast<double>(body) + 0.7 * step;
@@ -78,7 +78,7 @@ struct Difference {
   double potential = 0, charge = 0, force = 0, energy = 0;
 };
 
-/// Largest differences, relative to the largest value of `a`.
+/// Returns the largest differences, relative to the largest value of `a`.
 Difference difference(const LaplaceSolution& a, const LaplaceSolution& b) {
   const auto relative = [](const auto& x, const auto& y, auto magnitude) {
     double worst = 0, largest = 0;
@@ -112,7 +112,7 @@ void compare(const CutCellOptions& options, LaplaceSolver& device, const Laplace
   std::fflush(stdout);
 }
 
-/// The same system as an AIJ matrix with PETSc's algebraic multigrid.
+/// Solves the same system as an AIJ matrix with PETSc's algebraic multigrid.
 void benchmark_assembled(int cells, const LaplaceProblem& problem) {
   CutCellOptions options;
   options.cells = cells;

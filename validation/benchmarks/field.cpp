@@ -1,7 +1,7 @@
-// What a field solve costs: 324 floating disks around a grounded half-disk (the dendrite's numbers), set-up and solve
-// apart, for the multigrid solver cold and in a moving scene, on one thread and on several, with its work in residual
-// evaluations, both to a tight tolerance and to the discretization error; beside it, on one core, the same system under
-// PETSc's other preconditioners, the dissertation's scheme, and what a device is asked to do, done by this processor.
+// Measures a field solve: 324 floating disks around a grounded half-disk, as in the dendrite scene. For the multigrid
+// solver, cold and in a moving scene, reports set-up and solve times on one or more threads. Reports its work in
+// residual evaluations to a tight tolerance and to the discretization error. On one core, also measures the same system
+// with PETSc's other preconditioners, the dissertation's scheme, and the device algorithms on this processor.
 //
 //   benchmark_field [--sizes 256,512,1024] [--threads 1,2] [--seed 1] [--repeats 5] [--multigrid-only]
 
@@ -61,7 +61,7 @@ Cost cold(LaplaceSolver& solver, const LaplaceProblem& problem, int repeats) {
   return median(solutions);
 }
 
-/// Every disk moves by a tenth of a cell of S = 512, in its own direction.
+/// Moves each disk by 0.1 cell of S = 512, in its own direction.
 void move(LaplaceProblem& problem) {
   for (std::size_t body = 1; body < problem.bodies.size(); ++body) {
     const double angle = 2.4 * static_cast<double>(body);
@@ -94,7 +94,7 @@ void print(int cells, const std::string& method, Cost cost, double reference) {
   std::fflush(stdout);
 }
 
-/// Describes when the error history of the dissertation's scheme reaches `wanted`; `one`: seconds a potential solve.
+/// Describes when the error history of the dissertation's scheme reaches `wanted`. `one`: seconds per potential solve.
 std::string solves_to_the_end(const std::vector<double>& error, double wanted, double one, double reference) {
   const auto reached = std::find_if(error.begin(), error.end(), [&](double e) { return e <= wanted; });
   const double last = static_cast<double>(error.size()), middle = std::floor(last / 2);
@@ -112,14 +112,14 @@ std::string solves_to_the_end(const std::vector<double>& error, double wanted, d
                      *all * one / reference);
 }
 
-/// Times the dissertation's outer iteration, which needs thousands of potential solves here. It runs for `seconds`;
-/// decay.hpp extrapolates how many solves bring the charges within 1 % of the largest one (rms). Where the error does
-/// not fall fast enough for that, the row says how far it is from there instead.
+/// Times the dissertation's outer iteration for `seconds`; a complete run needs thousands of potential solves.
+/// Extrapolates by decay.hpp the number of solves to rms charge errors of 1 % of the largest charge. If the error
+/// decreases too slowly, the row states the present error instead.
 void dissertation(int cells, const LaplaceProblem& problem, double eta, double seconds, double reference) {
   RelaxationOptions options;
   options.sites = cells;
   options.eta = eta;
-  options.tolerance = 1e-12;  // never reached: the number of solves is what ends it
+  options.tolerance = 1e-12;  // never reached; the number of solves ends the iteration
   const auto run = [&](int solves, std::vector<double>& error) {
     options.largest_iterations = solves;
     RelaxationSolver solver(options);
@@ -143,7 +143,7 @@ void dissertation(int cells, const LaplaceProblem& problem, double eta, double s
   fmt::print("{:5d}  dissertation, {}: {}\n", cells, step, solves_to_the_end(error, wanted, one, reference));
 }
 
-/// Root mean square over the groups of the difference of two solutions' potentials.
+/// Returns the rms difference of two solutions' group potentials.
 double difference(const LaplaceSolution& a, const LaplaceSolution& b) {
   double sum = 0;
   for (std::size_t g = 0; g < a.group_potential.size(); ++g)
@@ -151,7 +151,7 @@ double difference(const LaplaceSolution& a, const LaplaceSolution& b) {
   return std::sqrt(sum / static_cast<double>(a.group_potential.size()));
 }
 
-/// The last solution of a scene in motion, or of the scene at rest and from nothing.
+/// Returns the last solution of a moving scene, or the cold solution of the scene at rest.
 LaplaceSolution last_solution(int cells, LaplaceProblem problem, double tolerance, bool in_motion) {
   CutCellSolver solver({.cells = cells, .tolerance = tolerance});
   if (!in_motion) return solver.solve(problem);
@@ -163,8 +163,8 @@ LaplaceSolution last_solution(int cells, LaplaceProblem problem, double toleranc
   return solution;
 }
 
-/// The loosest tolerance at which the potentials are nearer to the discrete problem's than those to the exact ones,
-/// whose error Richardson's extrapolation from S and 2S estimates (second order: 4/3 of the difference).
+/// Prints the loosest tolerance at which the algebraic error of the potentials is smaller than the discretization
+/// error. The latter is Richardson's estimate from S and 2S (second order: 4/3 of the difference).
 void print_to_discretization_error(int cells, const LaplaceProblem& problem, bool in_motion) {
   const LaplaceSolution exact = last_solution(cells, problem, 1e-10, in_motion);
   const double error = 4.0 / 3.0 * difference(exact, last_solution(2 * cells, problem, 1e-10, in_motion));
@@ -181,7 +181,7 @@ void print_to_discretization_error(int cells, const LaplaceProblem& problem, boo
   }
 }
 
-/// Returns the cost of a cold solve on the first of the numbers of threads.
+/// Prints the costs. Returns the time of a cold solve with the first number of threads.
 double benchmark_multigrid(int cells, const LaplaceProblem& problem, int repeats, const std::vector<int>& threads) {
   std::vector<std::pair<Cost, Cost>> costs;
   for (const int count : threads) {
@@ -224,7 +224,7 @@ void benchmark_others(int cells, const LaplaceProblem& problem, int repeats, dou
     print(cells, name, cold(solver, problem, std::min(repeats, 3)), total);
   }
 
-  // The step of D 6.30 as the dissertation takes it, constant (its eta at eps = 1), and chosen anew each time.
+  // Step of D 6.30: constant as in the dissertation (its eta at eps = 1), and chosen in each iteration.
   for (const double eta : {0.01, 0.0}) dissertation(cells, problem, eta, seconds, total);
 }
 

@@ -1,5 +1,5 @@
-// Whole steps of a gas of charged grains, part by part, and the error of their forces at random places and in clusters.
-// Beside LAMMPS: gas_lammps.py.
+// Times the parts of the steps of a charged gas, and measures the error of its forces for random positions and for
+// clusters. gas_lammps.py compares with LAMMPS.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -25,17 +25,17 @@ struct Options {
   std::vector<double> accuracies{1e-3, 1e-4, 1e-6};
   int threads = 1;
   double step = 0.005, temperature = 1;
-  int every = 1;  // steps of contacts from one force of charges to the next
+  int every = 1;  // contact substeps per evaluation of charges' forces
   bool exchange = false;
   int steps = 20, repeats = 5;
-  int sample = 300;  // grains whose force is compared with Ewald's
+  int sample = 300;  // number of grains whose force is compared with Ewald sums
 };
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// At G's density. `accuracy` 0: without forces of charges.
+/// Returns a gas of G's density. `accuracy` 0: without forces of charges.
 Scene scene(int grains, double accuracy, const Options& options) {
   std::string text = "[reference]\n[domain]\n";
   const double length = 70 * std::cbrt(grains / 50016.0);
@@ -46,16 +46,16 @@ Scene scene(int grains, double accuracy, const Options& options) {
                         options.temperature);
   text += "[effects.viscoelastic_contact]\nelastic = 278.6\ndissipative = 27.7\n";
   if (accuracy > 0) text += fmt::format("[effects.coulomb]\nstrength = 1\naccuracy = {}\n", accuracy);
-  // So weak that charges stay what they are.
+  // The exchange is so weak that charges stay nearly constant.
   if (accuracy > 0 && options.exchange) text += "[effects.charge_exchange]\nstrength = 1e-9\n";
-  // Of .147 in the shortest contact that there could be, at twice the speed of the fastest of 5e4 grains.
+  // The shortest possible contact lasts .147, at twice the speed of the fastest of 5e4 grains.
   text += fmt::format("[mechanics]\nstep = {}\ncontact_steps = {}\nthreads = {}\n", options.every * options.step,
                       std::max(1, static_cast<int>(std::lround(0.147 / options.step))), options.threads);
   text += "[stop]\ntime = 1e6\n[output]\nevery = 1e6\npicture = false\n";
   return parse_scene(text, "gas.toml");
 }
 
-/// Puts the grains into balls of some hundred that touch each other, with their charges mixed.
+/// Arranges the grains in balls of about a hundred touching grains, with shuffled charges.
 void gather(Bodies& bodies) {
   constexpr double spacing = 1.02, radius2 = 10.5;
   std::vector<Vec3> ball;
@@ -80,7 +80,7 @@ void gather(Bodies& bodies) {
   wrap(bodies);
 }
 
-/// Root mean square error over root mean square of the exact forces, of a sample.
+/// Returns the rms force error over the rms of the exact forces, for a sample of grains.
 double force_error(const Scene& of, bool clustered, const Options& options) {
   Model model = effects::make_model(of);
   if (clustered) gather(model.bodies);
@@ -112,10 +112,10 @@ Seconds operator-(Seconds a, const Seconds& b) {
   return a;
 }
 
-/// Milliseconds a step by part, of the wall's clock and of all processors: of the stretch that took least of these.
+/// Returns milliseconds per step by part, as wall time and as time of all processors, of the fastest repeat.
 Seconds stretch(GranularMotion& motion, const Options& options) {
   const double length = options.step * options.steps;
-  motion.advance_to(motion.time() + length, {});  // lists and plans
+  motion.advance_to(motion.time() + length, {});  // builds lists and plans
   Seconds best;
   double least = INFINITY;
   for (int k = 0; k < options.repeats; ++k) {

@@ -1,13 +1,14 @@
 #!/usr/bin/python3
-"""What the forces of a gas's charges cost at an accuracy, by each way to sum them, without and with induced dipoles: a picture.
+"""Draws the cost of a gas's charge forces against their error, without and with induced dipoles.
 
-    gas_forces.py [--program build/lichtenberg] [--scene scenes/granular-gas.toml] [--polarized scenes/polarized-gas.toml]
-                  [--seconds 10] [--folder FOLDER] --out PICTURE
+    gas_forces.py [--program build/lichtenberg] [--scene scenes/granular-gas.toml]
+                  [--polarized scenes/polarized-gas.toml] [--seconds 10] [--folder FOLDER] --out PICTURE
     gas_forces.py --draw FOLDER --out PICTURE
 
-Runs `work-precision` twice: on the scene, LAMMPS' PPPM beside ours where `lmp` is installed, and on the polarized one with as many
-grains in the same box, so that both have the same charges at the same places. Each method's forces are compared with the
-same exact ones. --folder keeps the figures, charges.json and dipoles.json; --draw makes the picture of those.
+Compares all summation methods. Runs `work-precision` on the scene (with LAMMPS' PPPM if `lmp` is installed) and on the
+polarized scene. The latter has as many grains in the same box, so both have equal charges at equal positions. All
+methods are compared with the same exact forces. --folder keeps the figures charges.json and dipoles.json; --draw draws
+these.
 """
 import argparse
 import json
@@ -38,7 +39,7 @@ def sweep(arguments, folder, name, scene, methods, settings):
 
 
 def same_gas(scene):
-    """Settings that give another gas the grains of this one."""
+    """Returns settings that give another gas the grains of this one."""
     with open(scene, "rb") as file:
         text = tomllib.load(file)
     return {"domain.size": text["domain"]["size"], "population.count": text["population"][0]["count"]}
@@ -50,7 +51,7 @@ def measure(arguments, folder):
 
 
 def panel(axes, found, labels, title):
-    own = found["reference_errors"]["rms force"]  # of what errors are taken to: what is below says nothing
+    own = found["reference_errors"]["rms force"]  # errors below that of the reference are not significant
     found["points"] = [point for point in found["points"] if point["errors"]["rms force"] >= own]
     lines = draw_panel(axes, found, "rms force", "seconds")
     axes.legend([lines[name] for name in labels if name in lines], [labels[name] for name in labels if name in lines],

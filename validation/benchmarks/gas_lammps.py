@@ -1,22 +1,23 @@
 #!/usr/bin/python3
-"""Whole steps of a charged gas by `lichtenberg run` and by LAMMPS (Debian's package `lammps`), on one core, in one run.
+"""Times whole steps of a charged gas by `lichtenberg run` and by LAMMPS (Debian's package `lammps`) on one core.
 
     gas_lammps.py [--program build/lichtenberg] [--grains 8516,50016] [--accuracy 1e-4] [--steps 100] [--every 10]
     gas_lammps.py --contacts [--grains 8516,50016] [--steps 100] [--step .02]
     gas_lammps.py --contact-errors
 
-Grains of charge +1 and -1 at random places of a periodic box, volume fraction .0763, T = 1, in viscoelastic contact
-(E = 278.6, D = 27.7); all forces in each step of .005. LAMMPS: the same places, velocities, charges and law of contact
-(gran/hertz/history without tangential forces, and none that attracts: limit_damping), PPPM, with the fastest of some
-cut-offs. Errors are rms errors of the charges' forces over the rms force, against forces that are asked for to 1e-8.
+Grains of charge +1 and -1 are at random positions in a periodic box with volume fraction .0763, T = 1, in viscoelastic
+contact (E = 278.6, D = 27.7). All forces act in each step of .005. LAMMPS uses equal positions, velocities, charges and
+contact law (gran/hertz/history without tangential or attractive forces: limit_damping), PPPM, and the fastest of
+several cut-offs. Errors are rms errors of the charges' forces over the rms force, relative to forces with an accuracy
+of 1e-8.
 
-`--every 10`: charges' forces in each tenth step of contacts alone, ours held over ten and then put right, LAMMPS' by its own
-run_style respa, as impulses. Nothing is analysed on the way, which a run does ten times a frame. `--contacts`: without
-charges. Milliseconds are those of processors, a step of contacts.
+`--every 10`: charges' forces in each tenth contact step. lichtenberg keeps them constant over ten steps and then
+corrects; LAMMPS applies impulses (run_style respa). Nothing is analysed during the steps, unlike in a run, which does
+so ten times per frame. `--contacts`: without charges. Times are processor milliseconds per contact step.
 
-Contacts of both have an error, too: that of the restitution of lone pairs that meet at v = 1, the worst of phases of the step
-at touch, which stands beside each time. `--contact-errors` shows it by the length of the step: it says which of ours (`--step`)
-is as good as LAMMPS' .005.
+The contact error is the largest error of restitution of isolated pairs that meet at v = 1, over phases of the step at
+onset. It is printed with each time. `--contact-errors` prints it as a function of the step length, to find the `--step`
+of lichtenberg that equals LAMMPS' .005.
 """
 import argparse
 import os
@@ -30,11 +31,11 @@ import h5py
 import numpy as np
 
 ELASTIC, DISSIPATIVE, STEP = 278.6, 27.7, 0.005
-CONTACT_STEPS = 29  # in the shortest contact, .147 at twice the fastest of 5e4 grains' speeds: steps of STEP
+CONTACT_STEPS = 29  # steps of STEP in the shortest contact, .147 at twice the largest speed of 5e4 grains
 
 
 def contact_steps(step):
-    """Of steps of that length."""
+    """Returns the number of steps of this length in the shortest contact."""
     return round(CONTACT_STEPS * STEP / step)
 
 
@@ -42,7 +43,7 @@ PERIODIC = "\n".join(f'{side} = "periodic"' for side in ("left", "right", "botto
 
 
 def gas_of(grains, length, coulomb, step, contact_steps):
-    """What all scenes here begin with; tables of grains and of charges' forces as text."""
+    """Returns the common beginning of all scenes here; tables of grains and of charges' forces are texts."""
     return f"""[reference]
 [domain]
 size = [{length}, {length}, {length}]
@@ -59,7 +60,8 @@ threads = 1"""
 
 
 def scene(grains, length, accuracy, steps, every=1, step=STEP):
-    """Charges' forces, if an accuracy is given, each `every` steps of contacts, of `step` each, for `steps` STEPs."""
+    """Returns a scene for `steps` STEPs. Contact steps have the length `step`. If an accuracy is given, charges' forces
+    act each `every` contact steps."""
     coulomb = f"[effects.coulomb]\nstrength = 1\naccuracy = {accuracy}" if accuracy else ""
     populations = "\n".join(f"[[population]]\ncount = {grains // 2}\ncharge = {q}\ntemperature = 1" for q in (1, -1))
     return gas_of(populations, length, coulomb, every * step, contact_steps(step)) + f"""
@@ -81,12 +83,12 @@ def processor_seconds(command, folder):
 
 
 def milliseconds_a_step(seconds_of, steps, every):
-    """Of a function that runs so many steps: what they take beyond the set-up and the first of them."""
+    """Returns the milliseconds per step of a function of the number of steps, without set-up and the first steps."""
     return 1e3 * (seconds_of(steps + every) - seconds_of(every)) / steps
 
 
 def run_ours(program, folder, grains, length, accuracy, steps, every=1, step=STEP):
-    """Processor seconds."""
+    """Returns processor seconds."""
     (folder / "gas.toml").write_text(scene(grains, length, accuracy, steps, every, step))
     return processor_seconds([program, "run", "gas.toml", "--overwrite", "--quiet"], folder)
 
@@ -98,12 +100,13 @@ def first_frame(folder):
         return {name: grain[f"{name}/value"][0] for name in names if name in grain}
 
 
-# Without limit_damping forces attract before contacts end, and the restitution at v = 1, .33, is another by .08.
+# Without limit_damping, forces become attractive before contacts end, and the restitution at v = 1, .33, changes by
+# .08.
 GRANULAR = f"gran/hertz/history {2 * ELASTIC} 0 {4 * DISSIPATIVE} 0 0 0 limit_damping"
 
 
 def lammps_input(cutoff, accuracy, steps, contacts, every):
-    """cutoff None: without charges."""
+    """Returns the input of LAMMPS. cutoff None: without charges."""
     styles = [f"coul/long {cutoff}"] * (cutoff is not None) + [GRANULAR] * contacts
     coefficients = ["coul/long"] * (cutoff is not None) + ["gran/hertz/history"] * contacts
     overlay = len(styles) > 1
@@ -135,7 +138,7 @@ def write_data(path, first, length):
 
 
 def run_lammps(folder, cutoff, accuracy, steps, contacts=True, every=1):
-    """Processor seconds."""
+    """Returns processor seconds."""
     (folder / "in").write_text(lammps_input(cutoff, accuracy, steps, contacts, every))
     return processor_seconds(["lmp", "-in", "in", "-log", "none"], folder)
 
@@ -145,12 +148,12 @@ def forces_of_lammps(folder):
     return np.array([[float(x) for x in row[1:4]] for row in rows if len(row) == 4])
 
 
-PHASES, BOX = 36, 30  # pairs, of which one touches in each part of a step; d0
+PHASES, BOX = 36, 30  # pairs, with onsets at evenly spaced phases of a step; d0
 GAP = 0.1
 
 
 def pairs(step):
-    """Places and velocities of pairs that meet along x at v = 1, all at different phases of a step."""
+    """Returns positions and velocities of pairs that meet along x at v = 1, with different phases of a step."""
     grains = []
     for k in range(PHASES):
         y, z, apart = 2.5 + 5 * (k % 6), 2.5 + 5 * (k // 6), 1 + GAP + k / PHASES * step
@@ -158,11 +161,12 @@ def pairs(step):
     return grains
 
 
-END_OF_PAIRS = 1.0  # they have parted: gap, contact of .34
+END_OF_PAIRS = 1.0  # the contacts are open again: gap, contact of .34
 
 
 def restitutions_of_ours(program, folder, at, step):
-    """In steps of contacts of that length: four of the shortest contact, at v = 1, are longer."""
+    """Returns restitutions for contact steps of this length. At v = 1, four substeps of the shortest contact are
+    longer."""
     conductors = "\n".join(f"[[conductor]]\nposition = {list(place)}\nvelocity = {list(velocity)}\nradius = 0.5"
                            for place, velocity in pairs(at))
     (folder / "pairs.toml").write_text(gas_of(conductors, BOX, "", step, 4) + f"""
@@ -190,14 +194,14 @@ def restitutions_of_lammps(folder, step):
 
 
 def contact_errors(program, folder, step, step_of_lammps=STEP):
-    """The worst error of restitution, ours and LAMMPS', by ours in steps of 1/400 of a contact."""
+    """Returns the largest errors of restitution of lichtenberg and LAMMPS, relative to steps of 1/400 of a contact."""
     exact = -restitutions_of_ours(program, folder, step, 8e-4).mean()
     return (np.abs(-restitutions_of_ours(program, folder, step, step) - exact).max(),
             np.abs(-restitutions_of_lammps(folder, step_of_lammps) - exact).max())
 
 
 def show_contacts(program, step):
-    """What contacts of the comparison are worth."""
+    """Prints the errors of the contacts of the comparison."""
     with tempfile.TemporaryDirectory() as name:
         ours, lammps = contact_errors(program, Path(name), step)
     print(f"contacts: lichtenberg {contact_steps(step)} steps of {step:g} in the shortest, restitution off by {ours:.1e}; "

@@ -1,14 +1,15 @@
 #!/usr/bin/python3
-"""How the work of a charged gas grows with its number of grains, on one core, LAMMPS beside it: a table and a picture.
+"""Tabulates and draws the work of a charged gas and of LAMMPS on one core against the number of grains.
 
     gas_scaling.py [--program build/benchmark_gas] [--grains 1000,10000,...] [--accuracy 1e-4] [--lammps-up-to 100000]
                    [--device FIGURES.json] [--host FIGURES.json] [--json FILE] [--out PICTURE]
     gas_scaling.py --draw FILE --out PICTURE
 
-Grains of charge +1 and -1 at random places, at G's density, T = 1, steps of .005 with all forces in each. `benchmark_gas` is
-run once for each number, so that its largest memory is known. Milliseconds of one core's processor time. LAMMPS: as gas_lammps.py has it, at the cut-off --cutoff. FIGURES.json: what a device took,
-{"device": its name, "rows": [{"grains": N, "forces": ms, "step": ms}, ...]}; of --host: what one core of another, larger machine took.
---draw: the picture of what --json has written.
+Grains of charge +1 and -1 are at random positions with G's density, T = 1, and steps of .005 with all forces in each.
+`benchmark_gas` runs once per number, to measure its peak memory. Times are processor milliseconds of one core. LAMMPS
+runs as in gas_lammps.py at the cut-off --cutoff. FIGURES.json holds the times of a device, {"device": its name, "rows":
+[{"grains": N, "forces": ms, "step": ms}, ...]}, or with --host of one core of a larger machine. --draw draws the file
+written by --json.
 """
 import argparse
 import json
@@ -38,7 +39,7 @@ def repeats_for(grains):
 
 
 def run_with_memory(command):
-    """What it prints, and its largest resident size in MiB."""
+    """Returns the output and the peak resident size in MiB."""
     with tempfile.TemporaryFile("w+") as out:
         process = subprocess.Popen(command, stdout=out)
         _, status, usage = os.wait4(process.pid, 0)
@@ -49,7 +50,8 @@ def run_with_memory(command):
 
 
 def run_ours(arguments, grains):
-    """A row, of processor time: what steps take more with charges are two evaluations of forces, as charges move in between."""
+    """Returns a row of processor times. The additional time of steps with charges is two evaluations of forces, because
+    charges change between them."""
     command = [str(arguments.program), "--sizes", str(grains), "--accuracies", f"0,{arguments.accuracy:g}", "--sample", "0"]
     command += ["--steps", str(steps_for(grains)), "--repeats", str(repeats_for(grains))]
     text, memory = run_with_memory(command)
@@ -64,7 +66,7 @@ def run_ours(arguments, grains):
 
 
 def run_lammps(arguments, grains):
-    """Forces and steps. Places by lichtenberg, as LAMMPS has none to offer."""
+    """Returns the times of forces and steps. lichtenberg provides the positions, because LAMMPS cannot create them."""
     length = 70 * (grains / 50016)**(1 / 3)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -1,7 +1,6 @@
-// What a digit costs: the dissertation's gradient descent (D 6.30) beside the direct solve, N = 2 ... 324 charged disks
-// round a grounded half-disk, one core. A digit is a factor of ten in the rms of the missing charges for the descent,
-// and in the energy norm of the error for the direct solve; what the grid's spacing leaves is another matter
-// (validation/solvers_agree).
+// Compares the cost of one decimal digit for the dissertation's gradient descent (D 6.30) and the direct solve: N = 2
+// ... 324 charged disks around a grounded half-disk, one core. A digit is a factor of ten: in the rms missing charge
+// for the descent, in the energy norm of the error for the direct solve. solvers_agree covers the discretization error.
 //
 //   benchmark_gradient_descent [--cells 512] [--conductors 2,8,32,100,324] [--seconds 20]
 
@@ -30,8 +29,8 @@ struct Digit {
   double iterations = 0, seconds = 0;
 };
 
-/// From how its error falls over the second half of what it does in `seconds`: the first steps are faster, because they
-/// take out what many eigenvectors share.
+/// Returns the cost from the second half of a run of about `seconds`. The first steps are faster, because they remove
+/// error components that many eigenvectors share.
 Digit of_descent(const LaplaceProblem& problem, int cells, double eta, double seconds) {
   RelaxationOptions options{.sites = cells, .eta = eta, .tolerance = 1e-8};
   std::vector<double> error;
@@ -41,20 +40,20 @@ Digit of_descent(const LaplaceProblem& problem, int cells, double eta, double se
     try {
       solver.solve(problem);
     } catch (const Failure&) {
-      // Not yet converged.
+      // The iteration limit ends the run before convergence.
     }
     error = solver.error_history();
   };
   const double one = seconds_of([&] { run(2); }) / 2;
   const double all = seconds_of([&] { run(std::clamp(static_cast<int>(seconds / one), 10, 1000)); });
   const std::size_t last = error.size() - 1, middle = last / 2;
-  // E is a sum of squares: two decades of it are a digit.
+  // E is a sum of squares: two decades of E are one digit.
   const double digits = 0.5 * std::log10(error[middle] / error[last]);
   const double iterations = static_cast<double>(last - middle) / digits;
   return {iterations, iterations * all / static_cast<double>(error.size())};
 }
 
-/// Between 2 and 10 digits, without what both have in common (set-up, forces).
+/// Returns the cost between 2 and 10 digits, which excludes common parts (set-up, forces).
 Digit of_direct_solve(const LaplaceProblem& problem, int cells) {
   const auto best = [&](double tolerance) {
     Digit quickest{0, INFINITY};

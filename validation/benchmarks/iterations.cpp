@@ -1,6 +1,6 @@
-// CG iterations of the cut-cell solver to 1e-8 from nothing, over cells a side S, number of conductors N and narrowest
-// gap: half of the disks lie at random, each of the others a gap's width from one of those before it. The disks cover a
-// sixth of the box. The bound is 12.
+// Counts CG iterations of the cut-cell solver to 1e-8 from a zero initial guess, as a function of cells per side S,
+// number of conductors N and narrowest gap. Half of the disks are at random positions; each of the others has that gap
+// to an earlier one. The disks cover a sixth of the box. The bound is 12.
 //
 //   benchmark_iterations [--sizes 128,512] [--conductors 1,324] [--gaps 2,0.01] [--seed 1]
 
@@ -21,8 +21,8 @@ namespace {
 
 constexpr int bound = 12;
 
-/// `count` disks in a box of `side` cells with a grounded half-disk at the bottom, surfaces at least `least_gap` apart,
-/// every other disk that far from another one. Nothing if they do not fit.
+/// Returns `count` disks in a box of `side` cells with a grounded half-disk at the bottom. Gaps are at least
+/// `least_gap`, and every other disk has exactly that gap to another one. Empty if they do not fit.
 std::optional<LaplaceProblem> scene(int side, int count, double least_gap, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   const auto uniform = [&](double from, double to) {
@@ -33,7 +33,7 @@ std::optional<LaplaceProblem> scene(int side, int count, double least_gap, std::
   problem.size = {static_cast<double>(side), static_cast<double>(side)};
   problem.bodies = {{Disk{{0.5 * side, 0}, side / 32.0}, 0}};
   problem.groups = {{false, 0, 0}};
-  const double cell = 2 * radius + least_gap;  // of a table to look neighbours up in
+  const double cell = 2 * radius + least_gap;  // of the table for neighbour search
   const int columns = std::max(1, static_cast<int>(side / cell));
   std::vector<std::vector<Disk>> table(columns * columns);
   const auto column = [&](double x) { return std::clamp(static_cast<int>(x / side * columns), 0, columns - 1); };

@@ -1,6 +1,6 @@
 #pragma once
 
-// What a benchmark prints of the machine that it ran on.
+// Description of the machine and program for benchmark output.
 
 #include <fmt/format.h>
 
@@ -19,7 +19,7 @@ inline std::string processor() {
   return "unknown processor";
 }
 
-/// This program's commit, the processor and its cores.
+/// Returns the program's commit, the processor and its number of cores.
 inline std::string machine() {
   return fmt::format("lichtenberg {}, {}, {} cores", lichtenberg_version().commit, processor(),
                      std::thread::hardware_concurrency());

@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""How wrong runs of conductors are, and what that costs, from many instants of one run: of two programs, if asked.
+"""Measures errors and costs of runs of conductors from many instants of one run, for one or two programs.
 
     motion_errors.py --tolerance 3.1e-6 --against OTHER/build/lichtenberg
 
-A scene runs until the last start. From each start every program goes on for --time; so does the first without
-predictions at a tighter tolerance, which the others are compared with: the root mean square of how far conductors are
-from there in the end, in radii. One merger that comes before or after another can change an error tenfold, so what is
-said is the geometric mean over the starts, of the ratio of both programs with its standard error, and how many errors
-were more than three times the median. Runs have one thread.
+A scene runs until the last start. From each start, every program continues for --time. The first program also runs
+without predictions at a tighter tolerance, as the reference. The error is the rms final distance of conductors from the
+reference, in radii. An exchanged order of two group merges can change an error tenfold. The results are therefore
+geometric means over the starts, the ratio of both programs with its standard error, and the number of errors above
+three times the median. Runs have one thread.
 """
 
 import argparse
@@ -38,7 +38,7 @@ def read_request():
 
 
 def instants(words):
-    """The first, the last and how many: frames of one run are as far apart."""
+    """Returns the first and last instant and their number, and the interval. Frames of a run have equal intervals."""
     first, last, number = words.split(":")
     first, last, number = float(first), float(last), int(number)
     every = (last - first) / (number - 1) if number > 1 else 0
@@ -48,7 +48,7 @@ def instants(words):
 
 
 def run(program, scene, out, settings, start=()):
-    """Field solves and predictions."""
+    """Returns field solves and predictions."""
     words = [str(program), "run", str(scene), *start, "--out", str(out), "--overwrite"]
     for key, value in {"field.threads": 1, "output.picture": "false", "output.field": "none", **settings}.items():
         words += ["--set", f"{key}={value}"]

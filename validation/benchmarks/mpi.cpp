@@ -1,10 +1,10 @@
-// What the assembled system costs on one process and on several: 324 floating disks around a grounded half-disk (the
-// dendrite's numbers), the discretization (which each process does for itself), the assembly of the rows, the
-// preconditioner's set-up and the solve apart.
+// Times the assembled system on one or more processes: 324 floating disks around a grounded half-disk, as in the
+// dendrite scene. Reports discretization (repeated by each process), assembly of the rows, set-up of the preconditioner
+// and solve.
 //
 //   mpirun -n 2 benchmark_mpi [--sizes 256,512,1024] [--seed 1] [--repeats 5]
 //
-// Each figure is the least of the repeats, and of each repeat the time of the slowest process.
+// Each time is the minimum over the repeats of the slowest process's time.
 
 #include <fmt/format.h>
 
@@ -34,7 +34,7 @@ const std::vector<std::pair<std::string, Options>> preconditioners{{"GAMG", {{"-
                                                                      {"-field_pc_hypre_boomeramg_interp_type", "ext+i"},
                                                                      {"-field_pc_hypre_boomeramg_agg_nl", "1"}}}};
 
-/// Seconds until the last process has done its part of `work`.
+/// Returns the seconds until the last process has finished `work`.
 double seconds(const std::function<void()>& work) {
   MPI_Barrier(PETSC_COMM_WORLD);
   const double start = MPI_Wtime();
@@ -60,7 +60,7 @@ void benchmark(int cells, const LaplaceProblem& problem, const std::string& name
     const double preconditioner = seconds([&] { system.set_up_preconditioner(problem); });
     std::vector<double> x(op.size(), 0.0), b(op.size());
     op.right_hand_side(problem, b.data());
-    std::vector<double> residual = b;  // from zero
+    std::vector<double> residual = b;  // zero initial guess
     const double solve = seconds([&] { system.solve(b, x, residual, {tolerance, 0, 0, 0}, solution); });
     if (k == 0) continue;  // the first call allocates and starts threads
     const double now[4] = {discretization, assembly, preconditioner, solve};

@@ -1,4 +1,4 @@
-// Grains in a periodic cube or square: seconds of a search for pairs, of a check whether a list still holds, pairs a
+// Times neighbour search of grains in a periodic cube or square: list rebuild, check of list validity, pairs per
 // second.
 #include <fmt/format.h>
 
@@ -18,12 +18,12 @@ namespace {
 struct Options {
   std::vector<int> sizes{10000, 100000, 1000000};
   std::vector<int> threads{1, 2};
-  double density = 0.1458;  // grains of diameter 1 in unit volume: G's gas
-  double neighbours = 6;    // a grain
+  double density = 0.1458;  // grains of diameter 1 per unit volume, as in G's gas
+  double neighbours = 6;    // per grain
   int repeats = 3;
 };
 
-/// Least of several: of the clock on the wall, and of all threads' processors together.
+/// Minimum of several runs: wall time, and processor time of all threads.
 struct Seconds {
   double wall = INFINITY, processors = INFINITY;
 };
@@ -40,7 +40,7 @@ Seconds seconds(const auto& work, int repeats) {
   return least;
 }
 
-/// Grains at random places, numbered as they come: neighbours in space are anywhere in memory.
+/// Times grains at random positions in random memory order.
 template <int d>
 void measure(int count, int threads, const Options& options) {
   constexpr double diameter = 1, ball = d == 3 ? 4.0 / 3 * M_PI : M_PI;

@@ -1,10 +1,10 @@
-// What the resistance of a packing costs, from positions to the number, on one core: contacts, network, set-up and
-// solve apart, and the memory at the peak; by this program's elimination and multigrid, and by CHOLMOD on the same
-// matrix, ordered by AMD and by METIS. `network_scipy.py` adds SciPy's row.
+// Measures the computation of a packing's resistance from positions on one core: times of contacts, network, set-up and
+// solve, and peak memory. Methods: this program's elimination and multigrid; CHOLMOD on the same matrix with AMD and
+// METIS ordering. `network_scipy.py` adds SciPy.
 //
 //   benchmark_network [--sizes 10000,100000,1000000] [--seed 1] [--repeats 3] [--save FOLDER]
 //
-// Seconds are the processor's, the least of the repeats: other programs on the machine disturb them little.
+// Seconds are the minimum processor time of the repeats, which other programs affect little.
 
 #include <cholmod.h>
 #include <fmt/format.h>
@@ -32,8 +32,8 @@ using namespace lichtenberg::network;
 
 namespace {
 
-/// Disks of 8 % spread in radius on a jittered triangular lattice, in random order. About a sixth of the lattice's
-/// contacts are missing.
+/// Returns disks with 8 % spread in radius on a jittered triangular lattice, in random order. About a sixth of the
+/// lattice's contacts are missing.
 ParticlePacking jittered_lattice(int n, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> fraction(-1, 1);
@@ -49,7 +49,7 @@ ParticlePacking jittered_lattice(int n, std::uint64_t seed) {
   return packing;
 }
 
-/// s of processor time since the last call.
+/// Processor time (s) since the last call.
 class Clock {
  public:
   double lap() {
@@ -67,7 +67,7 @@ struct Cost {
   double total() const { return contacts + network + setup + solve; }
 };
 
-/// Without the pieces that float, which make the matrix singular.
+/// Returns the network without floating components, which make the matrix singular.
 Network joined(const Network& network, int& low, int& high) {
   const Components pieces = components(network);
   std::vector<int> number(network.nodes, -1);
@@ -90,7 +90,7 @@ void by_elimination(const Network& net, int low, int high, Cost& cost) {
   const double order = clock.lap();
   cost.setup += order;
   cost.resistance = 1 / Elimination(net, {low, high}).mesh()(1, 0);
-  cost.solve = clock.lap() - order;  // it finds them again
+  cost.solve = clock.lap() - order;  // the second construction repeats the ordering
 }
 
 void by_multigrid(const Network& net, int low, int high, Cost& cost) {
@@ -103,7 +103,7 @@ void by_multigrid(const Network& net, int low, int high, Cost& cost) {
   cost.solve = clock.lap();
 }
 
-/// The matrix of the nodes other than `low`, fed at `high`: v_high = R I.
+/// Solves with CHOLMOD for the nodes other than `low`, with a unit current into `high`: v_high = R I.
 void by_cholmod(const Network& net, int low, int high, bool metis, Cost& cost) {
   Clock clock;
   cholmod_common common;
@@ -169,7 +169,7 @@ Cost measure(const ParticlePacking& packing, const std::string& kind, const std:
   return cost;
 }
 
-/// In a process of its own, whose memory is then known.
+/// Measures in a child process, whose peak memory is then known.
 Cost in_child(const ParticlePacking& packing, const std::string& kind, const std::string& method,
               const std::string& save, double& mebibytes) {
   int pipes[2];
@@ -242,7 +242,7 @@ int main(int argc, char** argv) {
   for (const int n : sizes) {
     const ParticlePacking packing = jittered_lattice(n, seed);
     for (const std::string kind : {"particle", "contact"}) {
-      if (kind == "contact" && n > 300000) continue;  // 2.7 times the nodes, four times the resistors
+      if (kind == "contact" && n > 300000) continue;  // has 2.7 times the nodes and four times the resistors
       compare(packing, kind, repeats, save.empty() ? "" : fmt::format("{}/{}-{}.network", save, kind, n));
     }
   }

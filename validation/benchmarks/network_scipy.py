@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""SciPy's row beside benchmark_network's: the networks that it left with --save FOLDER.
+"""Times SciPy on the networks that benchmark_network writes with --save FOLDER.
 
     network_scipy.py FOLDER/*.network
 
-SuperLU under both orderings that suit a symmetric matrix; processor seconds, set-up (the matrix) and solve apart.
+Uses SuperLU with both orderings for symmetric matrices. Prints processor seconds of set-up (the matrix) and solve.
 """
 import sys
 import time
@@ -20,7 +20,7 @@ def read(path):
 
 
 def conductance_matrix(nodes, low, links):
-    """Without the grounded node."""
+    """Returns the matrix without the grounded node."""
     a, b, g = links["a"], links["b"], links["g"]
     rows, columns = np.concatenate([a, b, a, b]), np.concatenate([a, b, b, a])
     matrix = sparse.csc_matrix((np.concatenate([g, g, -g, -g]), (rows, columns)), (nodes, nodes))

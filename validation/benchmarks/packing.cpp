@@ -1,4 +1,4 @@
-// Random particles to rest: every method's iterations and time, beside PETSc's TAO.
+// Compares iterations and time of all minimization methods and PETSc's TAO for random packings.
 #include <fmt/format.h>
 #include <petsctao.h>
 
@@ -28,7 +28,7 @@ struct Options {
 };
 
 Scene random_packing(const Options& options, int count, const std::string& method) {
-  // Radii are uniform from .4 to .66: means of r^2 and r^3.
+  // Mean r^3 and r^2 of radii uniform between .4 and .66.
   const double content = options.dimension == 3 ? 4.0 / 3 * M_PI * 0.15785 : M_PI * 0.28653;
   const double side = std::pow(count * content / options.filled, 1.0 / options.dimension);
   return parse_scene(
@@ -57,8 +57,8 @@ void print_row(int count, const std::string& method, std::int64_t iterations, st
   std::fflush(stdout);
 }
 
-/// Describes a packing that is not at rest when its time is over. The rate at which the force fell in the second half
-/// gives a lower bound on the time to rest, since the slowest modes are left last and the rate falls.
+/// Describes a packing that is not at rest at the time limit. The decay rate of the force in the second half gives a
+/// lower bound on the time to rest, because the slowest modes remain and the rate decreases.
 std::string not_at_rest(benchmarks::Sample half, benchmarks::Sample last, double tolerance) {
   const std::optional<double> end = benchmarks::end_of_decay(half, last, tolerance);
   return end ? fmt::format("not at rest; extrapolated by a rate that falls: later than {:.3g} s", *end) : "not at rest";
@@ -81,7 +81,7 @@ void run_ours(const Options& options, int count, const std::string& method) {
                               options.tolerance));
 }
 
-/// The same energy in the hands of PETSc's limited-memory variable metric method.
+/// Potential energy as an objective of PETSc's limited-memory variable metric method.
 struct ForTao {
   statics::PotentialEnergy* energy;
   Clock clock;
@@ -101,7 +101,7 @@ PetscErrorCode evaluate(Tao, ::Vec x, PetscReal* value, ::Vec gradient, void* co
   PetscCall(VecGetArray(gradient, &to));
   const auto n = static_cast<std::size_t>(size);
   *value = self.energy->evaluate({from, n}, {to, n});
-  if (!std::isfinite(*value)) *value = 1e30;  // TAO's line search knows no infinity
+  if (!std::isfinite(*value)) *value = 1e30;  // TAO's line search does not accept infinity
   PetscCall(VecRestoreArrayRead(x, &from));
   PetscCall(VecRestoreArray(gradient, &to));
   ++self.evaluations;
@@ -147,7 +147,7 @@ void run_tao(const Options& options, int count) {
   parallel::check_petsc(TaoSetConvergenceTest(tao, is_at_rest, &self));
   parallel::check_petsc(TaoSetMaximumIterations(tao, 100000000));
   parallel::check_petsc(TaoSetMaximumFunctionEvaluations(tao, 100000000));
-  TaoLineSearch search;  // TAO's own default interpolates through the infinite, and gives up
+  TaoLineSearch search;  // TAO's default line search interpolates infinite values and fails
   parallel::check_petsc(TaoGetLineSearch(tao, &search));
   parallel::check_petsc(TaoLineSearchSetType(search, TAOLINESEARCHARMIJO));
   parallel::check_petsc(TaoSetFromOptions(tao));

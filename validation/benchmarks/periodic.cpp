@@ -1,6 +1,6 @@
-// Coulomb sums of charges +1 and -1 at random places in a periodic cube: what an evaluation on a mesh costs, part by
-// part, beside Ewald's sum; the error that is asked for, estimated and found. With --dipoles: what it costs that they
-// polarize each other.
+// Measures Coulomb sums of charges +1 and -1 at random positions in a periodic cube: cost of a mesh evaluation by part,
+// and cost of Ewald's sum. Compares requested, estimated and realised error. --dipoles: additional cost of mutual
+// polarization.
 #include "solvers/periodic/accuracy.hpp"
 
 #include <fmt/format.h>
@@ -26,13 +26,13 @@ struct Options {
   std::vector<int> sizes{1000, 8516, 50016};
   std::vector<double> accuracies{1e-3, 1e-4, 1e-6};
   std::vector<int> threads{1, 2};
-  double density = 0.1458;  // charges in unit volume, no two nearer than 1: G's gas
-  int sample = 300;         // charges whose force is compared with Ewald's
+  double density = 0.1458;  // charges per unit volume, at least 1 apart, as in G's gas
+  int sample = 300;         // number of charges whose force is compared with Ewald sums
   int repeats = 5;
   double polarizability = 0.075, tolerance = 1e-4;  // of induced dipoles
 };
 
-/// Least milliseconds of several: of the clock on the wall, and of all threads' processors together.
+/// Minimum of several runs: wall time, and processor time of all threads.
 struct Milliseconds {
   double wall = INFINITY, processors = INFINITY;
 };
@@ -68,7 +68,7 @@ struct Gas {
   }
 };
 
-/// Places are drawn until none is nearer than 1 to another: those that are, anew.
+/// Draws positions and redraws those closer than 1 to another until none remains.
 Gas gas(int count, double density) {
   const double length = std::cbrt(count / density);
   Gas gas{{length, length, length}};
@@ -84,7 +84,7 @@ Gas gas(int count, double density) {
   return gas;
 }
 
-/// Root mean square error over root mean square of the exact forces.
+/// Returns the rms force error over the rms of the exact forces.
 double force_error(const Response& found, const Response& exact, std::span<const int> sample) {
   double error = 0, size = 0;
   for (std::size_t s = 0; s < sample.size(); ++s)
@@ -154,8 +154,8 @@ void measure(const Case& now, const Mesh& mesh, const Cloud& cloud, std::string_
   }
 }
 
-/// Fields of dipoles computed without a start, and with the predictor's from its fifth step on, as charges fly freely:
-/// a random step of .005 along each axis, rms, which is that of grains at temperature 1.
+/// Evaluations of the dipoles' field per step, from a zero initial guess and from the predictor's (from the fifth step
+/// on), for freely moving charges. Steps are random with an rms of .005 per axis, as of grains at temperature 1.
 struct Iterations {
   int cold = 0;
   double predicted = 0;

@@ -1,4 +1,4 @@
-// What a frame of many particles costs to record, the first as the hundredth: seconds and memory of add() and save().
+// Measures seconds and memory of add() and save() for frames of many particles, from the first to the last frame.
 //
 //   build/benchmark_record --particles 1000000 --frames 100 --folder /scratch
 #include <fmt/format.h>
@@ -22,11 +22,11 @@ using Of = Column::Of;
 namespace {
 
 struct Cost {
-  double seconds = 0, processor = 0;  ///< by the clock, and of the processor
-  double resident = 0, largest = 0;   ///< MB, after it and while it lasted
+  double seconds = 0, processor = 0;  ///< wall and processor time
+  double resident = 0, largest = 0;   ///< MB, after and during the call
 };
 
-/// MB: a line of /proc/self/status.
+/// Returns a value (MB) of /proc/self/status.
 double status(const std::string& key) {
   std::ifstream file("/proc/self/status");
   for (std::string line; std::getline(file, line);)
@@ -47,7 +47,7 @@ Cost cost_of(Work work) {
   return {elapsed.count(), processor, status("VmRSS"), status("VmHWM")};
 }
 
-/// The caller's own: what it goes on computing with.
+/// Data of the caller, which continues computing with it.
 struct Gas {
   std::vector<double> position, velocity, charge;
   std::vector<std::int32_t> contacts;
@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
   std::vector<Cost> costs;
   const double before = status("VmRSS");
   for (int k = 0; k < frames; ++k) {
-    Frame frame = gas.frame(k);  // not counted: the caller makes it
+    Frame frame = gas.frame(k);  // not timed; the caller makes it
     costs.push_back(cost_of([&] {
       recorder.add(std::move(frame));
       recorder.save(milestone);

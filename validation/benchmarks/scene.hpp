@@ -1,6 +1,6 @@
 #pragma once
 
-// The scene that field solves are timed on.
+// Scene of the field benchmarks.
 
 #include <algorithm>
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace lichtenberg::benchmarks {
 
-/// `conductors` floating disks of radius S/64 around a grounded half-disk on the bottom of a square box, surfaces at
-/// least S/256 apart, with charges between 0 and 1. Lengths are in cells of S = 512.
+/// Returns `conductors` floating disks of radius S/64 around a grounded half-disk on the bottom of a square box. Gaps
+/// are at least S/256 and charges between 0 and 1. Lengths are in cells of S = 512.
 inline laplace::LaplaceProblem disks_round_ground(int conductors, std::uint64_t seed) {
   using namespace laplace;
   constexpr double side = 512, radius = 8, least_gap = 2;

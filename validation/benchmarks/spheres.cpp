@@ -1,5 +1,5 @@
-// The field of conducting spheres: time, iterations and memory of solves in a flat dish and in free space, and in a
-// moving scene.
+// Measures the field of conducting spheres: time, iterations and memory of solves in a flat dish, in free space and in
+// a moving scene.
 //
 //   benchmark_spheres [--spheres N] [--accuracy A] [--dish | --cloud] [--steps N] [--threads N] [--check]
 
@@ -18,7 +18,7 @@ using namespace lichtenberg::laplace;
 
 namespace {
 
-/// A number in [0, 1) that is the same on any machine.
+/// Returns a random number in [0, 1), identical on all machines.
 double uniform(std::uint64_t& state) {
   state = state * 6364136223846793005u + 1442695040888963407u;
   return static_cast<double>(state >> 11) * 0x1p-53;
@@ -30,7 +30,8 @@ bool is_free(const std::vector<Sphere>& spheres, Vec3 p, double radius, double g
   return true;
 }
 
-/// Steel spheres on the bottom of a dish of castor oil, 5.12 cm square and 5 mm deep, one side grounded.
+/// Returns steel spheres on the bottom of a dish of castor oil, 5.12 cm square for 324 spheres, 5 mm deep, with one
+/// grounded side.
 SphereProblem dish(int count, double gap) {
   SphereProblem problem{.permittivity = 4.7 * 8.8541878128e-12};
   const double radius = 0.8e-3, side = 5.12e-2 * std::sqrt(count / 324.0);
@@ -60,7 +61,7 @@ SphereProblem cloud(int count, double gap) {
   return problem;
 }
 
-/// Largest difference of potentials and of forces, over the largest.
+/// Returns the largest differences of potentials and forces, relative to the largest value.
 std::array<double, 2> difference(const SphereSolution& a, const SphereSolution& b) {
   double potential = 0, force = 0, largest_potential = 0, largest_force = 0;
   for (std::size_t i = 0; i < a.group_potential.size(); ++i) {

@@ -1,11 +1,12 @@
 #!/usr/bin/python3
-"""Finite elements beside the solver of spheres on one scene: FreeFEM (P2, conjugate gradients) on meshes by Gmsh.
+"""Compares finite elements with the solver of spheres on one scene.
 
     spheres_freefem.py build/validation [--sizes 0.03,0.02,0.012]
 
-The scene is s4_box3 of data/reference-spheres: three floating spheres in a unit box on an electrode. Prints the error of the
-potentials, over the largest, and seconds without meshing: FreeFEM's processor time for the three fields that make the
-capacitance matrix, ours as `validation spheres long` says. Says what is missing if FreeFem++ or gmsh are.
+The finite elements are FreeFEM's (P2, conjugate gradients) on meshes by Gmsh. The scene is s4_box3 of
+data/reference-spheres: three floating spheres in a unit box on an electrode. Prints the error of the potentials,
+relative to the largest, and seconds without meshing: FreeFEM's processor time for the three fields of the capacitance
+matrix, and the time that `validation spheres long` prints. Reports if FreeFem++ or gmsh is missing.
 """
 import argparse
 import json
@@ -23,7 +24,8 @@ DATA = pathlib.Path(__file__).resolve().parent.parent / "data" / "reference-sphe
 
 
 def geometry(scene, size):
-    """Gmsh: the box without the spheres, finer at these; labels 1 the electrode, 10 + k sphere k."""
+    """Returns Gmsh input: the box without the spheres, refined near them; labels 1 (electrode) and 10 + k (sphere k).
+    """
     lines = ['SetFactory("OpenCASCADE");', "Box(1) = {0, 0, 0, 1, 1, 1};"]
     for k, s in enumerate(scene["spheres"]):
         lines.append(f"Sphere({k + 2}) = {{{s['x']}, {s['y']}, {s['z']}, {s['R']}}};")
@@ -41,7 +43,8 @@ def geometry(scene, size):
 
 
 def program(mesh, spheres):
-    """FreeFEM: the field of each sphere at 1 V, all else at 0, and the energies of pairs of them."""
+    """Returns a FreeFEM program: the field of each sphere at 1 V with all else at 0, and the mutual energies of pairs.
+    """
     conditions = " + ".join(f"on({10 + k}, u = (j == {k}))" for k in range(spheres))
     return f"""
 mesh3 Th = readmesh3("{mesh}");

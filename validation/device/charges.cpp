@@ -1,6 +1,6 @@
-// Periodic Coulomb sums on a CUDA device: what their parts take, and how far their forces are from Ewald's sum (or, of
-// many charges, from the CPU's mesh at 1e-6). Charges of +1 and -1 at random places at density .1458, no two nearer
-// than 1, and the same in one dense ball.
+// Periodic Coulomb sums on a CUDA device: times of their parts, and force errors relative to Ewald's sum (for many
+// charges, relative to the CPU's mesh at 1e-6). Charges are +1 and -1 at random positions with density .1458, at least
+// 1 apart, and the same charges in one dense ball.
 //
 //   device_charges [--sizes 50016,1000000] [--accuracies 1e-3,1e-4] [--skin 0.5] [--cutoffs 4,5 --orders 5,6]
 //   [--no-error] [--splines] [--host]
@@ -36,7 +36,7 @@ struct Gas {
   }
 };
 
-/// Places are drawn until none is nearer than 1 to another: those that are, anew.
+/// Draws positions and redraws those closer than 1 to another until none remains.
 Gas random_gas(int count, parallel::Team& team) {
   const double length = std::cbrt(count / 0.1458);
   Gas gas{{length, length, length}};
@@ -52,7 +52,7 @@ Gas random_gas(int count, parallel::Team& team) {
   return gas;
 }
 
-/// In the same box, touching: on the places of a cubic lattice of spacing 1, shifted by up to .01.
+/// Returns a dense ball in the same box: sites of a cubic lattice of spacing 1, displaced by up to .01.
 Gas cluster(int count) {
   const double length = std::cbrt(count / 0.1458);
   Gas gas{{length, length, length}};
@@ -94,7 +94,7 @@ double error_of(const Gas& gas, const Response& found, parallel::Team& team) {
   return relative_error(found, exact, sample, false);
 }
 
-/// `by_hand`: what is not to be chosen.
+/// Measures one sum. `by_hand`: parameters that are given instead of chosen.
 void measure(const Gas& gas, const char* name, double accuracy, const ByHand& by_hand, double skin, bool host,
              bool error, bool splines, parallel::Team& team) {
   const int count = static_cast<int>(gas.charge.size());

@@ -1,5 +1,5 @@
-// A gas of grains on a CUDA device: how far it is from the CPU's after one step, what steps take, whether its energy
-// book closes. The scene's stages are left out.
+// A gas of grains on a CUDA device: difference from the CPU's result after one step, time per step, and energy balance.
+// The scene's equilibration stages are omitted.
 //
 //   device_gas scenes/granular-gas-full.toml [--temperature 1] [--charge 1] [--step 0.005] [--steps 400] [--host]
 
@@ -70,7 +70,7 @@ void compare(granular::Gas& gas, granular::device::DeviceGas& device) {
   granular::Instant now = gas.look();
   const double end = gas.time() + integrator->longest_step(gas, now);
   integrator->step(gas, std::move(now), end, granular::Want::forces);
-  while (device.time() < end) device.step(end);  // rounding may make two of it
+  while (device.time() < end) device.step(end);  // rounding may split the step in two
   Checkpoint found = start;
   device.store(found);
   const Checkpoint cpu = gas.save();
@@ -84,7 +84,7 @@ void compare(granular::Gas& gas, granular::device::DeviceGas& device) {
   gas.restore(start);
 }
 
-/// As runs do it: the device goes on for a hundred steps before it is asked.
+/// Advances as runs do: a hundred steps on the device per call.
 void run(granular::device::DeviceGas& device, int steps) {
   constexpr double far = 1e6;
   for (int left = steps; left > 0; left -= 100) device.step(far, std::min(left, 100));

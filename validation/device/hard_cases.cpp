@@ -1,10 +1,9 @@
-// What is known to go wrong in gases of charged grains (../README.md), on a device: the rows of ../hard_cases_gas.cpp
-// that are about steps, lists, contacts and sums, with their bounds, whose derivations stand there and in
-// ../gas_cases.hpp.
+// Known difficult cases of gases of charged grains (../README.md) on a device. These are the rows of
+// ../hard_cases_gas.cpp on steps, lists, contacts and sums, with the bounds derived there and in ../gas_cases.hpp.
 //
 //   device_hard_cases [--host] [SECTION]
 //
-// --host: the device's algorithms run by the CPU, item after item. Sections: to-one-cluster, at-rest, elastic, cold,
+// --host: runs the device's algorithms on the CPU sequentially. Sections: to-one-cluster, at-rest, elastic, cold,
 // cooled, lists, charges, bits, too-fast, held-forces, restitution.
 
 #include <string_view>
@@ -36,7 +35,7 @@ namespace {
 
 bool on_host = false;
 
-/// A gas that a device carries on.
+/// Gas that a device advances.
 class There {
  public:
   explicit There(const Scene& scene)
@@ -55,9 +54,9 @@ class There {
       load();
     }
   }
-  /// One step, and no farther than to `time`.
+  /// Advances one step, but not beyond `time`.
   void step(double time) { device_->step(time); }
-  /// As it is now.
+  /// Copies the device's state into the host's gas and returns that.
   granular::Gas& now() {
     Checkpoint checkpoint = gas_.save();
     device_->store(checkpoint);
@@ -148,7 +147,7 @@ void cooled_gas(Report& report) {
   const auto temperature = [&] { return 2 * there.now().kinetic_energy() / (3 * n); };
   while (there.time() < 400 && temperature() > 1e-4) there.to(there.time() + 10);
   granular::Gas& gas = there.now();
-  // Forces in single precision, of which each grain's rounds by 6e-8, are made to add up by taking the mean off.
+  // Each force in single precision has a rounding error of 6e-8. Subtracting the mean conserves momentum.
   report.at_most(fmt::format("momentum over thermal momentum, at T = {:.2g}, t = {:.3g}", temperature(), there.time()),
                  momentum(gas.bodies()) / thermal_momentum(gas), std::nullopt);
   report.at_most("  over that at the start", momentum(gas.bodies()) / thermal, 1e-3);
@@ -219,9 +218,9 @@ struct Change {
   double found, rounding;
 };
 
-/// Change of what should stay of a bound pair that vibrates, over K q^2 times the overlap, after fifty periods; and the
-/// most, five standard deviations, that comes of booking what each step of contacts dissipates in whole quanta, which
-/// rounds it by an rms of 1 / sqrt(12) of one.
+/// Runs a vibrating bound pair for fifty periods. Returns the change of its conserved energy over K q^2 times the
+/// overlap, and the rounding bound of five standard deviations. Each contact substep's dissipation is recorded in whole
+/// quanta, with an rms error of 1 / sqrt(12) quantum.
 Change change_of(const gas_cases::BoundPair& pair, double dissipative) {
   const double period = pair.period();
   Scene scene = pair.scene(dissipative, {.accuracy = 1e-5});
@@ -255,7 +254,7 @@ void restitutions(Report& report) {
   There there(scene);
   there.to(20);
   const granular::RestitutionCheck& found = there.now().restitution;
-  // What a pair that turns costs, 1e-3, and twice what 45 steps a contact leave of restitution.
+  // Bound: 1e-3 for rotating pairs, plus twice the error of restitution with 45 substeps per contact.
   for (int k = 0; k < granular::RestitutionCheck::decades; ++k)
     if (const auto& decade = found.by_speed()[k]; decade.collisions > 0)
       report.at_most(fmt::format("speed 1e{}, {} collisions, worst", granular::RestitutionCheck::first_decade + k,

@@ -1,6 +1,6 @@
-// The loop over pairs of a law (src/model/pair_part.hpp) on a CUDA device against the host's: Hertz's contact and a
-// screened Coulomb term of 1e5 spheres in a periodic cube. Fails unless they agree to rounding and give the same bits
-// twice.
+// Compares the pair loop of a force law (src/model/pair_part.hpp) on a CUDA device with the host's. Laws: Hertz contact
+// and a screened Coulomb term of 1e5 spheres in a periodic cube. Fails unless they agree to rounding and repeated runs
+// are bitwise identical.
 
 #include <cstdio>
 #include <random>
@@ -75,7 +75,7 @@ bool compare(const char* name, const Law& law, const Crowd& crowd) {
   std::printf("%-18s %9zu pairs %8.1f us  force %.1e of the largest, energy %.1e, %s\n", name, crowd.pairs.size(),
               1e5 * seconds, worst / largest, std::abs(total / sum.energy - 1),
               found == again ? "the same bits again" : "OTHER BITS");
-  // Some hundred terms, each rounded to a quantum and at 1e-16 of the largest.
+  // About a hundred terms, each rounded to a quantum and to 1e-16 of the largest.
   return worst < 100 * quanta.force + 1e-13 * largest && std::abs(total / sum.energy - 1) < 1e-12 && found == again;
 }
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Runs six small scenes on a CUDA device under each tool of NVIDIA's compute-sanitizer.
+"""Runs six small scenes on a CUDA device with each tool of NVIDIA's compute-sanitizer.
 
     validation/device/sanitizers.py [--program build-gpu/lichtenberg] [--tools memcheck,racecheck] [--cases NAME,...]
 
-memcheck finds accesses outside of memory, initcheck reads of memory that was never written, racecheck unordered accesses
-to the memory of a block, synccheck barriers that not all threads of a block reach. Prints a row for each run; exits with
-1 if a tool reports an error or a program fails, with 2 if there is no program or no compute-sanitizer.
+memcheck finds accesses outside of allocated memory, initcheck reads of uninitialized memory, racecheck unordered
+accesses to the shared memory of a block, synccheck barriers that not all threads of a block reach. Prints a row per
+run. Exits with 1 if a tool reports an error or a program fails, with 2 if the program or compute-sanitizer is missing.
 """
 import argparse
 import os

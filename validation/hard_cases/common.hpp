@@ -1,6 +1,6 @@
 #pragma once
 
-// What the hard cases share: how scenes are made, how two solutions are compared, and where the bounds come from.
+// Common functions of the hard cases: scenes, comparison of solutions, and origin of the bounds.
 
 #include <initializer_list>
 #include <numbers>
@@ -15,15 +15,15 @@ namespace lichtenberg::validation {
 using namespace laplace;
 using std::numbers::pi;
 
-/// Percent of the largest value of the scene.
+/// Errors in percent of the scene's largest value.
 struct Quality {
   double potential, force;
 };
 
-/// What may be expected of the cut-cell scheme at `radius` cells where the narrowest gap is `gap` cells. Down to gap /
-/// R = 0.1: the figures that `two_disks` is held to at R = 8, scaled as h^2. Closer, the gap is a cell or less wide,
-/// and what counts is how one link represents it: within 7.9 % of the capacitance and 9.9 % of the force, the worst
-/// that the prototype showed, which preceded this code, for this kind of link and a gap of 0.01 cell.
+/// Returns the expected error of the cut-cell scheme for a radius of `radius` cells and a narrowest gap of `gap` cells.
+/// For gap / R >= 0.1: the bounds of `two_disks` at R = 8, scaled as h^2. In narrower gaps, of a cell or less, the
+/// single link across the gap determines the error. It is 7.9 % of the capacitance and 9.9 % of the force, the worst
+/// values of a prototype for this kind of link and a gap of 0.01 cell.
 inline Quality expected(double radius, double gap) {
   const double h2 = (8 / radius) * (8 / radius);
   if (gap >= 2 * radius) return {0.02 * h2, 0.1 * h2};
@@ -32,22 +32,22 @@ inline Quality expected(double radius, double gap) {
   return {7.9, 9.9};
 }
 
-/// Iterations of CG that are allowed for gaps down to 0.01 cell and up to 5000 conductors on S = 128 to 4096; smaller
-/// grids are no harder. Twice as many beyond that.
+/// Limit on CG iterations for gaps from 0.01 cell and up to 5000 conductors on S = 128 to 4096; smaller grids need no
+/// more. Harder cases may need twice as many.
 constexpr double most_iterations = 12;
 
 inline double milliseconds(const LaplaceSolution& solution) {
   return 1e3 * (solution.seconds.setup + solution.seconds.solve + solution.seconds.forces);
 }
 
-/// "12 iterations, 3.4 ms"
+/// Formats the cost, such as "12 iterations, 3.4 ms".
 inline std::string cost(const LaplaceSolution& solution) {
   return fmt::format("{} iterations, {:.3g} ms", solution.iterations, milliseconds(solution));
 }
 
 inline std::string most_of(int iterations) { return fmt::format("{} iterations at most", iterations); }
 
-/// A box of whole cells, h = 1; the named sides are electrodes at 0 V.
+/// Returns a box of whole cells, h = 1; the named sides are electrodes at 0 V.
 inline LaplaceProblem box(Vec2 size, std::initializer_list<SideIndex> grounded) {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = size;
@@ -56,14 +56,14 @@ inline LaplaceProblem box(Vec2 size, std::initializer_list<SideIndex> grounded) 
 }
 inline LaplaceProblem grounded_box(Vec2 size) { return box(size, {left, right, bottom, top}); }
 
-/// Adds a disk with a group of its own.
+/// Adds a disk as a group of its own.
 inline void add(LaplaceProblem& problem, Disk disk, Group group) {
   problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
   problem.groups.push_back(group);
 }
 
 /// Adds columns x rows disks with charges in [-1, 1], evenly spaced over the box and displaced by up to `jitter` in x
-/// and in y.
+/// and y.
 inline void add_lattice(LaplaceProblem& problem, int columns, int rows, double radius, double jitter,
                         std::mt19937_64& random) {
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -86,7 +86,7 @@ inline LaplaceSolution spectral(const LaplaceProblem& problem, double tolerance 
   return MultipoleSolver({.tolerance = tolerance}).solve(problem);
 }
 
-/// Largest potential of the scene, electrode sides included.
+/// Returns the largest potential of the scene, including electrode sides.
 inline double largest_potential(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   double largest = 0;
   for (const double phi : solution.group_potential) largest = std::max(largest, std::abs(phi));
@@ -95,7 +95,7 @@ inline double largest_potential(const LaplaceProblem& problem, const LaplaceSolu
   return largest;
 }
 
-/// Differences of the groups' potentials, percent of the largest.
+/// Returns the differences of the groups' potentials, in percent of the largest potential.
 inline Spread potential_error(const LaplaceProblem& problem, const LaplaceSolution& solution,
                               const LaplaceSolution& exact) {
   std::vector<double> error;
@@ -106,7 +106,7 @@ inline Spread potential_error(const LaplaceProblem& problem, const LaplaceSoluti
   return spread(error);
 }
 
-/// Differences of the forces, percent of the largest.
+/// Returns the differences of the forces, in percent of the largest force.
 inline Spread force_error(const LaplaceSolution& solution, const LaplaceSolution& exact) {
   double largest = 0;
   for (const Vec2 force : exact.body_force) largest = std::max(largest, norm(force));
@@ -116,8 +116,9 @@ inline Spread force_error(const LaplaceSolution& solution, const LaplaceSolution
   return spread(error);
 }
 
-/// How far the charges of groups and sides are from what was given and from a sum of zero, over the sum of magnitudes
-/// (or, where there is hardly any charge, over what the largest potential puts on a capacitance of eps a body).
+/// Returns the deviation of group charges from the given ones and of the total charge from zero, relative to the sum of
+/// magnitudes. If charges are small, the reference is the charge of the largest potential on a capacitance eps per
+/// body.
 inline double charge_imbalance(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   double total = 0, magnitudes = 0, worst = 0;
   std::vector<double> group(problem.groups.size(), 0.0);
@@ -135,7 +136,7 @@ inline double charge_imbalance(const LaplaceProblem& problem, const LaplaceSolut
   return magnitudes > 0 ? std::max(worst, std::abs(total)) / magnitudes : 0.0;
 }
 
-/// The rows that most cases have: potentials and forces against the spectral solver, charges, iterations.
+/// Adds the rows of most cases: potentials and forces against the spectral solver, charges, iterations.
 inline void compare(Report& report, const std::string& name, const LaplaceProblem& problem, Quality bound,
                     double iterations = most_iterations) {
   const LaplaceSolution exact = spectral(problem), solution = cut_cell(problem);

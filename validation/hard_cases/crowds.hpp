@@ -1,20 +1,20 @@
 #pragma once
 
-// What many or crowded conductors make hard: packings, one group of a thousand, thin channels, closed rings, numbers
-// from 1 to 20000; and the box: long ones, insulated ones, charges of all sizes.
+// Cases with many or dense conductors: packings, a group of a thousand, narrow channels, closed rings, numbers from 1
+// to 20000. Cases of the box: elongated boxes, insulated boxes, charges of all sizes.
 
 #include "validation/hard_cases/common.hpp"
 
 namespace lichtenberg::validation {
 
-/// 60 % of the area: a hexagonal packing, whose fraction is 0.9069 (2R/d)^2: d = 1.229 * 2R. Displaced at random by up
-/// to 0.4 of the gap that this leaves.
+/// Hexagonal packing of 60 % area fraction, 0.9069 (2R/d)^2: d = 1.229 * 2R. Displacements are random, up to 0.4 of the
+/// remaining gap.
 inline void packed(Report& report) {
   const double radius = 8, spacing = 2 * radius * std::sqrt(pi / std::sqrt(12.0) / 0.6);
   const int columns = 12, rows = 14;
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  // Whole cells; what is missing to the packing's own box goes to the margins.
+  // The box has whole cells; the margins take the difference from the packing's own box.
   LaplaceProblem problem = box({256, 256}, {bottom});
   const Vec2 margin = 0.5 * Vec2{256 - (columns - 0.5) * spacing, 256 - (rows - 1) * spacing * std::sqrt(0.75)};
   const double jitter = 0.4 * (spacing - 2 * radius) / 2;
@@ -28,7 +28,7 @@ inline void packed(Report& report) {
   compare(report, "60 % of the area", problem, expected(radius, 0.6 * (spacing - 2 * radius)));
 }
 
-/// 1000 disks that share one potential, here and there over the box.
+/// 1000 disks of one potential, distributed over the box.
 inline void thousand_in_one_group(Report& report) {
   std::mt19937_64 random(4);
   LaplaceProblem problem = box({512, 512}, {bottom});
@@ -38,7 +38,7 @@ inline void thousand_in_one_group(Report& report) {
   compare(report, "1000 in one group", problem, expected(4, 2.4));
 }
 
-/// A channel of less than a cell between two disks of R = 100 at different potentials, and between disk and wall.
+/// Channel narrower than a cell between two disks of R = 100 at different potentials, and between disk and wall.
 inline void thin_channels(Report& report) {
   for (const double gap : {0.5, 0.1, 0.01}) {
     LaplaceProblem problem = grounded_box({512, 512});
@@ -54,8 +54,8 @@ inline void thin_channels(Report& report) {
   }
 }
 
-/// Sixteen disks in a ring with another conductor inside and a wall at 1 V outside. `member` is what each of the ring's
-/// disks is: at 0 V the inside hardly knows of the outside.
+/// Returns a ring of sixteen disks with another conductor inside and a wall at 1 V outside. A grounded ring at 0 V
+/// shields the inside.
 inline LaplaceProblem ring(double gap, bool grounded, bool one_missing) {
   const int members = 16;
   const double radius = 8, circle = (radius + 0.5 * gap) / std::sin(pi / members);
@@ -80,7 +80,7 @@ inline void closed_rings(Report& report) {
   compare(report, "ring with one missing, at 0 V", ring(1e-3, true, true), expected(8, 16));
 }
 
-/// Nothing grounded: potentials up to a constant, charges that sum to zero.
+/// Without ground: potentials up to a constant, charges that sum to zero.
 inline void insulated_box(Report& report) {
   std::mt19937_64 random(5);
   LaplaceProblem problem = box({128, 128}, {});
@@ -96,8 +96,8 @@ inline void insulated_box(Report& report) {
   report.at_most("insulated box without charge: potentials", largest, 0, cost(solution));
 }
 
-/// Charges of 1e-20 and of 1e+3 C side by side; then all of them 1e-20: the same potentials but for the factor, to
-/// rounding that CG's dozen iterations carry on.
+/// Charges of 1e-20 C and 1e+3 C in one scene; then all charges of 1e-20 C. Potentials must agree up to the factor,
+/// within rounding accumulated over about twelve CG iterations.
 inline void charges_of_all_sizes(Report& report) {
   std::mt19937_64 random(6);
   LaplaceProblem problem = box({128, 128}, {bottom});
@@ -137,7 +137,7 @@ inline void few_and_many(Report& report, bool is_long) {
   compare(report, "N = 20000, R = 8 cells, S = 4096", large, expected(8, 4), 2 * most_iterations);
 }
 
-/// Eight times as long as wide, both ways; the short sides are electrodes, or the long ones.
+/// Boxes with an aspect ratio of eight in both orientations; electrodes are the short or the long sides.
 inline void long_boxes(Report& report) {
   for (const bool upright : {false, true})
     for (const bool short_sides : {false, true}) {

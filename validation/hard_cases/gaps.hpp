@@ -1,6 +1,6 @@
 #pragma once
 
-// Narrow gaps: between disks of different and of equal potential, to an electrode, touching, overlapping.
+// Narrow gaps: between disks of different and equal potential, to an electrode, touching, overlapping.
 
 #include <complex>
 
@@ -11,7 +11,7 @@ namespace lichtenberg::validation {
 
 constexpr double gaps_over_radius[] = {1, 0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6};
 
-/// Positions and directions of a pair on the grid.
+/// Position and direction of a pair relative to the grid.
 struct Placing {
   Vec2 centre;
   double angle;
@@ -32,8 +32,8 @@ inline theory::DiskPair pair_at(const Placing& at, double radius, double gap) {
   return {{at.centre - half, radius}, {at.centre + half, radius}, 1};
 }
 
-/// The spectral solver itself, in the plane (D 6.37). Its tolerance is 1e-12, some hundred times of which remain in
-/// sums over the pair's terms; the gap is known to the rounding of the centres, whose half goes into C ~ gap^(-1/2).
+/// The spectral solver for a pair in the plane (D 6.37). Its tolerance is 1e-12; sums over the pair's terms amplify it
+/// about a hundredfold. The gap has the rounding error of the centres, half of which enters C ~ gap^(-1/2).
 inline void spectral_pair(Report& report, double gap_over_radius) {
   const double radius = 8;
   const theory::DiskPair pair = pair_at({{40.3, 40.6}, 0.3}, radius, gap_over_radius * radius);
@@ -48,7 +48,7 @@ inline void spectral_pair(Report& report, double gap_over_radius) {
                  1e-10 + rounding, cost(solution));
 }
 
-/// Cut-cell at R = 8 in the plane (the exact field on the walls), different potentials.
+/// Cut cells at R = 8 in the plane (exact field on the walls) for different potentials.
 inline void different_potentials(Report& report, double gap_over_radius, int positions) {
   const double radius = 8, gap = gap_over_radius * radius, side = 80;
   std::vector<double> capacitance, force;
@@ -69,9 +69,9 @@ inline void different_potentials(Report& report, double gap_over_radius, int pos
   report.at_most(name + ": force, %", spread(force), bound.force);
 }
 
-/// Cut-cell at R = 8 in a grounded box against the spectral solver: one group of two disks, and two groups that float
-/// with the same charge. No field to speak of crosses the gap, the surface is that of one smooth body but for
-/// the notch, where the field dies out: the bound is that of the gap to the walls, more than 2 R.
+/// Cut cells at R = 8 in a grounded box against the spectral solver: one group of two disks, and two floating groups of
+/// equal charge. The field in the gap is negligible, and the pair resembles one smooth body except at the notch, where
+/// the field vanishes. The bound is therefore that of the gap to the walls, more than 2 R.
 inline void equal_potentials(Report& report, double gap_over_radius, int positions, bool one_group) {
   const double radius = 8, gap = gap_over_radius * radius;
   std::vector<double> potential;
@@ -94,8 +94,7 @@ inline void equal_potentials(Report& report, double gap_over_radius, int positio
       spread(potential), expected(radius, 2 * radius).potential, most_of(iterations));
 }
 
-/// A disk of R = 8 beside an electrode side, whose exact field is that of the disk and its mirror image. The gap to the
-/// image is twice the gap.
+/// A disk of R = 8 near an electrode side. The exact field is that of the disk and its mirror image, at twice the gap.
 inline void beside_electrode(Report& report, double gap, int positions) {
   const double radius = 8;
   std::vector<double> capacitance, force;
@@ -119,8 +118,8 @@ inline void beside_electrode(Report& report, double gap, int positions) {
   report.at_most(name + ": force, %", spread(force), bound.force);
 }
 
-/// A disk of R = 8 inside a dish of R = 48 at 0 V, all but touching its rim: eccentric cylinders, C = 2 pi / acosh u
-/// with u = (R1^2 + R2^2 - d^2) / 2 R1 R2; u - 1 = gap (2 (R2 - R1) - gap) / 2 R1 R2 does not cancel.
+/// A disk of R = 8 inside a dish of R = 48 at 0 V, nearly touching its rim. Eccentric cylinders: C = 2 pi / acosh u
+/// with u = (R1^2 + R2^2 - d^2) / 2 R1 R2. The form u - 1 = gap (2 (R2 - R1) - gap) / 2 R1 R2 avoids cancellation.
 inline void beside_rim(Report& report, double gap, int positions) {
   const double radius = 8, rim = 48;
   const double u_minus_1 = gap * (2 * (rim - radius) - gap) / (2 * radius * rim);
@@ -140,8 +139,8 @@ inline void beside_rim(Report& report, double gap, int positions) {
                  expected(radius, gap).potential, most_of(iterations));
 }
 
-/// A disk of R = 8 beside the long face of a bar at 0 V, oblique on the grid: as beside an electrode. The exact field
-/// on the sides of the box is that of the plane the face lies in; behind it, and on the bar, V = 0.
+/// A disk of R = 8 near the long face of a bar at 0 V, oblique to the grid. The exact field on the sides of the box is
+/// that of the plane of the face; V = 0 behind it and on the bar.
 inline void beside_bar(Report& report, double gap, int positions) {
   const double radius = 8, width = 20;
   std::vector<double> capacitance;
@@ -165,10 +164,10 @@ inline void beside_bar(Report& report, double gap, int positions) {
                  expected(radius, 2 * gap).potential, most_of(iterations));
 }
 
-/// Green's function of the outside of two equal disks of one group, with the pole at infinity; zero on them. `p` is
-/// seen from the pair's middle, the disks' centres at (-offset, 0) and (offset, 0), offset <= radius. Touching: 1/z
-/// makes a strip of the outside, tanh of it the unit disk's. Overlapping: the circles' two intersections go to 0 and
-/// infinity, the outside to a wedge, a power of it to the half-plane.
+/// Returns Green's function outside two equal disks of one group, with the pole at infinity; it is zero on the disks.
+/// `z`: position relative to the pair's middle, with centres at (-offset, 0) and (offset, 0), offset <= radius.
+/// Touching disks: 1/z maps the outside to a strip, whose tanh is the outside of the unit disk. Overlapping disks:
+/// mapping the intersections of the circles to 0 and infinity gives a wedge, and a power gives the half-plane.
 inline double joined_disks_green(std::complex<double> z, double radius, double offset) {
   const double half_chord = std::sqrt(std::max(0.0, radius * radius - offset * offset));
   if (half_chord == 0) return -std::log(std::abs(std::tanh(0.5 * pi * radius / std::complex(z.imag(), z.real()))));
@@ -177,11 +176,11 @@ inline double joined_disks_green(std::complex<double> z, double radius, double o
   return -std::log(std::abs((w - 1.0) / (w + 1.0)));
 }
 
-/// Two disks of one group that touch or overlap, in the plane. V = Q / 2 pi g on the walls, and the disks must come out
-/// at 0: in percent of the potential at the walls. Touching they are as smooth as equal potentials. Of overlapping ones
-/// the cells that lie in both belong to the first, and a link from such a cell ends at the first's surface where the
-/// second's lies farther out: by half a cell at most on average, on half of the outline. That is first order, h / 4R of
-/// the radius in Q / 2 pi ln(radius).
+/// Two touching or overlapping disks of one group in the plane. V = Q / 2 pi g on the walls; the disks must be at 0, in
+/// percent of the potential at the walls. Touching disks are as smooth as equal potentials. Of overlapping disks, cells
+/// in both belong to the first. A link from such a cell ends at the first's surface even if the second's is farther
+/// out, by at most half a cell on average, on half of the outline. This first-order error is h / 4R of the radius in Q
+/// / 2 pi ln(radius).
 inline void joined_disks(Report& report, double offset_over_radius, int positions) {
   const double radius = 8, offset = offset_over_radius * radius;
   std::vector<double> potential;
@@ -209,9 +208,9 @@ inline void joined_disks(Report& report, double offset_over_radius, int position
                  most_of(iterations));
 }
 
-/// Disks of different groups that overlap have no solution. The cut-cell solver answers with finite numbers, both at
-/// almost one potential: with links of at least 1e-6 cell along the common surface, conductance 1e6 and more, what is
-/// left of the potential difference is 1e-5 of the pair's potential. The spectral solver refuses.
+/// Overlapping disks of different groups have no solution. The cut-cell solver returns finite numbers with nearly equal
+/// potentials. Links along the common surface have at least 1e-6 cell and thus a conductance of at least 1e6. The
+/// remaining potential difference is 1e-5 of the pair's potential. The spectral solver throws.
 inline void overlapping_groups(Report& report) {
   LaplaceProblem problem = grounded_box({96, 96});
   add(problem, {{42.3, 48.1}, 8}, {.charge = 1});

@@ -1,14 +1,14 @@
 #pragma once
 
-// What the grid makes hard: surfaces through cell centres, disks far smaller and far larger than a cell, a conductor
-// that moves across the cells.
+// Cases of the grid: surfaces through cell centres, disks much smaller and much larger than a cell, a conductor that
+// moves across cells.
 
 #include "validation/hard_cases/common.hpp"
 
 namespace lichtenberg::validation {
 
-/// 64 disks centred on cell centres, R = 5: by 3-4-5, 12 cell centres each lie on the surface to the last bit. The
-/// lattice is then displaced: cuts are that long, or the centres covered. Wider gaps than 2 R throughout.
+/// 64 disks centred on cell centres with R = 5: 12 cell centres (3-4-5 triangles) lie exactly on each surface.
+/// Displacing the lattice makes cuts of that length or covers the centres. All gaps are wider than 2 R.
 inline void surfaces_through_centres(Report& report) {
   for (const double shift : {0.0, 1e-12, -1e-12, 1e-9, 1e-6}) {
     std::mt19937_64 random(1);
@@ -20,13 +20,13 @@ inline void surfaces_through_centres(Report& report) {
   }
 }
 
-/// One charged disk much smaller than a cell in a grounded box. Its potential is Q / 2 pi ln(L / R), so that an error
-/// acts like another radius: by 2 pi times it. The disk's own cell and the four round it make that error, whatever R
-/// is: flux q_k = dtheta_k / 2 pi goes to neighbour k at distance r_k, the neighbours' potentials follow from the
-/// lattice's Green function (0, 1/4, 1/pi, 1 - 2/pi at (0,0), (1,0), (1,1), (2,0), with the own cell taken out: 1/4 for
-/// the sum of the fluxes, 0.571 and 0.376 for differences of opposite ones and of the two axes), and should be those of
-/// a logarithm, (ln r + gamma + 3/2 ln 2) / 2 pi. The sum q_k ln r_k + 2 pi q H q + gamma + 3/2 ln 2 is 0.046 in the
-/// middle of the cell, 0.125 in its corners, 0.177 at most, close beside these.
+/// One charged disk much smaller than a cell in a grounded box. Its potential is Q / 2 pi ln(L / R), so an error is
+/// equivalent to a change of ln R by 2 pi times it. The error comes from the disk's cell and its four neighbours for
+/// any R. The flux q_k = dtheta_k / 2 pi goes to neighbour k at distance r_k. The neighbours' potentials follow from
+/// the lattice Green function (0, 1/4, 1/pi, 1 - 2/pi at (0,0), (1,0), (1,1), (2,0)) without the disk's cell: 1/4 for
+/// the sum of the fluxes, 0.571 and 0.376 for differences of opposite ones and of the two axes. They should be
+/// logarithmic, (ln r + gamma + 3/2 ln 2) / 2 pi. The sum q_k ln r_k + 2 pi q H q + gamma + 3/2 ln 2 is 0.046 in the
+/// middle of the cell, 0.125 in its corners and at most 0.177, close to the corners.
 inline void smaller_than_a_cell(Report& report, int positions) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> fraction(0, 1);
@@ -45,16 +45,16 @@ inline void smaller_than_a_cell(Report& report, int positions) {
   }
 }
 
-/// R = 400 cells, S = 1024, off the middle by a few cells and a fraction.
+/// Disk of R = 400 cells at S = 1024, slightly off the middle.
 inline void larger_than_all_else(Report& report) {
   LaplaceProblem problem = grounded_box({1024, 1024});
   add(problem, {{520.3, 508.7}, 400}, {.charge = 1});
   compare(report, "R = 400 cells", problem, expected(400, 100));
 }
 
-/// A disk that moves along an electrode (the exact field on the other walls), its image at d / 2R. The force is
-/// constant; what changes is the grid's. The figures are two_disks's at R = 8, h^2 apart from that, times the root of
-/// two: there two disks jitter independently, here the image in step with the disk.
+/// A disk moves along an electrode (exact field on the other walls), with its image at d / 2R. The force is constant,
+/// so changes are due to the grid. Bounds are those of two_disks at R = 8, scaled with h^2, times sqrt(2): the errors
+/// of two disks are independent there, but here the image moves in step with the disk.
 inline void moving_along_electrode(Report& report, double radius, double ratio, double bound) {
   const double side = 16 * std::ceil((2 * ratio + 6) * radius / 16);
   CutCellSolver solver({.cells = static_cast<int>(side)});

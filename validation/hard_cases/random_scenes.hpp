@@ -1,6 +1,6 @@
 #pragma once
 
-// Random scenes on small grids: nothing may diverge, and what holds for every solution must hold for each of them.
+// Random scenes on small grids: solutions must not diverge and must satisfy general properties.
 
 #include <exception>
 #include <limits>
@@ -9,7 +9,7 @@
 
 namespace lichtenberg::validation {
 
-/// Draws boxes, sides, disks, groups and charges, all from one seed.
+/// Draws boxes, sides, disks, groups and charges from one seed.
 class SceneMaker {
  public:
   explicit SceneMaker(std::uint64_t seed) : random_(seed) {}
@@ -27,7 +27,7 @@ class SceneMaker {
   int whole(int from, int to) { return std::uniform_int_distribution<int>(from, to)(random_); }
   bool chance(double p) { return uniform(0, 1) < p; }
 
-  /// 32 to 128 cells, mostly a number that can be halved; up to eight times as long as wide.
+  /// Draws a box of 32 to 128 cells, mostly a number divisible by 16, with aspect ratios up to eight.
   void draw_box() {
     const int longer = chance(0.75) ? 16 * whole(2, 8) : whole(32, 128);
     const int shorter = chance(0.5) ? longer : std::max(8, longer / whole(1, 8));
@@ -36,8 +36,8 @@ class SceneMaker {
       if (chance(0.5)) side = {.kind = Side::Kind::electrode, .potential = chance(0.5) ? 0 : uniform(-1, 1)};
   }
 
-  /// Radii from a twentieth of a cell to a quarter of the box, up to half of the area covered, every other disk at a
-  /// gap of 1e-7 to 3 R to another or to a side.
+  /// Draws disks with radii from 0.05 cell to a quarter of the box, covering up to half of the area. Every other disk
+  /// has a gap of 1e-7 to 3 R to another disk or to a side.
   void draw_disks() {
     const double width = std::min(problem_.size.x, problem_.size.y), area = problem_.size.x * problem_.size.y;
     const double smallest = std::min(decades(-1.3, 1), width / 5);
@@ -74,7 +74,7 @@ class SceneMaker {
                        [&](const Body& body) { return gap(disk, body.shape) > 0; });
   }
 
-  /// None at all, of one size, or from 1e-20 to 1e+3; they cancel where nothing is grounded.
+  /// Draws charges: none, of one size, or from 1e-20 to 1e+3; they cancel if nothing is grounded.
   void draw_charges() {
     const int kind = whole(0, 3);
     for (Group& group : problem_.groups)
@@ -90,7 +90,7 @@ class SceneMaker {
   LaplaceProblem problem_{.permittivity = 1};
 };
 
-/// How far the cells' potentials leave the range of the conductors' and sides', over the largest.
+/// Returns how far cell potentials exceed the range of the conductors' and sides' potentials, relative to the largest.
 inline double beyond_extremes(const LaplaceProblem& problem, const LaplaceSolution& solution, const Field& field) {
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   const auto include = [&](double potential) {
@@ -108,7 +108,7 @@ inline double beyond_extremes(const LaplaceProblem& problem, const LaplaceSoluti
   return beyond > 0 ? beyond / std::max(std::abs(lowest), std::abs(highest)) : 0.0;
 }
 
-/// max |C_ij - C_ji| / sqrt(C_ii C_jj)
+/// Returns max |C_ij - C_ji| / sqrt(C_ii C_jj).
 inline double asymmetry(const std::vector<double>& capacitance) {
   const auto n = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(capacitance.size()))));
   double worst = 0;
@@ -119,10 +119,10 @@ inline double asymmetry(const std::vector<double>& capacitance) {
   return worst;
 }
 
-/// Bounds. Iterations: gaps and radii of all sizes may cost, but not without end; CG takes sqrt(kappa) / 2 ln(2 /
-/// tolerance) = 9.6 sqrt(kappa), which is 24 for a preconditioned condition number of 6.25. A potential's error is at
-/// most the tolerance times the solution's energy norm, that of a charge the same times the root of the conductance of
-/// its links. Counted with the links to what is grounded, on these grids some 1e4 cells' faces, that root is 100.
+/// Bounds. Iterations: extreme gaps and radii may be expensive but must converge; CG takes sqrt(kappa) / 2 ln(2 /
+/// tolerance) = 9.6 sqrt(kappa), or 24 for a preconditioned condition number of 6.25. The error of a potential is at
+/// most the tolerance times the solution's energy norm; that of a charge is this times the root of the conductance of
+/// its links. With links to grounded sides, about 1e4 cell faces on these grids, that root is 100.
 inline void random_scenes(Report& report, int count) {
   report.section(fmt::format("{} random scenes", count));
   constexpr double tolerance = 1e-8;

@@ -1,12 +1,12 @@
 """Commands in Python that start programs or draw. Each is a module named like its command, with _ for -. A module has
 
-    HELP        what the command does, in one line
+    HELP        a description of the command in one line
     ARGUMENTS   a list of argument(...)
     act(request)
-                does it, with the arguments' values as attributes; it may raise InputError and Failure
+                runs it with the arguments' values as attributes; may raise InputError and Failure
 
-The program reads the words from this table (src/commands/python.cpp), as it does for commands of its own, prints their help,
-and passes them on. A command from outside is such a module in a folder that LICHTENBERG_COMMANDS names.
+The program reads this table (src/commands/python.cpp), parses the words as for its own commands, prints their help and
+passes them on. An external command is such a module in a folder that LICHTENBERG_COMMANDS names.
 """
 import argparse
 import contextlib
@@ -164,7 +164,7 @@ def value_reader(rules):
 
 def parser_of(module):
     """Returns the argparse parser of a command's module. Throws ValueError for an argument that excludes one that is not before
-    it, and argparse.ArgumentError for a name that stands twice."""
+    it, and argparse.ArgumentError for a repeated name."""
     parser = Parser(prog="lichtenberg", description=module.HELP, allow_abbrev=False)
     groups = {}
     for each in module.ARGUMENTS:

@@ -85,7 +85,7 @@ class Sweep:
         return self.asked(method=number, candidate=place)
 
     def asked(self, **question):
-        """Returns the program's answer. Throws InputError and Failure with its sentence."""
+        """Returns the program's answer. Throws InputError and Failure with its error message."""
         answer = self.program.ask(**question)
         if "refused" in answer:
             raise InputError(answer["refused"])

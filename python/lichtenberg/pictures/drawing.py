@@ -77,8 +77,8 @@ def read_electrode(group):
 
 
 def read_file(path, reading):
-    """What `reading(file)` returns, which is done again if a run has replaced the file meanwhile: its segments may be
-    gone. No lock is taken, so that no run is disturbed. Throws InputError."""
+    """Returns `reading(file)`. Reads again if a run has replaced the file meanwhile, because its segments may no longer
+    exist. No lock is taken, so that no run is disturbed. Throws InputError."""
     for _ in range(20):
         before = identity(path)
         try:
@@ -227,7 +227,7 @@ def draw_scale(axes, snapshot):
 
 
 def draw_length(axes, width, words):
-    """A bar below the panel, a round length of about a fifth of its width, with words(length) beside it."""
+    """A bar below the panel, a round length of about a fifth of its width, with words(length) next to it."""
     aim = 0.2 * width
     decade = 10.0 ** np.floor(np.log10(aim))
     length = max(m * decade for m in (1, 2, 5) if m * decade <= aim)

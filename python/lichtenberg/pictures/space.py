@@ -1,5 +1,4 @@
-"""Spheres in a box seen in perspective. They are painted from far to near into an image, shaded by a light, darker in
-hollows and paler far away. x points to the right, y up as in plane pictures, z towards the eye. The eye is a little to the
+"""Spheres in a box seen in perspective. They are painted from far to near into an image, shaded by a light. They are darker in hollows and paler far away. x points to the right, y up as in plane pictures, z towards the eye. The eye is a little to the
 right and above. In a scene with gravity the axis along which bodies fall points down. The code needs numpy only and no
 display."""
 import numpy as np

@@ -246,7 +246,7 @@ class GasImpl final : public DeviceGas {
     for (const auto& part : parts_)
       part->add_forces(grains(), pair_quanta_, gas_.pair_force.data(), gas_.pair_energy.data());
   }
-  /// Stores the present forces, which are held until the end of the step.
+  /// Stores the present forces, which stay constant until the end of the step.
   void hold() {
     const ForceView force = forces();
     const GrainsView g = gas_.view();

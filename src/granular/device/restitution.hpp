@@ -46,7 +46,7 @@ struct RestitutionCount {
   TabulatedCollision viscoelastic;
   RestitutionDecade* decade = nullptr;  ///< [RestitutionCheck::decades]
   double since = 0;                     ///< t0, start of the present law
-  EndedContact* ended = nullptr;        ///< [room], contacts that ended in an outer step
+  EndedContact* ended = nullptr;        ///< [capacity], contacts that ended in an outer step
   int room = 0;
 
   /// Stores an ended contact, which a later kernel counts. Kernels of pairs have no registers left for that.

@@ -49,11 +49,11 @@ radius = 1e-3
 position = [30e-3, 30e-3]
 radius = 1e-3
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = 0.2e-9
 [effects.stokes_drag]
 [effects.contact_discharge]
-gap = 1e-3
+contact_distance = 1e-3
 )";
 
 const std::vector<double> masses{3e-5, 3e-5, 3e-5, 3e-5};

@@ -197,8 +197,8 @@ TEST_CASE("charge between two spheres in space: its error is below field.accurac
     Simulation simulation(effects::with_field_chosen(parse_scene(
         fmt::format("domain = {{ size = [3, 1, 1], open = true }}\nmedium = {{ relative_permittivity = 1 }}\n"
                     "field = {{ accuracy = {} }}\n[[conductor]]\nposition = [0.5, 0.5, 0.5]\nradius = 0.01\n"
-                    "charge = 1e-9\nheld = true\n[[conductor]]\nposition = [2.5, 0.5, 0.5]\nradius = 0.02\n"
-                    "held = true\n[effects.floating_conductors]\n[effects.contact_discharge]\ngap = 2.5\n"
+                    "charge = 1e-9\nfixed = true\n[[conductor]]\nposition = [2.5, 0.5, 0.5]\nradius = 0.02\n"
+                    "fixed = true\n[effects.floating_conductors]\n[effects.contact_discharge]\ncontact_distance = 2.5\n"
                     "[effects.contact_resistance]\nresistance = {}\n[stop]\ntime = 50\n[output]\nevery = 50\n",
                     accuracy, ohm),
         "wire.toml")));

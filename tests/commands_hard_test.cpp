@@ -40,7 +40,7 @@ potential = 5954.5
 [effects.hertz_contact]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 1e-5
+contact_distance = 1e-5
 [effects.contact_resistance]
 resistance = 6e7
 [field]
@@ -76,7 +76,7 @@ radius = 1.3e-3
 [effects.hertz_contact]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 1e-4
+contact_distance = 1e-4
 [field]
 cells = 64
 [output]
@@ -177,7 +177,7 @@ count = 12
 radius = 0.000775
 min_gap = 0.0001
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = 2e+35
 [effects.stokes_drag]
 [effects.hertz_contact]

@@ -110,7 +110,7 @@ namespace {
 
 /// Scene of rock salt: eight charged grains in a periodic cube, 1.5 d0 apart.
 std::string rock_salt(const std::string& effects) {
-  std::string scene = "[reference]\n[domain]\nsize = [3, 3, 3]\n";
+  std::string scene = "[units]\n[domain]\nsize = [3, 3, 3]\n";
   for (const char* side : {"left", "right", "bottom", "top", "front", "back"})
     scene += std::string(side) + " = \"periodic\"\n";
   for (int i = 0; i < 8; ++i)
@@ -126,7 +126,8 @@ TEST_CASE("solve: charged grains have the energy and the potentials of rock salt
   constexpr double madelung = 1.747564594633182, strength = 0.3;
   for (const std::string sum : {"mesh", "ewald"}) {
     CAPTURE(sum);
-    folder.write("salt.toml", rock_salt("[effects.coulomb]\nstrength = 0.3\naccuracy = 1e-7\nsum = \"" + sum + "\"\n"));
+    folder.write("salt.toml",
+                 rock_salt("[effects.coulomb]\ncoupling_constant = 0.3\naccuracy = 1e-7\nsum = \"" + sum + "\"\n"));
     const Ended ended = run(folder, "solve salt.toml --json");
     REQUIRE_MESSAGE(ended.status == 0, ended.err);
     const json answer = json::parse(ended.out);

@@ -80,7 +80,8 @@ TEST_CASE("output-only commands: a closed pipe ends them by SIGPIPE") {
 
 TEST_CASE("analyse: results are stored if they cannot be printed") {
   const Moving folder;
-  folder.write("contacts.toml", text_of(folder / "moving.toml") + "[effects.contact_discharge]\ngap = 1e-5\n");
+  folder.write("contacts.toml",
+               text_of(folder / "moving.toml") + "[effects.contact_discharge]\ncontact_distance = 1e-5\n");
   for (const std::string streams : {">/dev/full", ">&-"}) {
     CAPTURE(streams);
     REQUIRE(run(folder, "run contacts.toml --quiet --overwrite").status == 0);

@@ -248,7 +248,7 @@ TEST_CASE("explain: a packing's iterations are its run's to a factor of three") 
   for (const double side : {19.78e-3, 20.58e-3}) {  // 400 disks have area fractions of 0.92 and 0.85.
     folder.write("packing.toml",
                  fmt::format("[domain]\nsize = [{0}, {0}]\n[[population]]\ncount = 400\nradius = [0.4e-3, 0.66e-3]\n"
-                             "overlapping = true\n[effects.contact_potential]\n[output]\npicture = false\n",
+                             "overlapping = true\n[effects.soft_repulsion]\n[output]\npicture = false\n",
                              side));
     const Ended explained = run(folder, "explain packing.toml");
     REQUIRE(explained.status == 0);
@@ -261,7 +261,7 @@ TEST_CASE("explain: a packing's iterations are its run's to a factor of three") 
   }
   folder.write("slow.toml",
                "[domain]\nsize = [1e-2, 1e-2]\n[[population]]\ncount = 20\nradius = 1e-3\noverlapping = true\n"
-               "[effects.contact_potential]\n[minimize]\nmethod = \"gradient-descent\"\n");
+               "[effects.soft_repulsion]\n[minimize]\nmethod = \"gradient-descent\"\n");
   CHECK(contains(run(folder, "explain slow.toml").out, "no estimate: gradient descent"));
 }
 

@@ -354,16 +354,16 @@ TEST_CASE("free space: V = Q / (4 pi eps R) of an isolated sphere") {
   const std::string one = sphere("[0.01, 0.01, 0.002]");
   check_refused("domain = { size = [0.02, 0.02], open = true }\nmedium = { relative_permittivity = 4.7 }\n" +
                     sphere("[0.01, 0.01]") + floating,
-                {"domain.open = true", "two dimensions"});
+                {"domain.unbounded = true", "two dimensions"});
   check_refused(
       "domain = { size = [0.02, 0.02, 0.005], open = true, left = { potential = 5.0 } }\n"
       "medium = { relative_permittivity = 4.7 }\n" +
           one + floating,
-      {"domain.left is not allowed with domain.open = true"});
+      {"domain.left is not allowed with domain.unbounded = true"});
   check_refused(
       "domain = { size = [0.02, 0.02, 0.005], open = true }\n[effects.hertz_contact]\n"
       "[[conductor]]\nposition = [0.01, 0.01, 0.002]\nradius = 1e-3\n",
-      {"domain.open = true needs the table [effects.floating_conductors]"});
+      {"domain.unbounded = true needs the table [effects.floating_conductors]"});
 }
 
 TEST_CASE("free space: two spheres move beyond the initial box without a wall") {

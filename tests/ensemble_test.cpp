@@ -171,7 +171,7 @@ TEST_CASE("ensemble: incomplete members are resumed") {
 TEST_CASE("ensemble: packings stopped at max_iterations continue with more") {
   const ScenesFolder folder;
   const std::string packing =
-      "[domain]\nsize = [6.4, 6.4]\n[effects.contact_potential]\n[output]\npicture = false\n"
+      "[domain]\nsize = [6.4, 6.4]\n[effects.soft_repulsion]\n[output]\npicture = false\n"
       "[[population]]\ncount = 50\nradius = [0.4, 0.6]\noverlapping = true\n[minimize]\n";
   const auto at_rest = [&] { return summary(folder, "packing-ensemble")["members"][0]["quantities"]["at_rest"]; };
   folder.write("packing.toml", packing + "max_iterations = 20\n");

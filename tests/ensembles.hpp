@@ -53,7 +53,7 @@ count = 6
 radius = 0.6e-3
 min_gap = 0.1e-3
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = 0.2e-9
 [effects.stokes_drag]
 [effects.hertz_contact]

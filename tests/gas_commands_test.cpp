@@ -188,7 +188,7 @@ TEST_CASE("explain: predicted steps of a charging gas agree with the run's") {
   const Folder folder;
   const std::string charges = replaced(gas_text(200, 12, 30, 30), "sum = \"minimum-image\"", "accuracy = 1e-2");
   folder.write("gas.toml",
-               replaced(charges, "[effects.charge_exchange]", "[effects.charge_exchange]\nstrength = 0.12"));
+               replaced(charges, "[effects.charge_exchange]", "[effects.charge_exchange]\ntransfer_prefactor = 0.12"));
   /// Returns the number after the given words and the number after the next comma; 0 if absent.
   const auto numbers_after = [](const std::string& out, const std::string& words) {
     const std::size_t at = out.find(words);
@@ -243,9 +243,9 @@ TEST_CASE("explain: initial charges and the safe temperature of polarized grains
       contains(ended.out, ": 16 steps, wrong by about 0.001 of a contact's energy, the fewest that there are\n"),
       ended.out);
   const Ended given =
-      run_program(folder, "explain gas.toml --set mechanics.step=0.001 --set mechanics.contact_steps=40");
+      run_program(folder, "explain gas.toml --set mechanics.step=0.001 --set mechanics.contact_substeps=40");
   CHECK_MESSAGE(
-      contains(given.out, ": 40 steps, wrong by about 0.0002 of a contact's energy: mechanics.contact_steps\n"),
+      contains(given.out, ": 40 steps, wrong by about 0.0002 of a contact's energy: mechanics.contact_substeps\n"),
       given.out);
   CHECK_MESSAGE(contains(given.out, "steps of at most 0.001 t0\n"), given.out);
   CHECK_MESSAGE(contains(given.out, " t0: mechanics.step\n"), given.out);
@@ -363,12 +363,12 @@ TEST_CASE("run --from: a gas too dense for random positions starts from a packin
   const Folder folder;
   const std::string body = "count = 120\nradius = 0.5\n";
   folder.write("packing.toml", "[domain]\nsize = [5.2, 5.2, 5.2]\n[[population]]\n" + body +
-                                   "overlapping = true\n[effects.contact_potential]\n[output]\npicture = false\n");
+                                   "overlapping = true\n[effects.soft_repulsion]\n[output]\npicture = false\n");
   const auto write_gas = [&](const std::string& name, const std::string& edge, const std::string& population) {
     std::string sides;
     for (const char* side : {"left", "right", "bottom", "top", "front", "back"})
       sides += fmt::format("{} = \"periodic\"\n", side);
-    folder.write(name, fmt::format("[reference]\n[domain]\nsize = [{0}, {0}, {0}]\n{1}[[population]]\n{2}temperature = "
+    folder.write(name, fmt::format("[units]\n[domain]\nsize = [{0}, {0}, {0}]\n{1}[[population]]\n{2}temperature = "
                                    "1\n[effects.linear_contact]\n[stop]\ntime = 0.1\n[output]\nevery = 0.1\npicture "
                                    "= false\n",
                                    edge, sides, population));

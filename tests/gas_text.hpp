@@ -10,7 +10,7 @@ namespace lichtenberg {
 inline std::string gas_text(int count, int edge, double time, double every, const std::string& more = "") {
   return fmt::format(R"(
 title = "Few grains"
-[reference]
+[units]
 [domain]
 size = [{1}, {1}, {1}]
 left = "periodic"

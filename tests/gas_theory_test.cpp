@@ -20,7 +20,7 @@ using nlohmann::json;
 namespace {
 
 std::string scene() {
-  const std::string stage = "[[stage]]\nduration = 0.5\ntemperature = 2\n", sum = "sum = \"minimum-image\"";
+  const std::string stage = "[[equilibration]]\nduration = 0.5\ntemperature = 2\n", sum = "sum = \"minimum-image\"";
   return replaced(replaced(gas_text(60, 6, 1.5, 0.25, stage), sum, "strength = 3\n" + sum), "[output]",
                   "[output]\npicture = false");
 }
@@ -205,7 +205,7 @@ TEST_CASE("barrier of repelling grains: it is fitted to a run if it is measurabl
       replaced(replaced(replaced(replaced(scene(), "[effects.charge_exchange]\n", ""), "[effects.viscoelastic_contact]",
                                  "[effects.linear_contact]\nstiffness = 1000\nrestitution = 0.8"),
                         "temperature = 1\n", "temperature = 1\ncharge = 1\n"),
-               "[[stage]]\nduration = 0.5\ntemperature = 2\n", "") +
+               "[[equilibration]]\nduration = 0.5\ntemperature = 2\n", "") +
       "[mechanics]\nstep = 0.02\n";
   folder.write("strong.toml",
                replaced(replaced(repelling, "strength = 3", "strength = 0.5"), "time = 1.5", "time = 40"));
@@ -311,7 +311,8 @@ TEST_CASE("theory: parameters outside its range are refused with the range") {
   refused("haff --scene large.toml", "equal grains of diameter and mass 1");
   folder.write("cold.toml", replaced(replaced(scene(), "temperature = 1", "temperature = 0"), "temperature = 2", ""));
   refused("haff --scene cold.toml", "for grains that move, T > 0");
-  for (const char* key : {"charge_exchange.exponent=10", "charge_exchange.strength=1e50", "coulomb.strength=1e90"}) {
+  for (const char* key :
+       {"charge_exchange.exponent=10", "charge_exchange.transfer_prefactor=1e50", "coulomb.coupling_constant=1e90"}) {
     const Ended ended = run_program(folder, fmt::format("theory kinetic --scene gas.toml --set effects.{}", key));
     CHECK(ended.status == 1);
     CHECK_MESSAGE(contains(ended.err, "kinetic theory has no course of a gas that charges so fast"), ended.err);

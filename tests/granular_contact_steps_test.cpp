@@ -210,7 +210,7 @@ TEST_CASE("contact steps: they follow the scene's accuracy or its key") {
   const std::string to_1e_5 = "[effects.coulomb]\naccuracy = 1e-5\n";
   CHECK(steps(to_1e_5) == contact_steps_for(1e-5));
   CHECK(steps("[effects.coulomb]\naccuracy = 1e-4\n") == 50);
-  CHECK(steps(to_1e_5, "[mechanics]\ncontact_steps = 20\n") == 20);
+  CHECK(steps(to_1e_5, "[mechanics]\ncontact_substeps = 20\n") == 20);
   CHECK(steps("") == contact_steps_for(usual_contact_accuracy));
 }
 

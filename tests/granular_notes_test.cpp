@@ -22,7 +22,7 @@ using doctest::Approx;
 namespace {
 
 /// Scene of 120 grains that exchange charge, with a volume fraction of 0.13.
-const std::string text = gas_text(120, 8, 4, 0.5, "[[stage]]\nduration = 1\nstiffness = 10\ntemperature = 1\n");
+const std::string text = gas_text(120, 8, 4, 0.5, "[[equilibration]]\nduration = 1\nstiffness = 10\ntemperature = 1\n");
 
 Scene scene() { return parse_scene(text, "gas.toml"); }
 
@@ -158,7 +158,7 @@ TEST_CASE("theory: it continues through a cooling stage, restarts after mixing")
     return std::pair{reals_of(motion.take_history(), "haff_temperature"), motion.summary()};
   };
   const auto [staged, summary] = temperatures(replaced(text, mixing, cooling));
-  const auto [plain, other] = temperatures(replaced(text, "[[stage]]\n" + mixing, ""));
+  const auto [plain, other] = temperatures(replaced(text, "[[equilibration]]\n" + mixing, ""));
   REQUIRE(staged.size() == plain.size());
   // cool() has an error of 1e-9 for any division into parts.
   for (std::size_t k = 0; k < plain.size(); ++k) CHECK(staged[k] == Approx(plain[k]).epsilon(1e-8).scale(0));

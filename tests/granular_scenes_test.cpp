@@ -28,7 +28,7 @@ right = "periodic"
 bottom = "periodic"
 top = "periodic"
 )";
-const std::string box = "[reference]\n[domain]\nsize = [12, 12, 12]" + periodic + R"(
+const std::string box = "[units]\n[domain]\nsize = [12, 12, 12]" + periodic + R"(
 front = "periodic"
 back = "periodic"
 )";
@@ -121,21 +121,21 @@ TEST_CASE("viscoelastic contact in SI units: it equals the scaled numbers") {
 }
 
 TEST_CASE("contacts too short for any step: the responsible keys are named") {
-  const std::string stage = "[[stage]]\nduration = 0.5\nstiffness = ";
+  const std::string stage = "[[equilibration]]\nduration = 0.5\nstiffness = ";
   const auto said = [](const std::string& text, const std::string& part) {
     const std::string sentence = sentence_of(box + grains + contact + text);
     CAPTURE(sentence);
     CHECK(sentence.find(part) != std::string::npos);
   };
-  said(stage + "1e300\n", "stage.stiffness = 1e+300");
+  said(stage + "1e300\n", "equilibration.stiffness = 1e+300");
   said(stage + "1e300\n", "at most 1e+15");
-  said("elastic = 1e60\n", "softer contacts (elastic)");  // E to the power -2/5: 1e-24 of about 0.2 t0.
-  said("elastic = 1e60\n" + stage + "10\n", "softer contacts (stage.stiffness, elastic)");
+  said("elastic = 1e60\n", "softer contacts (stiffness)");  // E to the power -2/5: 1e-24 of about 0.2 t0.
+  said("elastic = 1e60\n" + stage + "10\n", "softer contacts (equilibration.stiffness, stiffness)");
 }
 
 TEST_CASE("stage of stiffer contacts: restitution is kept and energy balances") {
   for (const std::string law : {"[effects.viscoelastic_contact]\n", "[effects.linear_contact]\nrestitution = 0.6\n"}) {
-    const std::string stage = "[[stage]]\nduration = 0.5\nelastic = false\nstiffness = 10\n";
+    const std::string stage = "[[equilibration]]\nduration = 0.5\nelastic = false\nstiffness = 10\n";
     granular::Gas gas(parse(box + grains + law + stage)), plain(parse(box + grains + law));
     for (const double speed : {0.1, 5.0}) {
       const auto stiff = granular::expected_collision(gas.law(), 0.5, 1, speed);
@@ -165,8 +165,8 @@ TEST_CASE("step: one too long or too short is refused before any output") {
 
 TEST_CASE("step below rounding of time: a stage is refused, a run ends") {
   const auto of_stage = [](const std::string& duration, const std::string& more) {
-    return box + grains + contact + "[[stage]]\nduration = 0.5\n[[stage]]\nduration = " + duration + "\n" + more +
-           "[stop]\ntime = 0.6\n";
+    return box + grains + contact + "[[equilibration]]\nduration = 0.5\n[[equilibration]]\nduration = " + duration +
+           "\n" + more + "[stop]\ntime = 0.6\n";
   };
   for (const std::string duration : {"1e-17", "4.9e-13"})
     CHECK_MESSAGE(
@@ -181,7 +181,7 @@ TEST_CASE("extreme parameters: gases still run") {
   const std::string end = "[stop]\ntime = 0.05\n";
   for (const std::string& scene :
        {box + "[[population]]\ncount = 100\ntemperature = 1e-50\n" + contact + end,
-        box + grains + contact + "[effects.charge_exchange]\nstrength = 1e50\nexponent = 10\n" + end,
+        box + grains + contact + "[effects.charge_exchange]\ntransfer_prefactor = 1e50\nexponent = 10\n" + end,
         box + grains + contact + coulomb + "sum = \"shifted-force\"\n" + end,
         box + grains + contact + coulomb + "cutoff = 6\nmesh = 32\norder = 5\n" + end,
         box + "[[population]]\ncount = 1\ntemperature = 1\n" + contact + end,
@@ -206,7 +206,7 @@ TEST_CASE("grains: impossible scenes are refused with an error message") {
   struct Refused {
     std::string scene, sentence;
   };
-  const std::string plane = "[reference]\n[domain]\nsize = [12, 12]" + periodic;
+  const std::string plane = "[units]\n[domain]\nsize = [12, 12]" + periodic;
   const std::string few = "[[population]]\ncount = 20\ntemperature = 1\n";
   const std::string si = "young = 1e6\npoisson = 0.2\n";
   std::string chain;
@@ -221,14 +221,14 @@ TEST_CASE("grains: impossible scenes are refused with an error message") {
       "[[conductor]]\nposition = [6, 6, 6]\nradius = 0.5\nvelocity = [-25, 0, 0]\n";
   const std::vector<Refused> table = {
       {plane + few + contact + "[effects.wall_contact]\n",
-       "effects.wall_contact is not allowed with [reference], which makes the scene one of grains"},
+       "effects.wall_contact is not allowed with [units], which makes the scene one of grains"},
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "") + grains + contact,
        "domain.left must be \"periodic\" in a scene of grains"},
       {box + few + contact + "[mechanics]\nrelative_tolerance = 1e-6\n",
        "mechanics.relative_tolerance is not allowed with mechanics.integrator = \"multirate\": of grains it is for "
        "\"cvode\""},
       {box + few + contact + "[mechanics]\nlargest_step = 1.0\n",
-       "mechanics.largest_step is not allowed with [reference], which makes the scene one of grains"},
+       "mechanics.largest_step is not allowed with [units], which makes the scene one of grains"},
       {plane + few + contact + coulomb, "effects.coulomb is not allowed in 2 dimensions: it can do 3"},
       {box + "[[population]]\ncount = 1\nradius = 3.1\n" + contact,
        "at least twice that is needed, or it would meet two images of another"},
@@ -251,16 +251,18 @@ TEST_CASE("grains: impossible scenes are refused with an error message") {
       {box + few + contact + coulomb + "order = 8\ncutoff = 5\nmesh = 32\n",
        "a cutoff of a third of the box, 4, or less"},
       {box + few + contact + coulomb + "order = 8\ncutoff = 3\nmesh = 12\n", "effects.coulomb: a mesh with 12 points"},
-      {box + few + contact + coulomb + "strength = 1e101\n", "effects.coulomb.strength"},
-      {box + few + "charge = 1\n" + contact + coulomb + "strength = 1e10\n", "a smaller effects.coulomb.strength"},
+      {box + few + contact + coulomb + "strength = 1e101\n", "effects.coulomb.coupling_constant"},
+      {box + few + "charge = 1\n" + contact + coulomb + "strength = 1e10\n",
+       "a smaller effects.coulomb.coupling_constant"},
       {box + few + contact + "[effects.charge_exchange]\nexponent = 500\n", "greater than 0 and at most 10"},
-      {box + few + contact + "[effects.charge_exchange]\nstrength = 1e200\n", "greater than 0 and at most 1e+50"},
+      {box + few + contact + "[effects.charge_exchange]\ntransfer_prefactor = 1e200\n",
+       "greater than 0 and at most 1e+50"},
       {box + few + contact + "dissipative = 1e6\n",
-       "effects.viscoelastic_contact.dissipative = 1e+06 is too large for its elastic = 278.6"},
-      {box + few + contact + "elastic = 1e200\n", "effects.viscoelastic_contact.elastic"},
+       "effects.viscoelastic_contact.damping = 1e+06 is too large for its elastic = 278.6"},
+      {box + few + contact + "elastic = 1e200\n", "effects.viscoelastic_contact.stiffness"},
       {box + few + contact + "elastic = 1e60\n[stop]\ntime = 1\n", "too short for steps of"},
-      {box + "[[population]]\ncount = 20\n" + contact + "[[stage]]\nduration = 0.1\ntemperature = 2\n",
-       "stage.temperature = 2 cannot be had: all grains are at rest"},
+      {box + "[[population]]\ncount = 20\n" + contact + "[[equilibration]]\nduration = 0.1\ntemperature = 2\n",
+       "equilibration.temperature = 2 cannot be had: all grains are at rest"},
       {box + few + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.5\n", "less than 0.5 is allowed"},
       {box + chain + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.4\n", "it must be below 0.3"},
       {box + ring + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.25\n", "it must be below 0.20"},
@@ -273,9 +275,10 @@ TEST_CASE("grains: impossible scenes are refused with an error message") {
       {box + few + "charge = 2\n" + contact + "[effects.charge_exchange]\ncapacity = 1\n",
        "a grain has the charge 2 at the start"},
       {box + "[[population]]\ncount = 3000\n" + contact, "3000"},
-      {box + few + contact + coulomb + "strength = -1\n", "effects.coulomb.strength"},
-      {box + few + contact + "[effects.charge_exchange]\nstrength = -1\n", "effects.charge_exchange.strength"},
-      {box + few + contact + "dissipative = -1\n", "effects.viscoelastic_contact.dissipative"},
+      {box + few + contact + coulomb + "strength = -1\n", "effects.coulomb.coupling_constant"},
+      {box + few + contact + "[effects.charge_exchange]\ntransfer_prefactor = -1\n",
+       "effects.charge_exchange.transfer_prefactor"},
+      {box + few + contact + "dissipative = -1\n", "effects.viscoelastic_contact.damping"},
       {box + few + contact + "[effects.gas_drag]\nstokes = -1\n", "effects.gas_drag.stokes"},
       {box + few + contact + coulomb + "accuracy = 1e-11\n",
        "effects.coulomb: an accuracy of 1e-11 cannot be asked of a mesh"},
@@ -283,8 +286,8 @@ TEST_CASE("grains: impossible scenes are refused with an error message") {
       {box + few + contact + "[mechanics]\nintegrator = \"verlet\"\nstep = 0.1\n", "would do"},
       {box + few + contact + "[mechanics]\nintegrator = \"gear\"\nstep = 0.1\n", "would do"},
       {box + fast + contact + "[stop]\ntime = 1\n", "times its stiffness would hold"},
-      {box + few + contact + "[effects.charge_exchange]\nmodel = \"none\"\nstrength = 1\n",
-       "effects.charge_exchange.strength is not allowed with effects.charge_exchange.model = \"none\""},
+      {box + few + contact + "[effects.charge_exchange]\nmodel = \"none\"\ntransfer_prefactor = 1\n",
+       "effects.charge_exchange.transfer_prefactor is not allowed with effects.charge_exchange.model = \"none\""},
       {box + few + contact + "elastic = 1\n" + si + "viscosity = 1e-4\n", "leave one of the two out"},
       {box + few + contact + si, "effects.viscoelastic_contact.viscosity is missing"},
       {box +

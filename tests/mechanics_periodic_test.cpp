@@ -198,7 +198,7 @@ TEST_CASE("periodic box: an effect without support for it refuses the bodies") {
   scene.conductors = {{.position = {0.5, 0.5}, .radius = 0.1}};
   scene.effects.add(effects::ContactPotentialOptions{});
   CHECK_THROWS_WITH_AS(effects::make_model(scene),
-                       doctest::Contains("effects.contact_potential is not allowed with a periodic"), InputError);
+                       doctest::Contains("effects.soft_repulsion is not allowed with a periodic"), InputError);
 }
 
 }  // namespace mechanics_periodic_test

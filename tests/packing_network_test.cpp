@@ -252,7 +252,8 @@ TEST_CASE("output: the assumed resistor and its alternatives are stated") {
 }
 
 TEST_CASE("scene: it determines the resistor model") {
-  const TwoFrames file("[network]\nresistor = \"constriction\"\nresistivity = 3.0\nspot = 0.01\nmodel = \"contact\"\n");
+  const TwoFrames file(
+      "[network]\nresistor = \"constriction\"\nresistivity = 3.0\ncontact_radius = 0.01\nmodel = \"contact\"\n");
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(frame.scene.network.model == NetworkModel::contact);
   const SolvedNetwork solved = solve_network(frame, NetworkModel::contact, frame.scene.network, 1);

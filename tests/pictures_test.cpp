@@ -33,7 +33,7 @@ radius = 0.6e-3
 [effects.stokes_drag]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 6e-6
+contact_distance = 6e-6
 [field]
 cells = 32
 [output]
@@ -63,13 +63,13 @@ radius = 0.5e-3
 position = [4e-3, 2.65e-3]
 radius = 0.5e-3
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = 1e-12
 [effects.stokes_drag]
 [effects.hertz_contact]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 0.2e-3
+contact_distance = 0.2e-3
 [field]
 cells = 32
 [output]
@@ -191,8 +191,7 @@ TEST_CASE("plot: with all conductors at 0 V it shows the currents of the tree") 
   run_well(folder, "plot scene.h5");
   CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 0.55e-3 / 8e-3) + "[1]") < 0.1);
   CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 2.65e-3 / 8e-3) + "[1]") > 0.8);
-  for (const std::string colour : {"strahler", "connection_time"})
-    run_well(folder, "plot scene.h5 --colour " + colour);
+  for (const std::string colour : {"strahler", "connection_time"}) run_well(folder, "plot scene.h5 --colour " + colour);
   const Ended old = run_program(folder, "plot scene.h5 --colour joined --overwrite");
   CHECK(old.status == 0);
   CHECK(contains(old.err, "--colour joined is an old name: it is called connection_time now"));

@@ -109,7 +109,7 @@ TEST_CASE("motion and disk: simultaneous failures are both reported" *
   CHECK_EQ(child.wait(), 1);
   CAPTURE(child.messages());
   CHECK(contains(child.messages(), "six.h5 cannot be written (File too large); nothing was saved"));
-  CHECK(contains(child.messages(), "softer contacts (elastic), or a far shorter mechanics.step, is needed; and "));
+  CHECK(contains(child.messages(), "softer contacts (stiffness), or a far shorter mechanics.step, is needed; and "));
 }
 
 TEST_CASE("full disk: a gas ends with status 1 and keeps the last checkpoint") {

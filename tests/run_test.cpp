@@ -78,7 +78,7 @@ count = 6
 radius = 0.775e-3
 min_gap = 0.1e-3
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = 0.2e-9
 [effects.stokes_drag]
 [effects.hertz_contact]
@@ -335,7 +335,7 @@ radius = 0.775e-3
 [effects.hertz_contact]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 2e-4
+contact_distance = 2e-4
 [effects.contact_resistance]
 resistance = OHM
 [field]
@@ -369,7 +369,7 @@ TEST_CASE("run: the circuit's energy balances; contacts slower than motion end i
   CHECK_NE(slow.messages().find("conductor 0 and the electrode \"high\" touch while their potentials are "),
            std::string::npos);
   CHECK_NE(slow.messages().find("lower the resistance in [effects.contact_resistance] or widen "
-                                "effects.contact_discharge.gap"),
+                                "effects.contact_discharge.contact_distance"),
            std::string::npos);
 }
 
@@ -404,7 +404,7 @@ radius = 0.775e-3
 [effects.stokes_drag]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 0.5e-3
+contact_distance = 0.5e-3
 [field]
 cells = 64
 [output]
@@ -446,7 +446,7 @@ TEST_CASE("minimize: resuming with more iterations or another tolerance is seaml
   std::string output;
   const auto relax_to = [&](const std::string& end, const std::string& file, std::vector<std::string> options = {}) {
     folder.write("six.toml",
-                 "[domain]\nsize = [6.4, 6.4]\n[effects.contact_potential]\n[[population]]\ncount = 50\n"
+                 "[domain]\nsize = [6.4, 6.4]\n[effects.soft_repulsion]\n[[population]]\ncount = 50\n"
                  "radius = [0.4, 0.6]\noverlapping = true\n[output]\npicture = false\n" +
                      output + "[minimize]\n" + end);
     options.push_back("--quiet");

@@ -86,7 +86,7 @@ TEST_CASE("effects without periodic sides: they are refused") {
   check_refused(around + fluid + table("floating_conductors") + ball("[0.5, 0.5]"),
                 {"effects.floating_conductors is not allowed with a periodic side"});
   check_refused(around + table("contact_potential") + ball("[0.5, 0.5]"),
-                {"effects.contact_potential is not allowed with a periodic side"});
+                {"effects.soft_repulsion is not allowed with a periodic side"});
   for (const std::string effect : {"hertz_contact", "stokes_drag", "wall_contact", "gravity"}) {
     CHECK(refusal(periodic_cube + fluid + table(effect) + ball("[0.5, 0.5, 0.5]")) == "");
     CHECK(refusal(around + fluid + table(effect) + ball("[0.5, 0.5]")) == "");
@@ -103,10 +103,10 @@ TEST_CASE("keys of a field: refused where there is none") {
 }
 
 TEST_CASE("network: it requires a scene without a periodic side") {
-  const std::string between = "[network]\nbetween = \"front,back\"\n";
+  const std::string between = "[network]\nterminals = \"front,back\"\n";
   CHECK(refusal(cube + ball("[0.5, 0.5, 0.5]") + between) == "");
   check_refused(periodic_cube + ball("[0.5, 0.5, 0.5]") + between, {"[network] is not allowed with a periodic side"});
-  check_refused("domain.size = [1.0, 1.0]\n" + ball("[0.5, 0.5]") + between, {"network.between", "\"front\""});
+  check_refused("domain.size = [1.0, 1.0]\n" + ball("[0.5, 0.5]") + between, {"network.terminals", "\"front\""});
 }
 
 TEST_CASE("periodic side: a conductor may cross it, but its centre may not") {
@@ -135,7 +135,7 @@ TEST_CASE("populations: in space and across periodic sides without overlap") {
     for (const Conductor& c : s.conductors) through |= c.position.x < c.radius || c.position.x > 1 - c.radius;
     CHECK(through == s.domain.box().periodic(0));
   }
-  const Scene packing = parse(cube + "effects.contact_potential = {}\n" + many);
+  const Scene packing = parse(cube + "effects.soft_repulsion = {}\n" + many);
   CHECK(smallest_gap(packing) >= 0);
 }
 

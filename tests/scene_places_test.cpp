@@ -109,9 +109,10 @@ TEST_CASE("resistors and leakage: missing tables and bad values are refused") {
   const auto supplied = [](const std::string& keys) {
     return "[[electrode]]\nshape = \"disk\"\ncentre = [0.035, 0.01]\nradius = 0.002\npotential = 5.0\n" + keys + "\n";
   };
-  const Scene good = parse(scene + supplied("series_resistance = 1e9") +
-                           "[effects.leakage]\nconductivity = 1e-11\n[effects.contact_discharge]\n"
-                           "[effects.contact_resistance]\nresistance = 5.0\nresistivity = 1e-3\nspot = 1e-5\n");
+  const Scene good =
+      parse(scene + supplied("series_resistance = 1e9") +
+            "[effects.leakage]\nconductivity = 1e-11\n[effects.contact_discharge]\n"
+            "[effects.contact_resistance]\nresistance = 5.0\nresistivity = 1e-3\ncontact_radius = 1e-5\n");
   CHECK(good.electrodes[0].series_resistance == 0);
   CHECK(good.electrodes[1].series_resistance == 1e9);
   CHECK(good.effects.find<effects::LeakageOptions>()->conductivity == 1e-11);
@@ -123,7 +124,8 @@ TEST_CASE("resistors and leakage: missing tables and bad values are refused") {
   const std::string contacts = scene + "[effects.contact_discharge]\n[effects.contact_resistance]\n";
   check_refused(contacts, {"contact_resistance needs a resistance in ohm"});
   check_refused(contacts + "resistivity = 1.0\n", {"contact_resistance needs a spot"});
-  check_refused(contacts + "resistance = 5.0\nspot = 1e-5\n", {"contact_resistance.spot needs", "resistivity"});
+  check_refused(contacts + "resistance = 5.0\ncontact_radius = 1e-5\n",
+                {"contact_resistance.contact_radius needs", "resistivity"});
   check_refused(contacts + "resistance = -1.0\n", {"effects.contact_resistance.resistance = -1", "at least 0"});
   check_refused(scene + "[effects.leakage]\nconductivity = -1.0\n", {"effects.leakage.conductivity", "greater than 0"});
   check_refused(contacts + "resistance = 1.0\n[mechanics]\ncoupling = \"monolithic\"\n",
@@ -138,8 +140,8 @@ TEST_CASE("resistors and leakage: missing tables and bad values are refused") {
       {"test.toml:7: electrode.series_resistance"});  // The line of the electrode with the resistor.
   // In an insulated box a resistor can collect the injected charge, but it cannot balance an initial charge.
   const std::string behind = supplied("series_resistance = 1.0");
-  CHECK(refusal(box + electrostatics + "effects.current_source.current = 1e-9\n" + disk("[0.005, 0.015]") + behind) ==
-        "");
+  CHECK(refusal(box + electrostatics + "effects.current_injection.current = 1e-9\n" + disk("[0.005, 0.015]") +
+                behind) == "");
   check_refused(box + electrostatics + disk("[0.005, 0.015]", "charge = 3e-10\n") + behind,
                 {"3e-10 C", "potential without a resistor, or the charges must cancel"});
   check_refused(scene +
@@ -255,7 +257,7 @@ TEST_CASE("charge: an insulated box needs a ground") {
   const std::string plus = disk("[0.01, 0.01]", "charge = 3e-10\n");
   const auto needs_ground = {std::string("without any ground"), std::string("[[electrode]]")};
   check_refused(start + plus, {"3e-10 C", "without any ground", "must cancel"});
-  check_refused(start + "effects.current_source.current = 1e-9\n" + disk("[0.01, 0.01]"), needs_ground);
+  check_refused(start + "effects.current_injection.current = 1e-9\n" + disk("[0.01, 0.01]"), needs_ground);
   check_refused(start + disk("[0.01, 0.01]", "group = \"g\"\n") + "[[group]]\nname = \"g\"\ncharge = 1e-10\n",
                 needs_ground);
   check_refused(start + "[[population]]\ncount = 3\nradius = 0.001\ncharge = 1e-10\n", needs_ground);
@@ -306,7 +308,7 @@ TEST_CASE("contact: bodies in contact must have one potential") {
 }
 
 TEST_CASE("packing: walls, radii, networks and refused keys") {
-  const std::string start = "[domain]\nsize = [4.0, 2.0]\n", contact = "[effects.contact_potential]\n";
+  const std::string start = "[domain]\nsize = [4.0, 2.0]\n", contact = "[effects.soft_repulsion]\n";
   const std::string some = "[[population]]\ncount = 6\nradius = [0.2, 0.4]\noverlapping = true\n";
   SUBCASE("the domain's sides are the first walls") {
     const Scene s = parse(start + contact + some + "[[wall]]\npoint = [1.0, 0.0]\nnormal = [3.0, 4.0]\n");
@@ -357,7 +359,7 @@ TEST_CASE("packing: walls, radii, networks and refused keys") {
     for (const std::string radius : {"0.0", "-0.1"})
       check_refused(start + contact + "[[population]]\ncount = 6\nradius = " + radius + "\noverlapping = true\n",
                     {"population.radius = " + std::string(radius == "0.0" ? "0" : "-0.1"), "greater than 0"});
-    check_refused(start + "[effects.contact_potential]\nbox = false\n" + some, {"no walls", "[[wall]]"});
+    check_refused(start + "[effects.soft_repulsion]\nbox = false\n" + some, {"no walls", "[[wall]]"});
     check_refused(start + contact + "[[population]]\ncount = 60\nradius = 0.4\noverlapping = true\n",
                   {"cannot fit", "3.77 times"});  // 60 pi 0.16 / 8
     check_refused(start + contact + "[[population]]\ncount = 1\nradius = 1.1\noverlapping = true\n",
@@ -374,39 +376,40 @@ TEST_CASE("packing: walls, radii, networks and refused keys") {
     check_refused(start + contact + some + "[minimize]\nmethod = \"newton\"\n",
                   {"minimize.method = \"newton\"", "one of \"lbfgs-newton\""});
     check_refused(start + contact + some + "[effects.hertz_contact]\n", {"effects.hertz_contact", "leave one out"});
-    check_refused(start + some, {"population.overlapping", "[effects.contact_potential]"});
+    check_refused(start + some, {"population.overlapping", "[effects.soft_repulsion]"});
   }
   SUBCASE("a network that could not be measured is refused before the run") {
     const auto check_network = [&](const std::string& table, std::initializer_list<std::string> parts) {
       CAPTURE(table);
       check_refused(start + contact + some + "[network]\n" + table, parts);
     };
-    check_network("between = \"bottom,lid\"\n",
-                  {"test.toml:9: network.between", "no wall \"lid\"; allowed are left, right, bottom, top"});
-    check_network("between = \"top,top\"\n", {"network.between", "same electrode twice"});
-    check_network("between = \"0,6\"\n", {"network.between", "no particle 6; allowed are 0 to 5"});
-    check_network("model = \"particle\"\nresistor = \"disk\"\nsheet_resistance = 1.0\nspot = 0.01\n",
+    check_network("terminals = \"bottom,lid\"\n",
+                  {"test.toml:9: network.terminals", "no wall \"lid\"; allowed are left, right, bottom, top"});
+    check_network("terminals = \"top,top\"\n", {"network.terminals", "same electrode twice"});
+    check_network("terminals = \"0,6\"\n", {"network.terminals", "no particle 6; allowed are 0 to 5"});
+    check_network("model = \"particle\"\nresistor = \"disk\"\nsheet_resistance = 1.0\ncontact_radius = 0.01\n",
                   {"test.toml:9: network.model = \"particle\"", "\"contact\""});
-    check_network("spot = 0.01\n", {"network.spot", "\"constant\" has no use for it", "needs resistance"});
+    check_network("contact_radius = 0.01\n",
+                  {"network.contact_radius", "\"constant\" has no use for it", "needs resistance"});
     check_network("resistor = \"length\"\nresistance_per_length = 1.0\nresistivity = 0.01\n",
                   {"test.toml:11: network.resistivity", "\"length\" has no use"});
-    check_network("resistor = \"constriction\"\nresistivity = 1.0\nspot = 0.5\n",
-                  {"test.toml:11: network.spot", "too large"});
+    check_network("resistor = \"constriction\"\nresistivity = 1.0\ncontact_radius = 0.5\n",
+                  {"test.toml:11: network.contact_radius", "too large"});
     check_refused("[domain]\nsize = [4.0, 2.0, 3.0]\n" + contact + some +
-                      "[network]\nresistor = \"disk\"\nsheet_resistance = 1.0\nspot = 0.01\n",
+                      "[network]\nresistor = \"disk\"\nsheet_resistance = 1.0\ncontact_radius = 0.01\n",
                   {"test.toml:9: network.resistor", "disks in the plane"});
     const std::string lid = "[[wall]]\npoint = [0.0, 1.9]\nnormal = [0.0, -1.0]\nname = ";
     for (const std::string name : {"7", "-1", "a,b", " lid"})
       check_refused(start + contact + some + lid + "\"" + name + "\"\n",
                     {"wall.name = \"" + name + "\" is not allowed", "a number"});
-    parse(start + contact + some + lid + "\"lid 2\"\n[network]\nbetween = \"0, lid 2\"\nresistance = 2.0\n");
+    parse(start + contact + some + lid + "\"lid 2\"\n[network]\nterminals = \"0, lid 2\"\nresistance = 2.0\n");
     // Without a packing the sides are available as well.
-    parse(box + "field.cells = 64\n" + disk("[0.01, 0.01]") + "[network]\nbetween = \"left,0\"\n");
+    parse(box + "field.cells = 64\n" + disk("[0.01, 0.01]") + "[network]\nterminals = \"left,0\"\n");
   }
   SUBCASE("keys that a packing ignores are refused with a replacement") {
     const auto check_idle = [&](const std::string& key, const std::string& text, const std::string& remedy) {
       CAPTURE(key);
-      check_refused(text, {key + " is not allowed with effects.contact_potential", remedy});
+      check_refused(text, {key + " is not allowed with effects.soft_repulsion", remedy});
     };
     for (const std::string side : {"left", "right", "bottom", "top"})
       check_idle("domain." + side, start + side + " = { potential = 0.0 }\n" + contact + some,
@@ -586,7 +589,7 @@ TEST_CASE("population: a density too high for random positions is refused early"
 TEST_CASE("population: at most 1e7 grains or 1e6 conductors are allowed") {
   check_refused(gas_text("[1e3, 1e3, 1e3]", "count = 10000001\n"), {"population.count = 10000001", "at most 10000000"});
   check_refused("domain.size = [1.0, 1.0]\nfield.cells = 64\n[[population]]\ncount = 1000001\nradius = 1e-5\n",
-                {"test.toml:3: population.count = 1000001", "at most 1000000", "[reference]"});
+                {"test.toml:3: population.count = 1000001", "at most 1000000", "[units]"});
 }
 
 }  // namespace scene_places_test

@@ -77,7 +77,7 @@ group = "wire"
 name = "wire"
 potential = 12.0
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = -1e-9
 [effects.stokes_drag]
 [effects.hertz_contact]
@@ -86,14 +86,14 @@ poisson = 0.25
 [effects.wall_contact]
 young = 2e9
 [effects.contact_discharge]
-gap = 1e-4
+contact_distance = 1e-4
 hysteresis = 0.5
 [field]
 method = "relaxation"
 cells = 64
 tolerance = 1e-6
 moving_tolerance = 1e-3
-links = "plain"
+boundary_stencil = "plain"
 linear_solver = "assembled"
 relaxation_eta = 0.01
 [mechanics]
@@ -285,7 +285,8 @@ TEST_CASE("missing keys and tables: the message names them") {
   check_refused("[domain]\n", {"domain.size is missing", "two numbers [x, y] or three", "in m"});
   check_refused(box + "[[conductor]]\nradius = 0.001\n",
                 {"test.toml:3:", "conductor.position is missing", "[[conductor]]"});
-  check_refused(box + "[effects.current_source]\n", {"effects.current_source.current is missing", "a number in A"});
+  check_refused(box + "[effects.current_injection]\n",
+                {"effects.current_injection.current is missing", "a number in A"});
   check_refused(box + "[[electrode]]\nshape = \"bar\"\nfrom = [0.01, 0.01]\nto = [0.02, 0.01]\nwidth = 0.001\n",
                 {"electrode.potential is missing", "a floating conductor of this shape is an [[electrode]]",
                  "series_resistance = 1e30"});
@@ -304,8 +305,8 @@ TEST_CASE("files that are no scenes: they are refused with their position") {
 TEST_CASE("effects that need others: the message names the missing ones") {
   const std::string start = "domain.size = [0.04, 0.02]\nfield.cells = 64\n";
   const std::string end = disk("[0.01, 0.01]");
-  check_refused(start + "effects.current_source.current = 1e-9\n" + end,
-                {"effects.current_source needs", "[effects.floating_conductors]"});
+  check_refused(start + "effects.current_injection.current = 1e-9\n" + end,
+                {"effects.current_injection needs", "[effects.floating_conductors]"});
   check_refused(start + "effects.contact_discharge = {}\n" + end,
                 {"effects.contact_discharge needs", "[effects.floating_conductors]"});
   check_refused(start + "effects.stokes_drag = {}\n" + end, {"effects.stokes_drag needs", "medium.viscosity in Pa s"});
@@ -414,7 +415,8 @@ TEST_CASE("field.accuracy: it replaces cells and tolerances") {
                   {"test.toml:5:", "field." + key + " is chosen for field.accuracy"});
   check_refused(with("method = \"relaxation\"\n"),
                 {"field.method = \"relaxation\" is not allowed with field.accuracy"});
-  check_refused(with("links = \"plain\"\n"), {"field.links = \"plain\" is not allowed with field.accuracy"});
+  check_refused(with("boundary_stencil = \"plain\"\n"),
+                {"field.boundary_stencil = \"plain\" is not allowed with field.accuracy"});
   check_refused(box + "field.accuracy = 1e-13\n" + disk("[0.01, 0.01]"), {"at least 1e-12 and at most 0.1"});
 }
 

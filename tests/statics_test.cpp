@@ -29,7 +29,7 @@ const std::array methods = {"lbfgs-newton", "lbfgs", "newton-cg", "fire", "gradi
 
 Scene packing(int dimension, const std::string& method, const std::string& more = "") {
   const std::string size = dimension == 3 ? "[3.9, 3.9, 3.9]" : "[6.4, 6.4]";
-  return parse_scene(fmt::format("[domain]\nsize = {}\n[effects.contact_potential]\n[minimize]\nmethod = \"{}\"\n{}\n"
+  return parse_scene(fmt::format("[domain]\nsize = {}\n[effects.soft_repulsion]\n[minimize]\nmethod = \"{}\"\n{}\n"
                                  "[[population]]\ncount = 50\nradius = [0.4, 0.6]\noverlapping = true\n",
                                  size, method, more),
                      "packing");
@@ -109,7 +109,7 @@ TEST_CASE("logarithm_near_one: the series for ln q is as accurate as the library
 
 /// Scene of random overlaps, some of them deep, in a square or cube.
 Scene crowd(int dimension, int count, double side = 24) {
-  return parse_scene(fmt::format("[domain]\nsize = [{0}, {0}{1}]\n[effects.contact_potential]\n"
+  return parse_scene(fmt::format("[domain]\nsize = [{0}, {0}{1}]\n[effects.soft_repulsion]\n"
                                  "[[population]]\ncount = {2}\nradius = [0.3, 0.5]\noverlapping = true\n",
                                  side, dimension == 3 ? fmt::format(", {}", side) : "", count),
                      "crowd");
@@ -303,7 +303,7 @@ TEST_CASE("disk deep in a wall: it comes to rest between the walls by every meth
   for (const std::string method : methods) {
     CAPTURE(method);
     Minimization minimization(
-        parse_scene("[domain]\nsize = [1.8, 1.8]\n[effects.contact_potential]\n[minimize]\nmethod = \"" + method +
+        parse_scene("[domain]\nsize = [1.8, 1.8]\n[effects.soft_repulsion]\n[minimize]\nmethod = \"" + method +
                         "\"\n[[conductor]]\nposition = [0.001, 0.9]\nradius = 1\n",
                     "wall"));
     while (!minimization.at_rest() && minimization.iterate()) {
@@ -332,7 +332,7 @@ TEST_CASE("stiffness: powers of two as units give identical bits by every method
 
 TEST_CASE("overflowing forces: they are a failure and not a rest state") {
   const std::string start =
-      "[domain]\nsize = [4.0, 4.0]\n[effects.contact_potential]\nbox = false\n"
+      "[domain]\nsize = [4.0, 4.0]\n[effects.soft_repulsion]\nbox = false\n"
       "[[wall]]\npoint = [-3.0, 0.0]\nnormal = [1.0, 0.0]\n[[conductor]]\nposition = [0.0, 1.0]\nradius = 1\n";
   for (const std::string method : methods) {
     const std::string text =
@@ -390,7 +390,7 @@ TEST_CASE("minimization: one restored from a checkpoint has identical bits") {
 
 TEST_CASE("minimization: any number of threads gives identical bits") {
   const Scene scene = parse_scene(
-      "[domain]\nsize = [50.0, 50.0]\n[effects.contact_potential]\n"
+      "[domain]\nsize = [50.0, 50.0]\n[effects.soft_repulsion]\n"
       "[[population]]\ncount = 5000\nradius = [0.3, 0.4]\noverlapping = true\n",
       "packing");
   std::vector<std::vector<double>> results;

@@ -71,7 +71,7 @@ TEST_CASE("settings: keys are set in any table, and tables are added") {
                             {"population.count", "4"},
                             {"electrode[1].radius", "1.5e-3"},
                             {"domain.bottom", "\"insulating\""},
-                            {"effects.contact_discharge.gap", "0.2e-3"},
+                            {"effects.contact_discharge.contact_distance", "0.2e-3"},
                             {"mechanics.integrator", "\"euler\""}});
   CHECK(scene.seed == 6);
   CHECK(scene.conductors.size() == 4);
@@ -83,7 +83,7 @@ TEST_CASE("settings: keys are set in any table, and tables are added") {
 }
 
 TEST_CASE("settings: numbers keep all their digits") {
-  const Scene scene = with({{"effects.contact_discharge.gap", "0.00012345678901234567"}});
+  const Scene scene = with({{"effects.contact_discharge.contact_distance", "0.00012345678901234567"}});
   CHECK(scene.effects.find<effects::ContactDischargeOptions>()->gap == 0.00012345678901234567);
 }
 
@@ -96,7 +96,8 @@ TEST_CASE("settings: a number may begin or end with its point, unlike in TOML") 
 }
 
 TEST_CASE("settings: a key without a table is refused with an error message") {
-  CHECK(has(refusal({{"effects.contact_discharge.gup", "1"}}), "nearest known key is effects.contact_discharge.gap"));
+  CHECK(has(refusal({{"effects.contact_discharge.gup", "1"}}),
+            "nearest known key is effects.contact_discharge.contact_distance"));
   CHECK(has(refusal({{"effects.contact_discharge", "1"}}), "is no key of a scene but a table: name a key of it"));
   CHECK(has(refusal({{"domain.left.potential", "5"}}), "domain.left is one, and is set as a whole: it must be "));
   CHECK(has(refusal({{"domain.left.potential", "5"}}), "{ potential = a number } in V"));
@@ -106,7 +107,7 @@ TEST_CASE("settings: a key without a table is refused with an error message") {
   CHECK(has(refusal({{"electrode[x].radius", "1e-3"}}), "is no key of a scene"));
   CHECK(has(refusal({{"field[0].cells", "64"}}), "no index is allowed"));
   CHECK(has(refusal({{"conductor.radius", "1e-3"}}), "the scene has no [[conductor]]"));
-  CHECK(has(refusal({{"effects.current_source.current", "1e-9"}}), "no table [effects.current_source]"));
+  CHECK(has(refusal({{"effects.current_injection.current", "1e-9"}}), "no table [effects.current_injection]"));
 }
 
 TEST_CASE("settings: lists of values are split") {

@@ -30,7 +30,7 @@ GAS_EVENTS = {
     "time": "time (t0)",
     "seconds": "wall time (s)",
 }
-# Counts that D holds to be proportional to the number of conductors.
+# Counts that are proportional to the number of conductors according to D.
 LAWS = {
     "endpoints": ("endpoints", "D 7.11"),
     "branch_points": ("branch points", "D 7.12"),
@@ -42,8 +42,8 @@ LAWS = {
 
 @dataclass
 class Summary:
-    points: list  # (settings but the seed, number of runs, estimates by quantity): members that differ in their seed only
-    proportions: list  # (settings but seed and conductors, quantity, estimate of its slope)
+    points: list  # (settings without the seed, number of runs, estimates by quantity), for members that differ only in the seed
+    proportions: list  # (settings without seed and number of conductors, quantity, estimate of its slope)
 
 
 def without(settings, keys):
@@ -51,7 +51,7 @@ def without(settings, keys):
 
 
 def groups_apart_from(keys, members):
-    """Finished members that agree in all settings but those of `keys`, in the order of their first."""
+    """Groups the finished members by all settings except those of `keys`, in the order of each group's first member."""
     groups = {}
     for member in members:
         if member.state == "finished":
@@ -61,7 +61,7 @@ def groups_apart_from(keys, members):
 
 
 def values_of(members, quantity):
-    """Returns a quantity of all members; None if one of them lacks it."""
+    """Returns the values of a quantity for all members; None if a member lacks it."""
     values = [member.quantities.get(quantity) for member in members]
     return None if None in values else values
 
@@ -83,7 +83,8 @@ def summarize(program, members):
 
 
 def shown(value, half_width):
-    """The interval with two digits, and the value to the same place; both small in units of a power of ten."""
+    """Formats a value and its interval: the interval with two significant digits, the value to the same decimal
+    place. If both are small they have a common power of ten."""
     if not half_width:
         return f"{value:.4g}{'' if half_width is None else ' ± 0'}"
     largest = max(abs(value), half_width)
@@ -99,7 +100,7 @@ def estimate_in_words(estimate):
 
 
 def table(points, columns):
-    """Lines, of those of the columns that there is something to put into."""
+    """Formats the table as lines, with only those columns that contain values."""
     present = [name for name in columns if any(name in quantities for _, _, quantities in points)]
     if not present:
         return ""
@@ -149,6 +150,6 @@ def to_json(program, scene, members, summary):
             {"settings": plain(settings), "quantity": quantity, "slope": slope}
             for settings, quantity, slope in summary.proportions
         ],
-        "version": program.version,  # of the summary; each result file has that of its run
+        "version": program.version,  # version of the summary; each result file states that of its run
         "commit": program.commit,
     }

@@ -1,9 +1,9 @@
-"""The two kinds of errors, apart from all that takes time to import."""
+"""The two kinds of errors, in a module without imports that take time."""
 
 
 class InputError(Exception):
-    """Input that cannot be used. The text is one error message."""
+    """Invalid input. The text is one error message."""
 
 
 class Failure(Exception):
-    """Work that could not be done. The text is one error message."""
+    """Work that did not succeed. The text is one error message."""

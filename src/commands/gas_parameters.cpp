@@ -29,7 +29,7 @@ void check_homogeneous(const Scene& scene) {
                     "down by themselves, and {}",
                     scene.path, why));
   };
-  if (!scene.reference) refuse("this scene has no [reference]");
+  if (!scene.reference) refuse("this scene has no [units]");
   if (scene.dimension() != 3) refuse("this one is plane");
   if (scene.conductors.empty()) refuse("this scene has none");
   for (const Conductor& grain : scene.conductors)

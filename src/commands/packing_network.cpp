@@ -64,7 +64,7 @@ auto electrodes_by(const Read& read, const PackingFrame& frame, const std::strin
   try {
     return read(between, walls, frame.packing.size());
   } catch (const InputError& error) {
-    throw InputError(fmt::format("--between: {}", error.what()));
+    throw InputError(fmt::format("--terminals: {}", error.what()));
   }
 }
 
@@ -98,10 +98,10 @@ std::vector<double> resistances_between_contacts(const PackingFrame& frame, cons
                                                  const std::function<void(int)>& count) {
   constexpr int most = 20'000;  // takes about an hour
   if (frame.packing.size() > most)
-    throw InputError(
-        fmt::format("--between {},all has an elimination for each of {} particles in the contact-centred network, and "
-                    "at most {} are allowed: --model particle needs a single one",
-                    options.between, frame.packing.size(), most));
+    throw InputError(fmt::format(
+        "--terminals {},all has an elimination for each of {} particles in the contact-centred network, and "
+        "at most {} are allowed: --model particle needs a single one",
+        options.between, frame.packing.size(), most));
   std::vector<double> resistance;
   for (int i = 0; i < frame.packing.size(); ++i) {
     if (count) count(i);

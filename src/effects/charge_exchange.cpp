@@ -70,12 +70,13 @@ const EffectKind& ChargeExchangeOptions::kind() {
                     "impact: once a collision, Q (energy of the impact)^eta with random factors; random-walk: white "
                     "noise while in contact; contact-area: that times the area of the contact; none: charges stay "
                     "where they are"},
-               {.name = "strength",
+               {.name = "transfer_prefactor",
                 .place = place<&ChargeExchangeOptions::strength>,
                 .unit = "q0",
                 // Fourth powers of charges must not overflow.
                 .range = {.low = 0, .high = 1e50, .low_itself = false},
-                .help = "Q"},
+                .help = "Q, prefactor of the charge that passes",
+                .old_name = "strength"},
                {.name = "exponent",
                 .place = place<&ChargeExchangeOptions::exponent>,
                 // Exponent of energies, bounded to avoid overflow.

@@ -176,10 +176,11 @@ void check(const Draft& draft) {
 double strength_in(const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; }
 
 std::vector<Key> keys() {
-  return {{.name = "strength",
+  return {{.name = "coupling_constant",
            .place = place<&CoulombOptions::strength>,
            .range = {.low = 0, .high = 1e100},
-           .help = "K = k_e q0^2 / (m0 v0^2 d0)"},
+           .help = "K = k_e q0^2 / (m0 v0^2 d0)",
+           .old_name = "strength"},
           {.name = "sum",
            .place = place<&CoulombOptions::sum>,
            .help = "mesh: near pairs, all else on a mesh; ewald: term by term, the reference; minimum-image, "

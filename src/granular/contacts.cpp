@@ -37,10 +37,10 @@ void check_damping(const Scene& scene, const GrainContactLaw& law) {
   const double number = theory::dissipation_number({soft->elastic, soft->dissipative}, 1);
   constexpr double most = theory::RestitutionCurve::largest;
   if (number <= most) return;
-  throw InputError(fmt::format(
-      "{}: effects.viscoelastic_contact.dissipative = {:g} is too large for its elastic = {:g}: an impact at "
-      "speed 1 loses nearly all it has from {:.3g} on, which is the most that is allowed",
-      scene.path, soft->dissipative, soft->elastic, soft->dissipative * most / number));
+  throw InputError(
+      fmt::format("{}: effects.viscoelastic_contact.damping = {:g} is too large for its stiffness = {:g}: an impact at "
+                  "speed 1 loses nearly all it has from {:.3g} on, which is the most that is allowed",
+                  scene.path, soft->dissipative, soft->elastic, soft->dissipative * most / number));
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ void refuse_flight_through(const GrainContact& contact, double stiffer) {
                                       : std::string("a larger stiffness is needed");
   throw Failure(fmt::format(
       "grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft for it "
-      "and for what else presses them together; {} (of a stage: stage.stiffness), or a lower temperature",
+      "and for what else presses them together; {} (of a stage: equilibration.stiffness), or a lower temperature",
       contact.pair.i, contact.pair.j, contact.impact_speed, how));
 }
 

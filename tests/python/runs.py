@@ -20,7 +20,7 @@ FOLDER = Path(_folder.name)
 
 GAS = """
 title = "Few <grains> & \\"signs\\""
-[reference]  # </script> ends nothing
+[units]  # </script> ends nothing
 [domain]
 size = [SIZE, SIZE, SIZE]
 left = "periodic"
@@ -160,7 +160,7 @@ radius = 1e-3
 [effects.hertz_contact]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 0.5e-3
+contact_distance = 0.5e-3
 [field]
 accuracy = 1e-2
 [stop]

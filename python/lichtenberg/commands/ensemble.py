@@ -38,7 +38,7 @@ ARGUMENTS = [
     argument("--seeds", "how many seeds, from the scene's upward, for each variant", "int", positive=True),
     argument(
         "--vary",
-        "KEY=VALUE,VALUE,...: values that a key of the scene takes, as in effects.contact_discharge.gap=0.4e-3,0.8e-3 or "
+        "KEY=VALUE,VALUE,...: values that a key of the scene takes, as in effects.contact_discharge.contact_distance=0.4e-3,0.8e-3 or "
         "electrode[0].radius=1e-3,2e-3; again for another key: all combinations are run",
         "texts",
         repeated=True,
@@ -75,19 +75,19 @@ ARGUMENTS = [
 class Member:
     """One scene of the ensemble."""
 
-    name: str  # of its files, without the suffix: "count-64_seed-1"
+    name: str  # stem of the member's file names: "count-64_seed-1"
     settings: list  # (key, value as TOML has it, value), in the order of the variations
-    text: str  # the scene
-    cost: float  # time that it is expected to take, in a unit of the ensemble's own
-    sentence: str  # why it failed
-    number: int  # among all members
-    state: str = "waiting"  # to be run or resumed; running, finished, stopped at a checkpoint, failed
-    quantities: dict = field(default_factory=dict)  # of a finished one
+    text: str  # text of the scene file
+    cost: float  # expected run time, in a unit of the ensemble
+    sentence: str  # error message of a failed member
+    number: int  # index among all members
+    state: str = "waiting"  # waiting (to be run or resumed), running, finished, stopped (at a checkpoint) or failed
+    quantities: dict = field(default_factory=dict)  # results of a finished member
     warnings: list = field(default_factory=list)
 
 
 class Members(Program):
-    """The program, which answers questions about the members of this ensemble."""
+    """The program's process that answers requests about the members of this ensemble."""
 
     def __init__(self, request):
         words = [f"--out={request.out}", f"--seeds={request.seeds or 1}"]
@@ -102,8 +102,9 @@ class Members(Program):
 
 
 class Folder:
-    """The folder of the ensemble's files, which one ensemble holds at a time, or its shares, each once. The processes of the
-    members inherit the locks: a folder in which one still runs is taken."""
+    """The folder of the ensemble's files. Locks prevent its use by a second ensemble; of an ensemble in shares, each
+    share can be run once at a time. The members' processes inherit the locks, so a folder in which one still runs
+    stays locked."""
 
     def __init__(self, path, share):
         try:
@@ -153,8 +154,8 @@ def first_line(path):
 
 
 def inspect(program, folder, member):
-    """Sets the member's state from its result file: finished, to be run or resumed, or failed because it is of another scene
-    or damaged. A finished one gets its quantities."""
+    """Sets the member's state from its result file: finished, waiting (to be run or resumed), or failed because the
+    file belongs to another scene or is damaged. A finished member gets its quantities."""
     if os.path.exists(folder.file(member, ".h5")):
         answer = program.ask(inspect=member.number, just_ended=member.state == "finished")
         for name, value in answer.items():
@@ -162,8 +163,8 @@ def inspect(program, folder, member):
 
 
 class Process:
-    """`lichtenberg run` in a process of its own, in a process group of its own: an interruption from the keyboard reaches us
-    only, and we pass it on once. If we die, the system interrupts it."""
+    """`lichtenberg run` in a separate process and process group. An interruption from the keyboard reaches only this
+    process, which passes it on once. If this process ends, the system interrupts the run."""
 
     def __init__(self, folder, member, device):
         self.member, self.messages = member, os.memfd_create("messages")
@@ -184,7 +185,7 @@ class Process:
         self.process.terminate()
 
     def over(self):
-        """Whether it is; then the member's state says how it went."""
+        """Returns true if the process has ended; then the member's state is set from its exit status."""
         status = self.process.poll()
         if status is None:
             return False
@@ -207,7 +208,7 @@ def apart(parent):
 
 
 class Progress:
-    """12 of 48 done, 2 running, 1 failed, about 3 min 20 s left"""
+    """The progress line: 12 of 48 done, 2 running, 1 failed, about 3 min 20 s left"""
 
     def __init__(self, members, quiet):
         self.members, self.quiet, self.terminal = members, quiet, os.isatty(2)
@@ -223,13 +224,13 @@ class Progress:
         messages.tell(f"\r{self.line()}\033[K" if self.terminal else self.line(), end="" if self.terminal else "\n")
 
     def end_line(self):
-        """Before anything else is printed: it would run into the line."""
+        """Ends the progress line, so that other output begins on a new line."""
         if self.unfinished_line:
             messages.tell("")
         self.unfinished_line = False
 
     def cost_left(self):
-        """A running member counts as half done."""
+        """Returns the fraction of the work that is done; a running member counts as half done."""
         share = {"waiting": 1, "running": 0.5}
         return sum(member.cost * share.get(member.state, 0) for member in self.members)
 
@@ -250,8 +251,8 @@ def report_failure(member):
 
 
 def run_members(program, folder, members, request, interruption):
-    """Runs the waiting members, `jobs` at a time; the most expensive first. Returns early, with all processes ended at their
-    checkpoints, after an interruption."""
+    """Runs the waiting members, at most `jobs` at a time, in descending order of cost. After an interruption it
+    returns early, when all processes have ended at their checkpoints."""
     waiting = deque(sorted((m for m in members if m.state == "waiting"), key=lambda member: -member.cost))
     running, told, progress = [], False, Progress(members, request.quiet)
     jobs = request.jobs or os.cpu_count() or 1
@@ -279,7 +280,7 @@ def run_members(program, folder, members, request, interruption):
 
 
 def collect(program, folder, process, progress):
-    """Whether it is over."""
+    """Returns true if the process has ended; then the member is inspected, and a failure is reported."""
     if not process.over():
         return False
     if process.member.state == "finished":
@@ -291,7 +292,7 @@ def collect(program, folder, process, progress):
 
 
 def share_of(written):
-    """"3/8" as (3, 8): the third of eight shares of the members, which every eighth of them belongs to. None for None."""
+    """Parses "3/8" to (3, 8): the third of eight shares, which contains every eighth member. Returns None for None."""
     if written is None:
         return None
     found = re.fullmatch("([0-9]+)/([0-9]+)", written)
@@ -301,7 +302,8 @@ def share_of(written):
 
 
 def holds_others(table, members):
-    """Whether a table holds members that are none of these: that of another sweep, which must not be lost."""
+    """Returns true if a table contains members that are not among these: it belongs to another sweep and must not be
+    overwritten."""
     try:
         if not stat.S_ISREG(os.stat(table).st_mode):
             return True
@@ -312,7 +314,7 @@ def holds_others(table, members):
 
 
 def table_of(folder, members):
-    """Returns the path ensemble.json, or ensemble-2.json and so on if the folder has tables of other sweeps."""
+    """Returns the path of ensemble.json, or of ensemble-2.json and so on if the folder has tables of other sweeps."""
     number, table = 1, os.path.join(folder, "ensemble.json")
     while os.path.exists(table) and holds_others(table, members):
         number += 1
@@ -349,7 +351,7 @@ def act(request):
     if all(member.state == "failed" for member in members):
         first = members[0]
         raise InputError(f"no member of this ensemble is possible; of the first, {first.name}: {first.sentence}")
-    if request.json not in (None, "true"):  # of this sweep, the same command may write it again
+    if request.json not in (None, "true"):  # the same command may overwrite the table of its sweep
         if os.path.realpath(request.json) == os.path.realpath(request.scene):
             raise InputError(f"{request.json} is what is read, and is left as it is: name another file to write")
         check_output(request.json, not holds_others(request.json, members), otherwise="name another file", option="")
@@ -359,7 +361,7 @@ def act(request):
     folder = Folder(request.out, share)
     for member in members:
         if member.state == "failed":
-            folder.write_scene(member, program.mark)  # the error message names a line of it
+            folder.write_scene(member, program.mark)  # the error message refers to a line of this file
             report_failure(member)
         else:
             inspect(program, folder, member)

@@ -15,7 +15,7 @@ ARGUMENTS = [
     argument("--quiet", "show no progress", "flag"),
     *OF_FRAMES,
 ]
-LEAST, MOST = 0.1, 1000  # frames per second that players support
+LEAST, MOST = 0.1, 1000  # frame rates that players support (frames per second)
 
 
 def act(request):

@@ -42,7 +42,7 @@ ARGUMENTS = [
     ),
     argument("--overwrite", "replace files that exist", "flag"),
 ]
-MOST_RUNS, ENOUGH = 5, 2.0  # of a candidate, and s for all of them
+MOST_RUNS, ENOUGH = 5, 2.0  # maximum number of timed runs of a candidate, and their maximum total time (s)
 
 
 class Sweep:
@@ -66,20 +66,20 @@ class Sweep:
         ] + [(method.name, method.description, self.candidates_of(method), method) for method in self.joined]
 
     def candidates_of(self, method):
-        """Returns the candidates of a joined method: none, and a reason in left_out, for an error in its code or a cost that is not
-        above 0."""
+        """Returns the candidates of a joined method. If the method's code has an error, or a cost is not above 0, it
+        returns none and adds a reason to left_out."""
         try:
             candidates = method.candidates(self)
             if all(cost > 0 for _, cost in candidates):
                 return candidates
             reason = "a candidate has a cost that is not above 0"
-        except Exception as error:  # which must not end the sweep of the other methods
+        except Exception as error:  # an error of one method must not end the sweep of the others
             reason = f"{type(error).__name__} in the method ({error})"
         self.left_out.append({"method": method.name, "settings": {}, "reason": reason})
         return []
 
     def measure(self, number, place, settings, method):
-        """A point. Throws InputError and Failure."""
+        """Returns the measured point of a candidate. Throws InputError and Failure."""
         if method:
             return self.measure_joined(method, settings)
         return self.asked(method=number, candidate=place)
@@ -94,8 +94,8 @@ class Sweep:
         return answer
 
     def measure_joined(self, method, settings):
-        """Returns a point whose time is the median of up to five runs after a first one that does not count, or of fewer
-        long ones. Throws InputError, and Failure also for an error in the method's code or a wrong answer of it."""
+        """Returns a point whose time is the median of up to five runs, or of fewer long ones, after a first run that
+        is not timed. Throws InputError, and Failure also for an error in the method's code or a wrong answer."""
         try:
             run = method.prepare(self, settings)
             answer, first = timed(run)
@@ -103,7 +103,7 @@ class Sweep:
             runs = [first] if first >= ENOUGH else [timed(run)[1] for _ in range(count)]
         except (InputError, Failure):
             raise
-        except Exception as error:  # which must not end the sweep of the other methods
+        except Exception as error:  # an error of one method must not end the sweep of the others
             raise Failure(f"{type(error).__name__} in the method ({error})") from None
         try:
             json.dumps(answer, allow_nan=False)
@@ -121,8 +121,8 @@ def timed(run):
 
 
 def show_progress(place, count, method, settings):
-    """Prints the candidate that is measured next on standard error: a terminal has one line that is rewritten, a file one line
-    for each method."""
+    """Prints on standard error which candidate is measured next. On a terminal the line is rewritten; a file gets
+    one line per method."""
     where = f"{place} of {count}: " if place else ""
     if os.isatty(2):
         line = f"{where}{method}{', ' if settings else ''}{in_words(settings)}"
@@ -140,7 +140,7 @@ def measure_all(sweep, seconds, progress=show_progress):
     its method, times the ratio of their costs. Candidates that are expected to take longer than `seconds` are left out."""
     count, done = sum(len(candidates) for _, _, candidates, _ in sweep.methods), 0
     for number, (name, _, candidates, method) in enumerate(sweep.methods):
-        pace = 0.0  # s for a cost of 1
+        pace = 0.0  # seconds per unit of cost
         for place, (settings, cost) in enumerate(candidates):
             done += 1
             progress(done, count, name, settings)
@@ -181,14 +181,14 @@ def check(request):
 
 
 def draw(data, picture):
-    """Throws Failure."""
+    """Writes the picture. Throws Failure."""
     from ..pictures import drawing, work_precision
 
     drawing.save(work_precision.draw(data), picture)
 
 
 def act(request, more=()):
-    """`more`: methods that join."""
+    """Runs the command. `more`: joined methods."""
     kind = "-time-precision.png" if request.time else "-work-precision.png"
     request.out = request.out or Path(request.scene).stem + kind
     check(request)

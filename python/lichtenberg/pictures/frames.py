@@ -54,7 +54,7 @@ def check_colour(run, colour):
         return
     known = ", ".join(run.quantities) or "none"
     if colour == "current" and "strahler" in run.quantities:
-        where = "that is known where effects.current_source feeds all alike"
+        where = "that is known where effects.current_injection feeds all alike"
         raise InputError(f"{run.path} has no current by conductor: {where}; it has {known}")
     raise InputError(f"{run.path} has no {colour} to colour by: it has {known}")
 

@@ -12,7 +12,7 @@ FILLED = 0.07635  # volume fraction of 50016 grains in a cube of 70 (G table 5.2
 RATE = 4.5e-3  # Q
 WARM = 10  # t0, of elastic collisions before the run's time begins
 SIDES = ("left", "right", "bottom", "top", "front", "back")
-VISCOELASTIC = "[effects.viscoelastic_contact]\nelastic = 278.6\ndissipative = 27.7"
+VISCOELASTIC = "[effects.viscoelastic_contact]\nstiffness = 278.6\ndamping = 27.7"
 
 
 @dataclass(frozen=True)
@@ -40,33 +40,33 @@ class Gas:
         edge = (self.count * math.pi / (6 * self.filled)) ** (1 / 3)
         sides = "\n".join(f'{side} = "periodic"' for side in SIDES)
         parts = [
-            f'title = "{self.name}"\nseed = {seed}\n\n[reference]',
+            f'title = "{self.name}"\nseed = {seed}\n\n[units]',
             f"[domain]\nsize = [{edge:.6g}, {edge:.6g}, {edge:.6g}]\n{sides}",
             f"[[population]]\ncount = {self.count}\ntemperature = {self.temperature:g}\n{self.population}".rstrip(),
             *self._stages(), self.contact, *self.effects,
-            f"[mechanics]\nthreads = 1\ncontact_steps = {self.steps}",
+            f"[mechanics]\nthreads = 1\ncontact_substeps = {self.steps}",
             f"[stop]\ntime = {self.warm + self.until:g}",
             f"[output]\nevery = {self.every:g}\npicture = false\ncheckpoint_every = 1000000"]
         return "\n\n".join(parts) + "\n"
 
     def _stages(self):
         if self.warm:
-            yield f"[[stage]]\nduration = {self.warm:g}\nstiffness = 10\ntemperature = {self.temperature:g}"
+            yield f"[[equilibration]]\nduration = {self.warm:g}\nstiffness = 10\ntemperature = {self.temperature:g}"
         if self.stiff:
-            yield f"[[stage]]\nduration = {self.stiff:g}\nelastic = false\nstiffness = 10"
+            yield f"[[equilibration]]\nduration = {self.stiff:g}\nelastic = false\nstiffness = 10"
 
 
 def coulomb(strength, accuracy=1e-3):
-    return f"[effects.coulomb]\nstrength = {strength:g}\naccuracy = {accuracy:g}"
+    return f"[effects.coulomb]\ncoupling_constant = {strength:g}\naccuracy = {accuracy:g}"
 
 
 def impacts(exponent=0.83, strength=RATE):
-    return f"[effects.charge_exchange]\nstrength = {strength:g}\nexponent = {exponent:g}"
+    return f"[effects.charge_exchange]\ntransfer_prefactor = {strength:g}\nexponent = {exponent:g}"
 
 
 def random_walk(strength, model="random-walk"):
     """Returns an effect of white noise with the variance Q^2 per unit of time."""
-    return f'[effects.charge_exchange]\nmodel = "{model}"\nstrength = {strength:g}\nrate = 1'
+    return f'[effects.charge_exchange]\nmodel = "{model}"\ntransfer_prefactor = {strength:g}\nrate = 1'
 
 
 def dipoles(polarizability):
@@ -74,7 +74,7 @@ def dipoles(polarizability):
 
 
 def drag(speed, stokes=0.05, hold=1):
-    return f"[effects.gas_drag]\nstokes = {stokes:g}\nspeed = {speed:g}\nhold = {hold:g}"
+    return f"[effects.gas_drag]\nstokes = {stokes:g}\nspeed = {speed:g}\ncorrelation_time = {hold:g}"
 
 
 def neutral(full):

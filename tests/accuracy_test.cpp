@@ -21,7 +21,7 @@ using namespace lichtenberg::laplace;
 
 namespace {
 
-/// Three disks above an electrode, two of them at a gap of half a radius.
+/// Problem of three disks above an electrode, two of them at a gap of half a radius.
 LaplaceProblem three_disks() {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
@@ -42,13 +42,13 @@ std::string refusal(const LaplaceProblem& problem, const AccuracyRequest& reques
 
 }  // namespace
 
-TEST_CASE("an error is measured in units of the largest potential difference, charge and force") {
+TEST_CASE("error units: the largest potential difference, charge and force") {
   LaplaceProblem problem = three_disks();
   problem.bodies.push_back({Bar{{0.1, 0.8}, {0.2, 0.8}, 0.05}, 2});
   LaplaceSolution solution;
-  solution.group_potential = {3, -2, 0.2};  // with the electrode at 0: a range of 5
+  solution.group_potential = {3, -2, 0.2};  // With the electrode at 0 the range is 5.
   solution.body_charge = {1, -0.5, 0.1, -4};
-  solution.body_force = {{0.3, 0.4}, {0, 0.1}, {0, 0}, {90, 0}};  // a bar's does not count
+  solution.body_force = {{0.3, 0.4}, {0, 0.1}, {0, 0}, {90, 0}};  // The force on a bar does not count.
   const Scales scales = scales_of(problem, solution);
   CHECK(scales.potential == 5);
   CHECK(scales.charge == 4);
@@ -63,7 +63,7 @@ TEST_CASE("an error is measured in units of the largest potential difference, ch
   CHECK(largest_error(problem, other, solution, scales) == doctest::Approx(0.1));
   other.body_force[3] = {0, 0};
   CHECK(largest_error(problem, other, solution, scales) == doctest::Approx(0.1));
-  // However small the largest is, it is the unit; what rounding makes is no error.
+  // The largest value is the unit even if it is small; rounding errors are ignored.
   solution.body_charge.assign(4, 0);
   solution.body_force.assign(4, {0, 0});
   solution.body_charge[1] = 1e-6, solution.body_force[1] = {0, 1e-6};
@@ -76,20 +76,20 @@ TEST_CASE("an error is measured in units of the largest potential difference, ch
   other.body_force[0] = {0.9 * share_of_rounding * 25, 0};
   other.body_charge[0] = 0.9 * share_of_rounding * 5;
   CHECK(largest_error(problem, other, solution, small) == 0);
-  // Forces on electrodes are no unit.
+  // Forces on electrodes do not enter the unit.
   other.body_force[0] = {0, 0}, other.body_force[1] = {0, 2e-6};
   problem.movable = 1;
   CHECK(scales_of(problem, solution).force == 0);
   CHECK(largest_error(problem, other, solution, scales_of(problem, solution)) < 1e-4);
 }
 
-TEST_CASE("grids: whole cells across, for the coarser ones as well, and halved often") {
+TEST_CASE("grids: whole numbers of cells on all levels, with many coarsenings") {
   const Grids square({2, 2}), oblong({0.05, 0.03});
   CHECK(square.at_least(1) == 32);
   CHECK(square.at_least(33) == 48);
   CHECK(square.at_least(1000) == 1024);
   CHECK(square.at_most(1000) == 960);
-  // 3 cells across for 5 along: multiples of 5, and of 16 as all grids.
+  // Three cells across for five along: multiples of 5, and of 16 as in all grids.
   for (const int cells : {1, 200, 555, 3000}) {
     const int fine = oblong.at_least(cells);
     CHECK(fine >= cells);
@@ -100,26 +100,27 @@ TEST_CASE("grids: whole cells across, for the coarser ones as well, and halved o
   CHECK_THROWS_AS(oblong.at_most(100), InputError);
 }
 
-TEST_CASE("the narrowest place is between different potentials") {
+TEST_CASE("narrowest gap: it is between different potentials") {
   LaplaceProblem problem = three_disks();
   CHECK(narrowest(problem).gap == doctest::Approx(0.04));
   CHECK(narrowest(problem).radius == 0.08);
-  problem.bodies[1].group = 0;  // now one potential: 0.34 to the electrode, two radii of the smallest disk count
+  // With one potential, the distance to the electrode is 0.34, limited to two radii of the smallest disk.
+  problem.bodies[1].group = 0;
   CHECK(narrowest(problem).gap == doctest::Approx(0.12));
   CHECK(narrowest(problem).radius == 0.06);
   problem.bodies[2].shape = Disk{{0.68, 0.07}, 0.06};
-  CHECK(narrowest(problem).gap == doctest::Approx(0.01));  // above the electrode
-  problem.groups[2].potential = 0;                         // its own potential
+  CHECK(narrowest(problem).gap == doctest::Approx(0.01));  // The gap to the electrode.
+  problem.groups[2].potential = 0;                         // The disk has the electrode's potential.
   CHECK(narrowest(problem).gap == doctest::Approx(0.12));
   problem.bodies.push_back({Ring{{0.5, 0.5}, 0.6}, 1});
   CHECK(narrowest(problem).gap == doctest::Approx(0.6 - 0.06 - std::hypot(0.18, 0.43)));
-  // Second order where a cell fits in, and the cell of a difficulty is the one that has it.
+  // The error is of second order if a cell fits into the gap. cell_for() inverts difficulty().
   for (const double cell : {0.001, 0.01, 0.5})
     CHECK(cell_for({0.04, 0.08}, difficulty({0.04, 0.08}, cell)) == doctest::Approx(cell));
   CHECK(difficulty({0.04, 0.08}, 0.01) == doctest::Approx(4 * difficulty({0.04, 0.08}, 0.005)));
 }
 
-TEST_CASE("the realised error is below the accuracy asked for, with either method") {
+TEST_CASE("accuracy: the actual error is below the request with either method") {
   const LaplaceProblem problem = three_disks();
   const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-12}).solve(problem);
   const Scales scales = scales_of(problem, exact);
@@ -133,14 +134,14 @@ TEST_CASE("the realised error is below the accuracy asked for, with either metho
       CHECK(realised <= accuracy);
       CHECK(realised <= found.choice.estimate);
       CHECK(found.choice.estimate <= accuracy);
-      // The solver is the solution's, and the estimate can be had again.
+      // The solver belongs to the solution, and the estimate is reproducible.
       CHECK(found.solver->field().nx == found.choice.cells);
       CHECK(estimated_error(problem, found.choice, {}) == found.choice.estimate);
     }
 }
 
-TEST_CASE("where all has one potential rounding is no field, and any accuracy is met") {
-  LaplaceProblem problem{.size = {0.02, 0.02}, .permittivity = 4e-11};  // insulated
+TEST_CASE("accuracy: with equal potentials rounding is no field") {
+  LaplaceProblem problem{.size = {0.02, 0.02}, .permittivity = 4e-11};  // An insulated box.
   problem.groups = {{.floating = false, .potential = -100}, {.charge = 0}};
   problem.bodies = {{Disk{{0.0160657, 0.0149699}, 1.772e-4}, 0}, {Disk{{0.0160165, 0.0145738}, 2.218e-4}, 1}};
   const AccurateSolution found = solve_to_accuracy(problem, {.accuracy = 1e-6, .method = Method::multipole});
@@ -151,10 +152,9 @@ TEST_CASE("where all has one potential rounding is no field, and any accuracy is
             .potential > 0);
 }
 
-TEST_CASE("what is asked of multipoles comes out, and not much more") {
-  // The middle one of some scenes is above a twentieth of what is asked: .1 to .2 in validation/accuracy (README.md),
-  // also where the charge of a half-disk on an electrode, an integral over part of its circle, goes with the multipoles
-  // themselves.
+TEST_CASE("multipoles: the actual error is below the request and close to it") {
+  // The median ratio of some scenes exceeds 5 % of the request: 0.1 to 0.2 in validation/accuracy (README.md). This
+  // holds also if the charge of a half-disk on an electrode, an integral over a part of its circle, dominates.
   for (const double accuracy : {1e-2, 1e-4, 1e-8}) {
     CAPTURE(accuracy);
     std::vector<double> ratio;
@@ -179,9 +179,9 @@ TEST_CASE("what is asked of multipoles comes out, and not much more") {
   }
 }
 
-TEST_CASE("what is asked of multipoles is kept in gaps of a millionth of a radius") {
-  // A neutral disk at an electrode, and beside a pair of charged ones: its force is that of a gap whose potential
-  // difference is a thousandth of what it would be at a gap of a radius.
+TEST_CASE("multipoles: the accuracy holds in gaps of 1e-6 radii") {
+  // A neutral disk lies at an electrode or next to a pair of charged disks. Its force is that of a gap whose potential
+  // difference is 0.1 % of that at a gap of one radius.
   LaplaceProblem beside_charged{.permittivity = 1};
   beside_charged.size = {0.02, 0.02};
   beside_charged.sides[top].kind = Side::Kind::electrode;
@@ -203,7 +203,7 @@ TEST_CASE("what is asked of multipoles is kept in gaps of a millionth of a radiu
     }
 }
 
-TEST_CASE("multipoles promise an accuracy where charges or forces cancel by symmetry") {
+TEST_CASE("multipoles: the accuracy holds if charges or forces cancel by symmetry") {
   LaplaceProblem plates{.permittivity = 1};
   plates.size = {1, 1};
   plates.sides[left].kind = plates.sides[right].kind = Side::Kind::electrode;
@@ -225,7 +225,7 @@ TEST_CASE("multipoles promise an accuracy where charges or forces cancel by symm
     }
 }
 
-TEST_CASE("multipoles keep a coarse accuracy of forces on neutral disks") {
+TEST_CASE("multipoles: a coarse accuracy holds for forces on neutral disks") {
   LaplaceProblem problem{.size = {12.1647, 12.1647}, .permittivity = 1};
   problem.sides[left] = {Side::Kind::electrode, 400, {}};
   problem.sides[right] = {Side::Kind::electrode, 0, {}};
@@ -252,9 +252,9 @@ TEST_CASE("multipoles keep a coarse accuracy of forces on neutral disks") {
   }
 }
 
-TEST_CASE("what is asked for is kept where all potentials are far from 0 and near to each other") {
+TEST_CASE("accuracy: it holds for nearly equal potentials far from 0") {
   LaplaceProblem problem = three_disks();
-  constexpr double level = 1e4;  // of potentials that differ by about 1
+  constexpr double level = 1e4;  // The potentials differ by about 1.
   for (Side& side : problem.sides) side.potential += level;
   for (Group& group : problem.groups) group.potential += level;
   const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-13}).solve(problem);
@@ -262,16 +262,16 @@ TEST_CASE("what is asked for is kept where all potentials are far from 0 and nea
   CHECK(largest_error(problem, found.solution, exact, scales_of(problem, exact)) <= 3e-3);
 }
 
-TEST_CASE("a choice for a run stands until bodies are as close as they may come") {
+TEST_CASE("accuracy for a run: the choice accounts for the smallest gap") {
   AccuracyRequest request{.accuracy = 1e-2, .method = Method::cut_cell};
   const int now = solve_to_accuracy(three_disks(), request).choice.cells;
-  request.least_gap = 0.01;  // from 0.04: 4^(3/2) times the error, 4^(3/4) times the cells
+  request.least_gap = 0.01;  // A gap smaller by 4 has 4^(3/2) times the error and needs 4^(3/4) times the cells.
   CHECK(solve_to_accuracy(three_disks(), request).choice.cells > 2 * now);
   request.least_gap = 0.05;
   CHECK(solve_to_accuracy(three_disks(), request).choice.cells == now);
 }
 
-TEST_CASE("the method: the only one that can, the one asked for, or the cheaper") {
+TEST_CASE("method: the only possible, the requested or the cheaper one") {
   LaplaceProblem problem = three_disks();
   CHECK(foresee(problem, {.accuracy = 1e-8}).method == Method::multipole);
   CHECK(foresee(problem, {.accuracy = 1e-3, .method = Method::cut_cell}).method == Method::cut_cell);
@@ -282,7 +282,7 @@ TEST_CASE("the method: the only one that can, the one asked for, or the cheaper"
 
 namespace {
 
-/// A neutral disk between plates, and a grounded one beside it or none.
+/// Problem of a neutral disk between plates, optionally next to a grounded disk.
 LaplaceProblem neutral_disk(bool beside_grounded) {
   LaplaceProblem problem{.size = {0.032, 0.032}, .permittivity = 2e-11};
   problem.sides[left] = {Side::Kind::electrode, beside_grounded ? 9.0 : 1000.0, {}};
@@ -293,13 +293,13 @@ LaplaceProblem neutral_disk(bool beside_grounded) {
   problem.bodies = {{Disk{{0.0086826647, 0.0249779814}, 0.000554218}, 0},
                     {Disk{{0.0148815666, 0.0090782972}, 0.001574038}, 1}};
   problem.groups.push_back({.floating = false, .potential = 0});
-  problem.movable = 1;  // the other one is an electrode
+  problem.movable = 1;  // The grounded disk is an electrode.
   return problem;
 }
 
 }  // namespace
 
-TEST_CASE("one or two disks: small forces are as accurate as asked, or refused") {
+TEST_CASE("one or two disks: small forces have the accuracy or are refused") {
   for (const bool beside_grounded : {false, true}) {
     CAPTURE(beside_grounded);
     const LaplaceProblem problem = neutral_disk(beside_grounded);
@@ -311,7 +311,7 @@ TEST_CASE("one or two disks: small forces are as accurate as asked, or refused")
       CHECK(largest_error(problem, spectral.solution, exact, scales) <= accuracy);
       const AccuracyRequest request{.accuracy = accuracy, .method = Method::cut_cell, .most_cells = 768};
       const std::string sentence = refusal(problem, request);
-      // The force of the lone one is a millionth of eps V^2 / L, beyond any grid.
+      // The force on the isolated disk is 1e-6 of eps V^2 / L, below the error of any grid.
       if (!beside_grounded) CHECK(sentence != "");
       if (sentence == "")
         CHECK(largest_error(problem, solve_to_accuracy(problem, request).solution, exact, scales) <= accuracy);
@@ -323,16 +323,16 @@ TEST_CASE("one or two disks: small forces are as accurate as asked, or refused")
   CHECK(sentence.find("field.method = \"multipole\" can do it") != std::string::npos);
 }
 
-TEST_CASE("what cannot be met is refused, with what can") {
+TEST_CASE("accuracy: an impossible one is refused with a possible one") {
   const std::string grids = refusal(three_disks(), {.accuracy = 1e-6, .method = Method::cut_cell, .most_cells = 256});
   CHECK(grids.find("1e-06 cannot be met: with 256 cells") != std::string::npos);
-  // And that is true.
+  // The stated accuracy is met.
   const double possible = std::stod(grids.substr(grids.find("about ") + 6));
   CHECK(refusal(three_disks(), {.accuracy = possible, .method = Method::cut_cell, .most_cells = 256}) == "");
   CHECK(refusal(three_disks(), {.accuracy = 1e-13}).find("between 1e-12 and 0.1") != std::string::npos);
 }
 
-TEST_CASE("where nothing has a potential there is no error") {
+TEST_CASE("accuracy: without any potential there is no error") {
   LaplaceProblem problem = three_disks();
   for (Group& group : problem.groups) group = {.floating = group.floating};
   for (const Method method : {Method::cut_cell, Method::multipole})

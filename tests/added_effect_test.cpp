@@ -1,5 +1,4 @@
-// An effect that the program knows nothing of, added through what its headers offer: one declaration, and a list that
-// names it.
+// Tests of an effect outside the program, added through its headers with one declaration and a list that names it.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -28,11 +27,11 @@ namespace {
 
 struct TetherOptions {
   double stiffness = 0;  ///< N/m
-  double wear = 0;       ///< m: after that way the tether has half its stiffness
+  double wear = 0;       ///< Path (m) after which the tether has half its stiffness.
   static const EffectKind& kind();
 };
 
-/// Ties each body to where it was at the start. A tether wears as its body travels: that is a state of its own.
+/// Ties each body to its initial position. A tether wears as its body moves: this is state of its own.
 class Tether : public Effect {
  public:
   explicit Tether(const Scene& scene)
@@ -77,7 +76,7 @@ class Tether : public Effect {
 
   TetherOptions options_;
   std::vector<double> anchor_, before_;  ///< m
-  std::vector<double> travel_;           ///< m, along x and along y together
+  std::vector<double> travel_;           ///< Path lengths (m).
   double age_ = 0;                       ///< s
 };
 
@@ -146,7 +145,7 @@ bool has(const std::string& text, const std::string& part) { return text.find(pa
 
 }  // namespace
 
-TEST_CASE("an added effect's keys have units, ranges, defaults and checks, and stand in the help") {
+TEST_CASE("added effect: its keys have units, ranges, defaults, checks and help") {
   const Scene scene = tethered("stiffness = 2.0\n");
   CHECK(scene.effects.find<TetherOptions>()->stiffness == 2);
   CHECK(scene.effects.find<TetherOptions>()->wear == 0.2);
@@ -163,14 +162,14 @@ TEST_CASE("an added effect's keys have units, ranges, defaults and checks, and s
   CHECK(has(scene_help(kinds()), "a number in m, greater than 0; default: 100 of the largest radius"));
 }
 
-TEST_CASE("an added effect is explained in a line of its own") {
+TEST_CASE("added effect: it is explained on its own line") {
   const std::vector<effects::EffectSummary> all = effects::summarize_effects(tethered("stiffness = 2.0\n"));
   CHECK(all.back().name == "tether");
   REQUIRE(all.back().remarks.size() == 1);
   CHECK(all.back().remarks[0].text == "half after 0.2 m");
 }
 
-TEST_CASE("an added effect acts, shows columns and has its line in the summary") {
+TEST_CASE("added effect: it acts, gives columns and a line in the summary") {
   Simulation simulation(tethered("stiffness = 2e-4\n"));
   simulation.advance_to(0.5);
   const Frame frame = simulation.frame();
@@ -185,7 +184,7 @@ TEST_CASE("an added effect acts, shows columns and has its line in the summary")
   CHECK(std::ranges::count(summary.lines, "tethers", &Summary::Line::label) == 1);
 }
 
-TEST_CASE("an added effect's columns are recorded") {
+TEST_CASE("added effect: its columns are recorded") {
   const Folder folder;
   const Scene scene = tethered("stiffness = 2e-4\n");
   const std::string path = (folder / "tethered.h5").string();
@@ -206,7 +205,7 @@ TEST_CASE("an added effect's columns are recorded") {
   CHECK_THROWS_WITH_AS(result.scene(), doctest::Contains("unknown key effects.tether"), InputError);
 }
 
-TEST_CASE("what others want to know of an added effect they take from what it declares") {
+TEST_CASE("added effect: its declared properties are available to others") {
   const Folder folder;
   const EffectKind arcs = {
       .name = "arcs", .description = "", .help = "", .field = true, .contact_gap = [](const Scene& scene) {
@@ -224,7 +223,7 @@ TEST_CASE("what others want to know of an added effect they take from what it de
   CHECK(hdf5::exists(file, "provenance/session-0/field"));
 }
 
-TEST_CASE("an added effect's state is in the checkpoint: a run goes on bit for bit") {
+TEST_CASE("added effect: its state is in the checkpoint, with identical bits") {
   const Scene scene = tethered("stiffness = 2e-3\nwear = 1e-3\n");
   Simulation whole(scene), resumed(scene);
   whole.advance_to(0.2);
@@ -241,7 +240,7 @@ TEST_CASE("an added effect's state is in the checkpoint: a run goes on bit for b
   CHECK_THROWS_AS(resumed.restore(without), Failure);
 }
 
-TEST_CASE("an added effect's state comes back from a result file: a run that is resumed there goes on bit for bit") {
+TEST_CASE("added effect: its state is in the result, with identical bits") {
   const Folder folder;
   const Scene scene = tethered("stiffness = 2e-3\nwear = 1e-3\n");
   const std::string path = (folder / "tethered.h5").string();
@@ -263,7 +262,7 @@ TEST_CASE("an added effect's state comes back from a result file: a run that is 
   CHECK(result.observable("tether_age", 1) == std::vector<double>{*whole.frame().number("tether_age")});
 }
 
-TEST_CASE("every integrator tells an effect of each step that stands, once") {
+TEST_CASE("added effect: every integrator reports each accepted step once") {
   struct Way {
     Integrator integrator;
     FieldCoupling coupling;
@@ -278,19 +277,19 @@ TEST_CASE("every integrator tells an effect of each step that stands, once") {
     scene.effects.add(TetherOptions{.stiffness = 1e-9, .wear = 1});
     Simulation simulation(scene, std::make_unique<LineCharges>());
     simulation.advance_to(0.02);
-    // Lengths of steps add up to the time, to rounding, however many were rejected.
+    // The lengths of steps sum to the time within rounding, for any number of rejected steps.
     CHECK(*simulation.frame().number("tether_age") == doctest::Approx(0.02).epsilon(1e-12));
   }
 }
 
-TEST_CASE("two effects of one name are refused") {
+TEST_CASE("effects: two of one name are refused") {
   EffectKinds twice = kinds();
   twice.push_back(&TetherOptions::kind());
   CHECK_THROWS_WITH_AS(parse_scene("", "scene.toml", twice), doctest::Contains("two kinds of effects are named"),
                        InputError);
 }
 
-TEST_CASE("an effect does not take the place of another kind of the same name") {
+TEST_CASE("effects: another kind of the same name is refused") {
   Scene scene = tethered("stiffness = 1.0\n");
   const EffectKind other = {.name = "tether"};
   CHECK_THROWS_WITH_AS(scene.effects.add(other, std::any(1)), doctest::Contains("two kinds of effects are named"),
@@ -298,7 +297,7 @@ TEST_CASE("an effect does not take the place of another kind of the same name") 
   CHECK(scene.effects.add(TetherOptions{.stiffness = 2}).stiffness == 2);
 }
 
-TEST_CASE("an effect that is handed over must be in the scene, once") {
+TEST_CASE("make_model: a given effect must be in the scene, once") {
   Scene scene = tethered("stiffness = 1.0\n");
   CHECK_THROWS_WITH_AS(
       effects::make_model(scene, effects::made(std::make_unique<Tether>(scene), std::make_unique<Tether>(scene))),
@@ -313,7 +312,7 @@ TEST_CASE("an effect that is handed over must be in the scene, once") {
                        doctest::Contains("no table [effects.tether]"), InputError);
 }
 
-TEST_CASE("what an effect cannot do in three dimensions it refuses, in a program of one's own too") {
+TEST_CASE("added effect: one that is 2D only is refused in three dimensions") {
   Scene scene = tethered("stiffness = 1.0\n");
   std::vector<std::unique_ptr<Effect>> tether = effects::made(std::make_unique<Tether>(scene));
   const Bodies space{.dimension = 3, .position = {0, 0, 0}, .momentum = {0, 0, 0}, .mass = {1}, .radius = {1}};

@@ -1,4 +1,4 @@
-// The command analyse: on result files whose frames are made by hand, by the built program.
+// Tests of the command analyse with the built program on result files with given frames.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Four spheres of 1 mm, in contact below 3 mm (lost at 3.05 mm), over a grounded side.
+/// Scene of four spheres of radius 1 mm above a grounded side. Contacts close below 3 mm and open at 3.05 mm.
 const std::string scene_text = R"(
 title = "Four"
 [domain]
@@ -49,11 +49,11 @@ radius = 1e-3
 position = [30e-3, 30e-3]
 radius = 1e-3
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = 0.2e-9
 [effects.stokes_drag]
 [effects.contact_discharge]
-gap = 1e-3
+contact_distance = 1e-3
 )";
 
 const std::vector<double> masses{3e-5, 3e-5, 3e-5, 3e-5};
@@ -71,10 +71,10 @@ ConductorFrame frame_at(double time, std::vector<Vec3> position) {
   return frame;
 }
 
-/// A chain of three and a loose one.
+/// A chain of three spheres and an isolated one.
 ConductorFrame first_frame() { return frame_at(0, {{10e-3, 1.5e-3}, {10e-3, 4e-3}, {10e-3, 6.5e-3}, {30e-3, 30e-3}}); }
 
-/// The loose one has come to lean on 0 and 1, 3.02 mm from 0: a contact that is kept by hysteresis.
+/// The isolated sphere has moved to 0 and 1, 3.02 mm from 0: hysteresis keeps this contact closed.
 ConductorFrame second_frame() {
   ConductorFrame frame = first_frame();
   frame.time = 0.5;
@@ -89,7 +89,7 @@ ConductorFrame second_frame() {
 const std::vector<analysis::Edge> first_contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}};
 const std::vector<analysis::Edge> second_contacts{{0, analysis::to_ground}, {0, 1}, {0, 3}, {1, 2}, {1, 3}};
 
-/// The run of both frames.
+/// Saves a run with both frames.
 Recorder saved_run(const std::string& path, const std::string& text = scene_text) {
   Recorder recorder = Recorder::start(path, parse_scene(text, "four.toml"), masses, false);
   recorder.add(columns_of(first_frame(), analysis::network(first_contacts, first_frame().position)));
@@ -98,7 +98,7 @@ Recorder saved_run(const std::string& path, const std::string& text = scene_text
   return recorder;
 }
 
-/// The run goes on.
+/// Resumes the run and adds a frame.
 void add_a_frame(const std::string& path) {
   Recorder recorder = Recorder::resume(path, parse_scene(scene_text, "four.toml"));
   ConductorFrame third = second_frame();
@@ -107,7 +107,7 @@ void add_a_frame(const std::string& path) {
   recorder.save({});
 }
 
-/// Changes a file as another program would.
+/// Changes a file outside the program.
 template <class Change>
 void change(const std::string& path, Change apply) {
   const hdf5::Handle file = hdf5::load(path);
@@ -132,7 +132,7 @@ json analysed(const Folder& folder, const std::string& arguments) {
 
 doctest::Approx near(double value) { return doctest::Approx(value).epsilon(1e-12).scale(0); }
 
-/// One sentence, status 2, and the file as it was.
+/// Checks for one message, status 2, and an unchanged file.
 void check_refused(const Folder& folder, const std::string& file, const std::string& part,
                    const std::string& options = "") {
   CAPTURE(file);
@@ -149,7 +149,7 @@ void check_refused(const Folder& folder, const std::string& file, const std::str
 
 }  // namespace
 
-TEST_CASE("analyse finds the topology of each frame") {
+TEST_CASE("analyse: it finds the topology of each frame") {
   const Folder folder;
   saved_run(folder / "four.h5");
   const json answer = analysed(folder, "four.h5");
@@ -167,24 +167,24 @@ TEST_CASE("analyse finds the topology of each frame") {
   CHECK_EQ(first["branch_points"], 0);
   CHECK_EQ(first["strahler_number"], json({0, 3, 0}));
   CHECK_EQ(first["strahler"], json({1, 1, 1, 0}));
-  CHECK_EQ(first["edge_length_in_radii"][5].get<double>(), near(2.5));  // the mean
+  CHECK_EQ(first["edge_length_in_radii"][5].get<double>(), near(2.5));  // The mean.
   CHECK_EQ(first["tree_length"].get<double>(), near(5e-3));
   CHECK_EQ(first["emst_degree_number"], json({0, 2, 2}));
   CHECK(first["box_dimension"].is_null());
   CHECK(first["power_dissipated"].is_null());
 
-  // 0: ground, 1, 3; 1: 0, 2, 3; 2: 1; 3: 0, 1. One loop, which only hysteresis keeps closed.
+  // The neighbours are 0: ground, 1, 3; 1: 0, 2, 3; 2: 1; 3: 0, 1. Hysteresis keeps one loop closed.
   CHECK_EQ(second["connected"], 4);
   CHECK_EQ(second["loops"], 1);
   CHECK_EQ(second["degree_number"], json({0, 1, 1, 2}));
   CHECK_EQ(second["branch_fraction"], 0.5);
   CHECK_EQ(second["residual_7_7"].get<double>(), doctest::Approx(0).epsilon(1e-12));
   CHECK_EQ(second["residual_7_7_printed"].get<double>(), near(0.25 + 0.25));  // (1 + 2 + 3 + 3) / 4 - 2 + 1 / 4
-  CHECK_EQ(second["strahler"], json({2, 1, 1, 1}));  // 3 and 1, on which 2 hangs, both flow into 0
+  CHECK_EQ(second["strahler"], json({2, 1, 1, 1}));  // 3 and 1, to which 2 is attached, both connect to 0.
   CHECK_EQ(second["strahler_streams"], json({0, 2, 1}).get<std::vector<int>>());
 }
 
-TEST_CASE("analyse derives the power from what a frame holds") {
+TEST_CASE("analyse: it derives the power from a frame's data") {
   const Folder folder;
   saved_run(folder / "four.h5");
   const json answer = analysed(folder, "four.h5");
@@ -194,18 +194,19 @@ TEST_CASE("analyse derives the power from what a frame holds") {
   CHECK_EQ(second["power_field"].get<double>(), near(1e-6 * 3e-3 + 2e-6 * 4e-3));
   CHECK_EQ(second["power_source"].get<double>(), near(0.2e-9 * 40));
   CHECK_EQ(second["kinetic_energy"].get<double>(), near(kinetic));
-  // (20 nW + 8 nW) / 2 came in, the field gave back 2 nJ in .5 s, and motion took up what it has now.
+  // The source supplied (20 nW + 8 nW) / 2, the field released 2 nJ in 0.5 s, and the motion has gained the kinetic
+  // energy.
   CHECK_EQ(second["power_dissipated"].get<double>(), doctest::Approx(14e-9 + 4e-9 - kinetic / 0.5).epsilon(1e-9));
   CHECK_EQ(answer["units"]["power_dissipated"], "W");
 }
 
-TEST_CASE("what elastic contacts have taken up is not dissipated") {
+TEST_CASE("analyse: energy stored in elastic contacts is not dissipated") {
   const Folder folder;
   const std::string elastic =
       "[effects.hertz_contact]\nyoung = 200e9\npoisson = 0.3\n"
       "[effects.wall_contact]\nyoung = 100e9\npoisson = 0.3\n";
   ConductorFrame pressed = second_frame();
-  const double overlap = 1e-7;  // of 2 and 3, and of 0 and the bottom
+  const double overlap = 1e-7;  // Overlap of 2 and 3, and of 0 and the bottom.
   pressed.position[0].y = 1e-3 - overlap;
   pressed.position[3] = pressed.position[2] + Vec3{0, 2e-3 - overlap, 0};
   const std::vector<analysis::Edge> contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}, {2, 3}};
@@ -223,13 +224,13 @@ TEST_CASE("what elastic contacts have taken up is not dissipated") {
   };
   const double stored = energy(200e9, 200e9, 0.5e-3) + energy(200e9, 100e9, 1e-3), kinetic = 0.5 * 3e-5 * 25e-6;
   const json second = analysed(folder, "four.h5")["frames"][1];
-  // An overlap is a difference of lengths 1e5 times as large, as they are written: 1e-11 of it.
+  // An overlap is a difference of stored lengths 1e5 times as large: a relative error of 1e-11.
   CHECK_EQ(second["elastic_energy"].get<double>(), doctest::Approx(stored).epsilon(1e-9).scale(0));
   CHECK_EQ(second["power_dissipated"].get<double>(),
            doctest::Approx(14e-9 + 4e-9 - (kinetic + stored) / 0.5).epsilon(1e-9).scale(0));
 }
 
-TEST_CASE("with an electrode off zero volts the balance would miss its supply, and no dissipation is given") {
+TEST_CASE("analyse: electrodes at other potentials than 0 V give no dissipation") {
   const Folder folder;
   std::string text = scene_text;
   text.replace(text.find("potential = 0.0"), 15, "potential = 5.0");
@@ -237,7 +238,7 @@ TEST_CASE("with an electrode off zero volts the balance would miss its supply, a
   CHECK(analysed(folder, "four.h5")["frames"][1]["power_dissipated"].is_null());
 }
 
-TEST_CASE("what a circuit's run has recorded is not derived again") {
+TEST_CASE("analyse: quantities that a circuit's run recorded are kept") {
   const Folder folder;
   saved_run(folder / "four.h5");
   change(folder / "four.h5", [](const hdf5::Handle& file) {
@@ -252,14 +253,14 @@ TEST_CASE("what a circuit's run has recorded is not derived again") {
   CHECK_EQ(answer["frames"][1]["dissipated_power"], 7e-6);
   CHECK_EQ(answer["frames"][1]["current"], json({2e-9, -2e-9}));
   CHECK_EQ(answer["units"]["current"], "A");
-  CHECK_FALSE(answer["units"].contains("entropy_production"));  // which this file does not have
+  CHECK_FALSE(answer["units"].contains("entropy_production"));  // This file does not have the quantity.
   CHECK_EQ(hdf5::get<double>(hdf5::load(folder / "four.h5"), "analysis/current"),
            std::vector{1e-9, -1e-9, 2e-9, -2e-9});
   const Ended ended = analyse(folder, "four.h5");
   CHECK_NE(ended.out.find("current 2e-09, -2e-09 A"), std::string::npos);
 }
 
-TEST_CASE("what analyse stores is what it prints, and touches nothing else") {
+TEST_CASE("analyse: stored and printed numbers agree, and other data are unchanged") {
   const Folder folder;
   saved_run(folder / "four.h5");
   auto before = numbers_in(folder / "four.h5");
@@ -284,17 +285,17 @@ TEST_CASE("what analyse stores is what it prints, and touches nothing else") {
   std::erase_if(after, [](const auto& entry) { return entry.first.starts_with("/analysis/"); });
   CHECK(before == after);
 
-  // Again: the same, and the file does not grow.
+  // A repetition gives the same numbers, and the file does not grow.
   const auto once = numbers_in(folder / "four.h5");
   const auto size = fs::file_size(folder / "four.h5");
   CHECK_EQ(analyse(folder, "four.h5").status, 0);
   CHECK(numbers_in(folder / "four.h5") == once);
-  CHECK_LE(fs::file_size(folder / "four.h5"), size + 4096);  // attributes are written anew
+  CHECK_LE(fs::file_size(folder / "four.h5"), size + 4096);  // Attributes are written again.
   for (const auto& entry : fs::directory_iterator(folder.path))
     CHECK(entry.path().string().find(".partial") == std::string::npos);
 }
 
-TEST_CASE("one frame is printed and nothing stored") {
+TEST_CASE("analyse --frame: one frame is printed and nothing is stored") {
   const Folder folder;
   saved_run(folder / "four.h5");
   const std::string before = text_of(folder / "four.h5");
@@ -309,7 +310,7 @@ TEST_CASE("one frame is printed and nothing stored") {
   CHECK_FALSE(hdf5::exists(hdf5::load(other / "four.h5"), "analysis"));
 }
 
-TEST_CASE("analyse prints a line a frame, and all there is of the last") {
+TEST_CASE("analyse: it prints a line per frame and details of the last one") {
   const Folder folder;
   saved_run(folder / "four.h5");
   const Ended ended = analyse(folder, "four.h5");
@@ -320,7 +321,7 @@ TEST_CASE("analyse prints a line a frame, and all there is of the last") {
     CHECK_MESSAGE(ended.out.find(part) != std::string::npos, part);
 }
 
-TEST_CASE("a file that holds the contacts of its last frame only: those of D 7.1, and the recorded tree") {
+TEST_CASE("file with the last frame's contacts only: uses D 7.1 and the tree") {
   const Folder folder;
   saved_run(folder / "four.h5");
   change(folder / "four.h5", [](const hdf5::Handle& file) {
@@ -331,12 +332,12 @@ TEST_CASE("a file that holds the contacts of its last frame only: those of D 7.1
   CHECK_EQ(answer["contacts_recorded"], false);
   const json &first = answer["frames"][0], &second = answer["frames"][1];
   CHECK_EQ(first["degree_number"], json({0, 1, 2, 0}));
-  // 3 has 0 as its successor, by hysteresis: known from the tree. 1 and 3 are 3.2 mm apart: unknown.
+  // The recorded tree connects 3 to 0 through hysteresis. The contact of 1 and 3, 3.2 mm apart, is not recorded.
   CHECK_EQ(second["connected"], 4);
   CHECK_EQ(second["strahler"], json({2, 1, 1, 1}));
 }
 
-TEST_CASE("a result of format 1, as its own program wrote it, is read like one of today, and not resumed") {
+TEST_CASE("result of format 1: it is read like the current one and not resumed") {
   const Folder now, earlier;
   saved_run(now / "four.h5");
   fs::copy_file(source_folder() + "/tests/format-1.h5", earlier / "four.h5");
@@ -353,7 +354,7 @@ TEST_CASE("a result of format 1, as its own program wrote it, is read like one o
            std::string::npos);
 }
 
-TEST_CASE("a run that goes on takes what was found of fewer frames out of its file") {
+TEST_CASE("resume: an analysis of fewer frames is removed from the file") {
   const Folder folder;
   saved_run(folder / "four.h5");
   REQUIRE_EQ(analyse(folder, "four.h5").status, 0);
@@ -362,7 +363,7 @@ TEST_CASE("a run that goes on takes what was found of fewer frames out of its fi
   CHECK_EQ(analysed(folder, "four.h5")["frames"].size(), 3);
 }
 
-TEST_CASE("a file that changes while it is analysed stays as its run left it") {
+TEST_CASE("analyse: a file that changes during the analysis stays unchanged") {
   const Folder folder;
   saved_run(folder / "four.h5");
   const Result result(folder / "four.h5");
@@ -372,7 +373,7 @@ TEST_CASE("a file that changes while it is analysed stays as its run left it") {
   CHECK(text_of(folder / "four.h5") == newer);
 }
 
-TEST_CASE("what is analysed while its run writes is printed, and not stored") {
+TEST_CASE("analyse: a result being written is analysed but not changed") {
   const Folder folder;
   const Recorder recorder = saved_run(folder / "four.h5");
   const std::string before = text_of(folder / "four.h5");
@@ -383,7 +384,7 @@ TEST_CASE("what is analysed while its run writes is printed, and not stored") {
   CHECK(text_of(folder / "four.h5") == before);
 }
 
-TEST_CASE("what cannot be analysed is one sentence and status 2, and nothing is lost") {
+TEST_CASE("analyse: impossible requests give one message and status 2") {
   const Folder folder;
   CHECK_EQ(analyse(folder, "nowhere.h5").status, 2);
   CHECK_NE(analyse(folder, "nowhere.h5").err.find("nowhere.h5 does not exist"), std::string::npos);
@@ -410,7 +411,7 @@ TEST_CASE("what cannot be analysed is one sentence and status 2, and nothing is 
     check_refused(folder, "four.h5", "it has frames 0 to 1", options);
 }
 
-TEST_CASE("a result without frames, without contacts or with parts missing is refused") {
+TEST_CASE("analyse: a result with missing parts is refused") {
   const Folder folder;
   saved_run(folder / "four.h5");
   const std::string whole = text_of(folder / "four.h5");

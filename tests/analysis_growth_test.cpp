@@ -27,11 +27,11 @@ Series shifted_power(double amplitude, double shift, double exponent, double noi
 
 }  // namespace
 
-TEST_CASE("growth: the shifted power that a series was made of, whichever way it is shifted") {
+TEST_CASE("growth fit: it recovers a shifted power for any shift") {
   for (const double shift : {-1.5, 0.0, 3.0, 50.0}) {
     const auto [time, size] = shifted_power(0.3, shift, 1.49);
     const analysis::ShiftedPower fit = *analysis::fit_growth(time, size);
-    // Brent's method finds a minimum of squares to the root of the rounding, and the shift among times up to 500.
+    // Brent's method finds a minimum of squares to the root of the rounding, and the shift for times up to 500.
     CHECK(fit.exponent == Approx(1.49).epsilon(1e-5));
     CHECK(std::abs(fit.shift - shift) < 1e-3);
     CHECK(fit.amplitude == Approx(0.3).epsilon(1e-3));
@@ -40,10 +40,10 @@ TEST_CASE("growth: the shifted power that a series was made of, whichever way it
   const auto [time, size] = shifted_power(2, 1, 1.2, 0.05);
   const analysis::ShiftedPower fit = *analysis::fit_growth(time, size);
   CHECK(fit.scatter == Approx(0.05 / std::sqrt(2)).epsilon(0.1));
-  CHECK(std::abs(fit.exponent - 1.2) < 0.05);  // scatter / sqrt(40) over a span of ln 250, and as much for the shift
+  CHECK(std::abs(fit.exponent - 1.2) < 0.05);  // scatter / sqrt(40) over a span of ln 250, and as much for the shift.
 }
 
-TEST_CASE("growth: local slopes are the exponent without a shift, less with one, and none at the first times") {
+TEST_CASE("local slopes: the exponent without shift, less with one, late times only") {
   const auto [time, size] = shifted_power(0.3, 0, 1.5);
   const std::vector<double> slopes = analysis::local_slopes(time, size);
   CHECK(std::isnan(slopes[4]));  // 2 (1.15)^4 / 2 < 2
@@ -52,13 +52,13 @@ TEST_CASE("growth: local slopes are the exponent without a shift, less with one,
   CHECK(analysis::local_slopes(later.time, later.size).back() < 1.48);
 }
 
-TEST_CASE("growth faster than any power has no exponent") {
+TEST_CASE("growth faster than any power: no exponent") {
   Series fast = shifted_power(1, 0, 1);
   for (double& s : fast.size) s = std::exp(s / 30);
   CHECK_FALSE(analysis::fit_growth(fast.time, fast.size));
 }
 
-TEST_CASE("growth is not fitted to what is no growth") {
+TEST_CASE("growth fit: unsuitable series are refused") {
   const std::vector<double> time = {1, 2, 3, 4, 5}, size = {1, 2, 3, 4, 5};
   CHECK_NOTHROW(analysis::fit_growth(time, size));
   CHECK_THROWS_AS(analysis::fit_growth(std::span(time).first(4), std::span(size).first(4)), InputError);

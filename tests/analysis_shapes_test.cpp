@@ -1,4 +1,4 @@
-// Shapes of clusters, sizes and structure of gases that are made to be known.
+// Tests of shapes of clusters, sizes and structure on gases with known properties.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -66,7 +66,7 @@ void turn(Cluster3& cluster, Random& random) {
   for (Vec3& p : cluster) p = p.x * x + p.y * y + p.z * z;
 }
 
-/// Ballistic cluster-cluster aggregation: two equal clusters, turned at random, fly at each other with a random offset
+/// Ballistic cluster-cluster aggregation: two equal clusters with random orientation and offset approach each other
 /// until two grains touch.
 Cluster3 aggregate(int doublings, Random& random) {
   Cluster3 cluster = {Vec3{}};
@@ -75,7 +75,7 @@ Cluster3 aggregate(int doublings, Random& random) {
   centre(target), centre(flying), turn(flying, random), turn(target, random);
   double reach = 1;
   for (const Vec3 p : target) reach = std::max(reach, 1 + 2 * norm(p));
-  while (true) {  // along z, from far above
+  while (true) {  // Along z, from far above.
     const double radius = reach * std::sqrt(random.uniform()), angle = 2 * std::numbers::pi * random.uniform();
     const Vec3 offset{radius * std::cos(angle), radius * std::sin(angle), 0};
     double stop = -1e9;
@@ -90,11 +90,11 @@ Cluster3 aggregate(int doublings, Random& random) {
   }
 }
 
-/// Diffusion-limited aggregation of grain after grain: each walks at random from afar until it touches one that is
-/// there. It goes at once to a random place of the largest ball about it that is free, which is where diffusion leaves
-/// it.
+/// Diffusion-limited aggregation, grain by grain: each grain diffuses from a distance until it touches the cluster.
+/// Each jump goes to a random position on the largest free sphere around it, which has the distribution of the
+/// diffusion.
 Cluster3 grow_by_diffusion(int grains, Random& random) {
-  constexpr double touching = 0.01, lost = 20;  // radii of the cluster, from where it begins anew
+  constexpr double touching = 0.01, lost = 20;  // Distance in radii of the cluster at which the grain starts again.
   Cluster3 cluster = {Vec3{}};
   double radius = 1;
   while (static_cast<int>(cluster.size()) < grains) {
@@ -125,7 +125,7 @@ ClusterShape shape_of(Cluster3 cluster) {
 
 }  // namespace
 
-TEST_CASE("shapes: a chain across the corner of the box is whole, one around the box has no extent") {
+TEST_CASE("shapes: a chain across the box's corner is whole, a ring has no extent") {
   std::vector<Vec3> chain, ring;
   for (int k = 0; k < 7; ++k) chain.push_back({18.5 + k, 19.7, 0.1});
   for (int k = 0; k < 20; ++k) ring.push_back({0.5 + k, 10, 10});
@@ -135,7 +135,7 @@ TEST_CASE("shapes: a chain across the corner of the box is whole, one around the
   Bodies gas = grains_in(20, all);
   for (int i = 0; i < gas.size(); ++i) gas.charge.push_back(i == 0 ? -1 : i == 6 ? 1 : 0);
   const auto shapes = cluster_shapes(gas, touching(gas));
-  REQUIRE(shapes.size() == 2);  // not the lone grain
+  REQUIRE(shapes.size() == 2);  // The isolated grain has no shape.
   CHECK(shapes[0].grains == 7);
   CHECK_FALSE(shapes[0].percolates);
   CHECK(shapes[0].gyration == Approx(std::sqrt((49 - 1) / 12.0)).epsilon(1e-12));
@@ -144,7 +144,7 @@ TEST_CASE("shapes: a chain across the corner of the box is whole, one around the
   CHECK(shapes[1].percolates);
   CHECK(std::isnan(shapes[1].gyration));
 
-  // Induced dipoles of known sum, of the ring too, against how many grains there are.
+  // Induced dipoles of known sum, also of the ring, by number of grains.
   std::vector<double> dipole(3 * gas.size());
   for (int i = 0; i < 7; ++i) dipole[3 * i] = 3, dipole[3 * i + 1] = i % 2 == 0 ? 1 : -1;
   for (int i = 7; i < 27; ++i) dipole[3 * i + 2] = i % 2 == 0 ? 0.5 : -0.5;
@@ -152,17 +152,17 @@ TEST_CASE("shapes: a chain across the corner of the box is whole, one around the
   REQUIRE(polarized.size() == 3);
   CHECK(polarized[0].induced_dipole == Approx(std::hypot(21, 1)).epsilon(1e-14));
   CHECK(polarized[1].induced_dipole == 0);
-  CHECK(shapes[0].induced_dipole == 0);  // without any
+  CHECK(shapes[0].induced_dipole == 0);  // Without induced dipoles.
   const std::vector<double> induced = mean_by_grains(polarized, &ClusterShape::induced_dipole),
                             of_charges = mean_by_grains(polarized, &ClusterShape::charge_dipole);
   REQUIRE(induced.size() == 21);
   CHECK(induced[7] == polarized[0].induced_dipole);
   CHECK(induced[20] == 0);
-  CHECK(std::isnan(induced[8]));  // no cluster is that large
+  CHECK(std::isnan(induced[8]));  // No cluster has this size.
   CHECK(of_charges[7] == Approx(6).epsilon(1e-12));
-  CHECK(std::isnan(of_charges[20]));  // goes around the box
+  CHECK(std::isnan(of_charges[20]));  // The cluster extends around the box.
 
-  // As one body each: at the chain's middle, across the box.
+  // As one body each: the chain's centre lies across the box.
   const auto numbers = cluster_numbers(gas.size(), touching(gas));
   const Bodies bodies = cluster_bodies(gas, numbers);
   REQUIRE(bodies.size() == 3);
@@ -172,13 +172,13 @@ TEST_CASE("shapes: a chain across the corner of the box is whole, one around the
   CHECK(bodies.radius[0] == Approx(0.5 * std::cbrt(7)));
 }
 
-TEST_CASE("dimension of clusters: chains, sheets, cubes, and aggregates that flew at each other") {
+TEST_CASE("cluster dimension: chains, sheets, cubes and ballistic aggregates") {
   const auto dimension_of = [](const auto& size_of_cluster) {
     std::vector<ClusterShape> shapes;
     for (int n = 3; n <= 12; ++n) shapes.push_back(size_of_cluster(n));
     return *cluster_dimension(shapes);
   };
-  // (n^2 - 1)/12 along each side: from n = 3 to 12 a slope below n's by some percent.
+  // (n^2 - 1)/12 along each side: from n = 3 to 12 the slope is lower than n's by several percent.
   const auto block = [](int d) {
     return [d](int n) { return ClusterShape{static_cast<int>(std::pow(n, d)), std::sqrt(d * (n * n - 1) / 12.0)}; };
   };
@@ -189,7 +189,7 @@ TEST_CASE("dimension of clusters: chains, sheets, cubes, and aggregates that fle
     CHECK(found.clusters == 10);
     CHECK(found.from == Approx(std::sqrt(d * 8 / 12.0)));
   }
-  // As balls, those of a grain more: a whole power.
+  // As balls, with the gyration of one grain more: an exact power.
   std::vector<ClusterShape> balls;
   for (int n = 3; n <= 12; ++n) balls.push_back({n * n * n, std::sqrt(0.15 * n * n - 0.15)});
   CHECK(cluster_dimension(balls, 6, true)->dimension == Approx(3).epsilon(1e-12));
@@ -200,7 +200,7 @@ TEST_CASE("dimension of clusters: chains, sheets, cubes, and aggregates that fle
     aggregates.push_back(shape_of(aggregate(3 + k % 6, random)));
   }
   const ClusterDimension bcca = *cluster_dimension(aggregates);
-  // 1.94 of large ones (Smirnov 1990; G 5.3); small ones, of 8 to 256, are up to .1 off.
+  // 1.94 for large ones (Smirnov 1990; G 5.3); small ones, of 8 to 256, deviate by up to 0.1.
   CHECK(std::abs(bcca.dimension - 1.94) < 0.1 + 3 * bcca.error);
   CHECK(bcca.error < 0.05);
 
@@ -212,13 +212,13 @@ TEST_CASE("dimension of clusters: chains, sheets, cubes, and aggregates that fle
       grown.push_back(shape_of({whole.begin(), whole.begin() + grains}));
   }
   const ClusterDimension dlpca = *cluster_dimension(grown);
-  // 2.495 of large ones off a lattice (Tolman and Meakin 1989; G 5.3 has 2.46), small ones off as above.
+  // 2.495 for large off-lattice ones (Tolman and Meakin 1989; G 5.3 has 2.46); small ones deviate as above.
   CHECK(std::abs(dlpca.dimension - 2.495) < 0.1 + 3 * dlpca.error);
   CHECK(dlpca.error < 0.05);
   CHECK(dlpca.dimension - bcca.dimension > 3 * std::hypot(dlpca.error, bcca.error));
 }
 
-TEST_CASE("dimension of clusters: too few, too small, around the box, or all alike") {
+TEST_CASE("cluster dimension: none for few, small, percolating or equal clusters") {
   std::vector<ClusterShape> shapes(4, {10, 1.5});
   for (int k = 0; k < 20; ++k) shapes.push_back({5, 1.0}), shapes.push_back({50 + k, NAN, NAN, true});
   CHECK_FALSE(cluster_dimension(shapes));
@@ -228,13 +228,13 @@ TEST_CASE("dimension of clusters: too few, too small, around the box, or all ali
   CHECK(cluster_dimension(shapes)->clusters == 6);
 }
 
-TEST_CASE("exponent of sizes: samples of a known one, and what has none") {
+TEST_CASE("size exponent: known samples are recovered, unsuitable ones refused") {
   for (const double tau : {1.5, 2.5})
     for (const int least : {1, 3}) {
-      // By the inverse of the distribution, whose tail is summed.
+      // Inverse of the distribution function with a summed tail.
       std::vector<double> tail;
       for (int s = 1'000'000; s >= least; --s) tail.push_back((tail.empty() ? 0 : tail.back()) + std::pow(s, -tau));
-      std::ranges::reverse(tail);  // of sizes of least + k and more
+      std::ranges::reverse(tail);  // Sum over sizes of at least `least` + k.
       std::vector<int> sizes = {1, 1, 2};
       for (int k = 0; k < 4000; ++k) {
         const double u = random_number(k, 7).uniform() * tail[0];
@@ -242,8 +242,8 @@ TEST_CASE("exponent of sizes: samples of a known one, and what has none") {
         sizes.push_back(least + static_cast<int>(first_below - tail.begin()) - 1);
       }
       const SizeExponent found = *size_exponent(sizes, least);
-      CHECK(std::abs(found.exponent - tau) < 4 * found.error + 0.002);  // the sum ends at a million
-      // (tau - 1)/sqrt(n) of a continuous distribution; of whole sizes another factor of order one.
+      CHECK(std::abs(found.exponent - tau) < 4 * found.error + 0.002);  // The sum ends at 1e6.
+      // (tau - 1)/sqrt(n) for a continuous distribution; for integers there is another factor of order one.
       CHECK(found.error > 0.3 * (tau - 1) / std::sqrt(4000.0));
       CHECK(found.error < 3 * (tau - 1) / std::sqrt(4000.0));
     }
@@ -252,17 +252,17 @@ TEST_CASE("exponent of sizes: samples of a known one, and what has none") {
   CHECK_FALSE(size_exponent(std::vector<int>{}, 1));
 }
 
-TEST_CASE("structure: random places have 1, a lattice 0, and a wave shows in its shell") {
+TEST_CASE("structure factors: random positions, a lattice and a wave") {
   Bodies gas = random_gas(3000, 20);
   for (int i = 0; i < gas.size(); ++i) gas.charge.push_back(random_number(i, 2).sign());
   const StructureFactors random = structure_factors(gas, 4);
-  // A shell of n vectors (n/2 of them independent) of exponential values: five times sqrt(2/n)
+  // A shell of n vectors (n/2 of them independent) with exponential values: five times sqrt(2/n).
   const double vectors[] = {18, 62, 98, 210};
   for (int s = 0; s < 4; ++s) {
     CHECK(std::abs(random.density[s] - 1) < 5 * std::sqrt(2 / vectors[s]));
     CHECK(std::abs(random.charge[s] - 1) < 5 * std::sqrt(2 / vectors[s]));
   }
-  // Two grains half a box apart: |1 + (-1)^n_x|^2 / 2 is 2 for 8 of 18 vectors of the first shell, else 0.
+  // Two grains half a box apart: |1 + (-1)^n_x|^2 / 2 is 2 for 8 of 18 vectors of the first shell, and 0 otherwise.
   CHECK(structure_factors(grains_in(20, {{3, 4, 5}, {13, 4, 5}}), 1).density[0] == Approx(16 / 18.0).epsilon(1e-12));
   std::vector<Vec3> lattice;
   for (int k = 0; k < 1000; ++k) lattice.push_back({2.0 * (k % 10), 2.0 * (k / 10 % 10), 2.0 * (k / 100)});
@@ -272,12 +272,12 @@ TEST_CASE("structure: random places have 1, a lattice 0, and a wave shows in its
   // q = cos(2 (2 pi x / L)): |sum q exp(ikr)|^2 = (N/2)^2 at two vectors of the shell, sum q^2 = N/2.
   for (const Vec3 p : lattice) crystal.charge.push_back(std::cos(4 * std::numbers::pi * p.x / 20));
   const std::vector<double> wave = structure_factors(crystal, 4).charge;
-  // |n| in [1.5, 2.5): 8 of (1,1,1), 6 of (2,0,0), 24 of (2,1,0), 24 of (2,1,1), in all 62.
+  // |n| in [1.5, 2.5): 8 of (1,1,1), 6 of (2,0,0), 24 of (2,1,0) and 24 of (2,1,1), 62 in total.
   CHECK(wave[1] == Approx(2 * 500.0 / 62).epsilon(1e-12));
   CHECK(wave[0] < 1e-20);
 }
 
-TEST_CASE("Mach number: nothing of a gas at rest, the flow's of one that flows") {
+TEST_CASE("Mach number: zero for a gas at rest, the flow's otherwise") {
   Bodies gas = random_gas(20'000, 40);
   const double temperature = 0.01;
   for (int i = 0; i < gas.size(); ++i) {
@@ -285,20 +285,18 @@ TEST_CASE("Mach number: nothing of a gas at rest, the flow's of one that flows")
     for (int k = 0; k < 3; ++k) gas.momentum[3 * i + k] = std::sqrt(temperature) * random.normal();
   }
   const MachNumber still = mach_number(gas, 5);
-  // 512 cells of 39, <1/n> a part 1/39 above 1/39: sqrt(3 <1/n>) = .281; its square varies by sqrt(2/(3 512)) of
-  // itself, and so does what is left over.
+  // 512 cells of 39 grains, with <1/n> a fraction 1/39 above 1/39: sqrt(3 <1/n>) = 0.281. Its square has a relative
+  // standard deviation of sqrt(2/(3 512)), as has the difference.
   CHECK(std::abs(still.raw - 0.281) < 5 * 0.5 * std::sqrt(2.0 / (3 * 512)) * 0.281);
   CHECK(still.flow < std::sqrt(5 * std::sqrt(2 / 1536.0) * 3 / 39));
   for (int i = 0; i < gas.size(); ++i) gas.momentum[3 * i] += gas.position[3 * i + 1] < 20 ? 0.2 : -0.2;
   const MachNumber flowing = mach_number(gas, 5);
-  CHECK(flowing.flow == Approx(2).epsilon(0.02));  // T by 3 (20000 - 512) components: .6 %, and the noise
+  CHECK(flowing.flow == Approx(2).epsilon(0.02));  // T has 3 (20000 - 512) components: 0.6 %, plus the noise.
   CHECK(flowing.raw > flowing.flow);
   CHECK(std::isnan(mach_number(grains_in(40, {{1, 1, 1}, {30, 30, 30}}), 5).raw));
 }
 
-TEST_CASE(
-    "displacement goes on around the box, contacts persist, and charge by speed is one where they have nothing to do "
-    "with each other") {
+TEST_CASE("gas statistics: displacement, contact persistence and charge by speed") {
   const Bodies before = grains_in(10, {{9.5, 5, 5}, {1, 1, 1}});
   Bodies now = grains_in(10, {{9.5 + 3, 5, 5}, {1, 1, 1 - 4}});
   CHECK(now.position[0] == Approx(2.5));
@@ -316,9 +314,9 @@ TEST_CASE(
   }
   const std::vector<double> by_speed = charge_by_speed(gas, 4, 8);
   for (int bin = 0; bin < 3; ++bin)
-    CHECK(std::abs(by_speed[bin] - 1) < 0.13);  // 3000 grains and more: 5 sqrt(2/3000) = .13 at most
-  CHECK(std::isnan(by_speed[7]));               // none 3.5 times as fast as the rms
-  // Slow grains have the charge.
+    CHECK(std::abs(by_speed[bin] - 1) < 0.13);  // At least 3000 grains: 5 sqrt(2/3000) = 0.13 at most.
+  CHECK(std::isnan(by_speed[7]));               // No grain is 3.5 times as fast as the rms.
+  // The slow grains have the charge.
   const std::vector<double> speed = [&] {
     std::vector<double> v;
     for (int i = 0; i < gas.size(); ++i)

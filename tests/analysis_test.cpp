@@ -1,6 +1,6 @@
-// The contact network of D 7.2-7.3 on configurations that can be worked out on paper. Lengths in units of the radius:
-// R = 1 and contact_gap = 1, so that conductors are in contact when their centres are closer than 3 (D 7.1), and a
-// conductor is in contact with the bottom of the box, the electrode, when its centre is lower than 2.
+// Tests of the contact network of D 7.2-7.3 on configurations with known results. Lengths are in units of the radius: R
+// = 1 and contact_gap = 1. Conductors are in contact when their centres are closer than 3 (D 7.1). A conductor is in
+// contact with the bottom, the electrode, when its centre is lower than 2.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -29,7 +29,7 @@ ContactNetwork network_on_bottom(const std::vector<Vec2>& position) { return net
 
 }  // namespace
 
-TEST_CASE("conductors are in contact when the gap between their surfaces is less than the contact gap") {
+TEST_CASE("contacts: they exist for gaps below the contact gap") {
   const Ground none{{30, 30}, {}, {}};
   const auto in_contact = [&](double distance, double r1, double r2, double gap) {
     const std::vector<Vec2> position{{5, 5}, {5 + distance, 5}};
@@ -39,21 +39,21 @@ TEST_CASE("conductors are in contact when the gap between their surfaces is less
   CHECK_FALSE(in_contact(3.001, 1, 1, 1));
   CHECK(in_contact(5.499, 1, 4, 0.5));  // 1 + 4 + 0.5
   CHECK_FALSE(in_contact(5.501, 1, 4, 0.5));
-  CHECK(in_contact(1.5, 1, 1, 1));  // overlapping, as Hertz contacts are
+  CHECK(in_contact(1.5, 1, 1, 1));  // Overlapping, as Hertz contacts are.
 }
 
-TEST_CASE("contacts are listed once, in ascending order, the ground before conductors") {
+TEST_CASE("contacts: listed once, in ascending order, the ground first") {
   const std::vector<Vec2> position{{5, 4}, {5, 1.5}, {20, 1.5}};
   CHECK_EQ(contacts(position, ones(3), 1, bottom), std::vector<Edge>{{0, 1}, {1, to_ground}, {2, to_ground}});
 }
 
-TEST_CASE("a graph can be made from contacts that somebody else found") {
+TEST_CASE("contact graph: it can be made from given contacts") {
   const ContactGraph graph = contact_graph(3, std::vector<Edge>{{0, 2}, {2, to_ground}});
   CHECK_EQ(graph.neighbours, std::vector<std::vector<int>>{{2}, {}, {0}});
   CHECK_EQ(graph.grounded, std::vector<bool>{false, false, true});
 }
 
-TEST_CASE("ground is whatever drains: sides of the box, disks, bars and rings") {
+TEST_CASE("ground: sides of the box, disks, bars and rings count") {
   const Disk disk{{5, 8}, 1};
   CHECK_EQ(gap(disk, Ground{{30, 10}, {true, false, false, false}, {}}), 4);  // 5 - 1
   CHECK_EQ(gap(disk, Ground{{30, 10}, {true, false, false, true}, {}}), 1);   // 10 - 8 - 1
@@ -63,10 +63,10 @@ TEST_CASE("ground is whatever drains: sides of the box, disks, bars and rings") 
   CHECK(std::isinf(gap(disk, Ground{{30, 10}, {}, {}})));
 }
 
-TEST_CASE("ground_of takes the electrodes of a scene and leaves insulating sides out") {
+TEST_CASE("ground_of: it takes a scene's electrodes without insulating sides") {
   Scene scene;
   scene.domain.size = {3, 2};
-  scene.domain.sides[3].electrode = true;  // top
+  scene.domain.sides[3].electrode = true;  // The top
   scene.electrodes.push_back({"needle", Disk{{1, 1}, 0.5}, 0});
   const Ground ground = ground_of(scene);
   CHECK_EQ(ground.size, Vec2{3, 2});
@@ -75,17 +75,17 @@ TEST_CASE("ground_of takes the electrodes of a scene and leaves insulating sides
   CHECK_EQ(std::get<Disk>(ground.bodies[0]).radius, 0.5);
 }
 
-// a stands on the electrode; b and c touch a (at 2.973 and 2.879) and each other (at 2.476); d touches b (at 2.502) and
-// c (at 2.062). In the first round only a has a successor, so c takes a although b is nearer; in the second round d has
-// the choice and takes c. e and f touch each other only.
+// a touches the electrode; b and c touch a (at 2.973 and 2.879) and each other (at 2.476); d touches b (at 2.502) and c
+// (at 2.062). In the first round only a has a successor, so c takes a although b is nearer. In the second round d takes
+// c. e and f touch only each other.
 const std::vector<Vec2> rounds{{0, 1.5}, {2.8, 2.5}, {1.0, 4.2}, {2.9, 5.0}, {20, 10}, {22.5, 10}};
 
-TEST_CASE("successors are found round by round") {
+TEST_CASE("successors: they are found round by round") {
   CHECK_EQ(network_on_bottom(rounds).successor, std::vector<int>{to_ground, 0, 0, 2, unconnected, unconnected});
 }
 
-TEST_CASE("the order in which conductors are numbered does not matter") {
-  const std::vector<int> number{3, 5, 0, 2, 4, 1};  // of a, b, ... f
+TEST_CASE("successors: the numbering of conductors does not matter") {
+  const std::vector<int> number{3, 5, 0, 2, 4, 1};  // Numbers of a, b, ... f.
   std::vector<Vec2> position(rounds.size());
   for (size_t k = 0; k < number.size(); ++k) position[number[k]] = rounds[k];
   const std::vector<int> successor = network_on_bottom(position).successor;
@@ -97,19 +97,19 @@ TEST_CASE("the order in which conductors are numbered does not matter") {
   CHECK_EQ(successor[1], unconnected);
 }
 
-TEST_CASE("of two equally near conductors the first is the successor") {
-  // 0 and 2 stand on the electrode, 1 above the middle between them.
+TEST_CASE("successors: of two equally near conductors the first is taken") {
+  // 0 and 2 are on the electrode, 1 is above the middle between them.
   const std::vector<Vec2> position{{10, 1.5}, {12, 3.5}, {14, 1.5}};
   CHECK_EQ(network_on_bottom(position).successor, std::vector<int>{to_ground, 0, to_ground});
-  // One round later: 3 stands on 0 and 2 on 1, and 4 leans on both.
+  // One round later: 3 is on 0 and 2 on 1, and 4 touches both.
   const std::vector<Vec2> arch{{10, 1.5}, {15, 1.5}, {15, 4}, {10, 4}, {12.5, 5.5}};
   CHECK_EQ(network_on_bottom(arch).successor, std::vector<int>{to_ground, to_ground, 1, 0, 2});
 }
 
-TEST_CASE("degrees count contacts within the network, the ground among them, and leave the unconnected out") {
+TEST_CASE("degrees: contacts in the network and with the ground are counted") {
   const DegreeDistribution degrees = network_on_bottom(rounds).degrees;
-  // a: ground, b, c; b: a, c, d; c: a, b, d; d: b, c. Contacts: 5 and one with the ground, two more than a tree of 4
-  // has.
+  // a: ground, b, c; b: a, c, d; c: a, b, d; d: b, c. There are 5 contacts and one with the ground, two more than in a
+  // tree of 4.
   CHECK_EQ(degrees.connected, 4);
   CHECK_EQ(degrees.grounded, 1);
   CHECK_EQ(degrees.number, std::vector<int>{0, 0, 1, 3});
@@ -120,8 +120,8 @@ TEST_CASE("degrees count contacts within the network, the ground among them, and
   CHECK_EQ(degrees.branching(), 0.75);
 }
 
-TEST_CASE("a tree with one conductor on the ground obeys D 7.6, 7.7 and 7.9") {
-  // A stem of three, the third of which carries three arms; contacts are 2.5 long, diagonals 3.54.
+TEST_CASE("tree with one conductor on the ground: it obeys D 7.6, 7.7 and 7.9") {
+  // A stem of three conductors, the third of which carries three arms. Contacts are 2.5 long, diagonals 3.54.
   const std::vector<Vec2> position{{10, 1.5}, {10, 4}, {10, 6.5}, {12.5, 6.5}, {7.5, 6.5}, {10, 9}};
   const ContactNetwork tree = network_on_bottom(position);
   CHECK_EQ(tree.successor, std::vector<int>{to_ground, 0, 1, 2, 2, 2});
@@ -143,7 +143,7 @@ TEST_CASE("a tree with one conductor on the ground obeys D 7.6, 7.7 and 7.9") {
   CHECK_EQ(degrees.fraction(4), doctest::Approx(f1 - b - 1 / m));
 }
 
-TEST_CASE("without any ground nobody is connected and all fractions are zero") {
+TEST_CASE("no ground: no conductor is connected and all fractions are zero") {
   const ContactNetwork none = network_on(Ground{{30, 30}, {}, {}}, rounds);
   CHECK_EQ(none.successor, std::vector<int>(rounds.size(), unconnected));
   CHECK_EQ(none.degrees.connected, 0);
@@ -153,14 +153,14 @@ TEST_CASE("without any ground nobody is connected and all fractions are zero") {
   CHECK(network_on_bottom({}).successor.empty());
 }
 
-TEST_CASE("a long chain takes as many rounds as it has links") {
+TEST_CASE("long chain: it takes as many rounds as it has links") {
   std::vector<Vec2> position;
   for (int i = 0; i < 20000; ++i) position.push_back({1, 1.5 + 2.5 * i});
   const std::vector<int> successor = network_on_bottom(position).successor;
-  for (int i = 0; i < 20000; ++i) REQUIRE_EQ(successor[i], i - 1);  // to_ground is -1
+  for (int i = 0; i < 20000; ++i) REQUIRE_EQ(successor[i], i - 1);  // to_ground is -1.
 }
 
-TEST_CASE("on random networks the sum rule holds and every successor is one contact nearer to the ground") {
+TEST_CASE("random networks: the sum rule holds, successors approach the ground") {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> uniform(0, 60);
   std::vector<Vec2> position(400);
@@ -191,35 +191,37 @@ TEST_CASE("on random networks the sum rule holds and every successor is one cont
   }
 }
 
-TEST_CASE("Student's factors are those of the tables") {
+TEST_CASE("Student's factors: they are those of the tables") {
   CHECK(student_factor(1) == doctest::Approx(12.706).epsilon(1e-4));
   CHECK(student_factor(4) == doctest::Approx(2.776).epsilon(2e-4));
   CHECK(student_factor(30) == doctest::Approx(2.042).epsilon(2e-4));
 }
 
-TEST_CASE("a mean with its interval") {
-  // 1, 2, 3, 4, 5: mean 3, variance 10/4, standard error sqrt(2.5/5); factor 2.776 for 4 degrees of freedom.
+TEST_CASE("mean: it has a confidence interval") {
+  // 1, 2, 3, 4, 5: mean 3, variance 10/4, standard error sqrt(2.5/5); the factor is 2.776 for 4 degrees of freedom.
   const Estimate estimate = mean(std::vector<double>{1, 2, 3, 4, 5});
   CHECK(estimate.value == 3);
   CHECK(estimate.sample == 5);
   CHECK(estimate.deviation == doctest::Approx(std::sqrt(2.5)));
   CHECK(*estimate.half_width == doctest::Approx(2.776 * std::sqrt(0.5)).epsilon(2e-4));
-  CHECK_FALSE(mean(std::vector<double>{7}).half_width);  // one run says nothing of the scatter
+  CHECK_FALSE(mean(std::vector<double>{7}).half_width);  // A single run does not determine the scatter.
 }
 
-TEST_CASE("a slope through the origin with its interval") {
+TEST_CASE("slope through the origin: it has a confidence interval") {
   const std::vector<double> x{1, 4, 5};
   const Estimate exact = slope(x, std::vector<double>{2, 8, 10});
   CHECK(exact.value == 2);
   CHECK(*exact.half_width == doctest::Approx(0));
-  // y = 2, 10, 8: slope 20/10, residuals 0, 2, -2, so s^2 = (4/4 + 4/5) / 2 = 0.9 and the error sqrt(0.9 / 10) = 0.3.
+  // y = 2, 10, 8: slope 20/10, residuals 0, 2, -2, so s^2 = (4/4 + 4/5) / 2 = 0.9 and the error is sqrt(0.9 / 10) =
+  // 0.3.
   const Estimate scattered = slope(x, std::vector<double>{2, 10, 8});
   CHECK(scattered.value == 2);
   CHECK(*scattered.half_width == doctest::Approx(student_factor(2) * 0.3));
 }
 
-TEST_CASE("19 of 20 intervals hold the truth") {
-  // Counts of what a quarter of x independent things are. 2000 ensembles: 95 % +- 1.5 % (three standard deviations).
+TEST_CASE("confidence intervals: 19 of 20 contain the true value") {
+  // Binomial counts of x independent events of probability 1/4. For 2000 ensembles the share is 95 % +- 1.5 % (three
+  // standard deviations).
   std::mt19937_64 random(1);
   const std::vector<double> x{64, 64, 100, 100, 144, 144, 196, 196};
   int slopes = 0, means = 0;
@@ -237,20 +239,20 @@ TEST_CASE("19 of 20 intervals hold the truth") {
   CHECK(means / 2000.0 == doctest::Approx(0.95).epsilon(0.015));
 }
 
-TEST_CASE("a circuit's energy account: what is stored and lost less what came; an energy of each kind counts") {
+TEST_CASE("energy account: stored and dissipated minus supplied energy of all kinds") {
   ConductorFrame frame{.energy = 1};
   frame.energy_balance = {.kinetic = 10, .elastic = 100, .flows = {1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9}};
   CHECK_EQ(energy_account(frame), 1111100000 + 111 - 11000);
 }
 
-TEST_CASE("how far a circuit's energy may be off: by the steps and by the grid") {
+TEST_CASE("allowed energy imbalance: contributions of the steps and the grid") {
   Scene scene;
   scene.conductors = {{.radius = 2}, {.radius = 1}};
   scene.mechanics.position_tolerance = 4e-3;
   scene.domain.size = {8, 4};
   scene.field().cells = 128;  // h = 1/16
   const double steps = 0.04;  // (2 x 4e-3)^(2/3)
-  // 0.04 sqrt(h/R), times (h/gap)^(3/2) where the gap is more than a cell; without contacts there is no telling.
+  // 0.04 sqrt(h/R), times (h/gap)^(3/2) if the gap exceeds a cell. Without contacts there is no second factor.
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01));
   scene.effects.add(effects::ContactDischargeOptions{.gap = 0.25});
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01 / 8));

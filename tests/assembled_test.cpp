@@ -1,4 +1,4 @@
-// The assembled system on one process, and on all of those that mpirun starts: `mpirun -n 2 assembled_test`.
+// Tests of the assembled system on one process, and on all processes that mpirun starts: `mpirun -n 2 assembled_test`.
 #define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
 
@@ -21,11 +21,11 @@ namespace {
 
 constexpr double tolerance = 1e-10;
 
-/// Potentials are good to the tolerance in the energy norm relative to the solution's; the largest group potential is
-/// of the order of that norm here (a few groups in a box of a few radii), so a factor 100 covers the constants.
+/// Potentials have the tolerance in the energy norm relative to the solution's norm. In a box of a few radii with a few
+/// groups the largest group potential is of the order of this norm. A factor of 100 covers the constants.
 constexpr double agreement = 100 * tolerance;
 
-/// Twelve disks, some sharing a potential, around a grounded half-disk; nothing is grounded without it.
+/// Twelve disks, some with a common potential, around a grounded half-disk; without it there is no ground.
 LaplaceProblem crowd(bool grounded) {
   std::mt19937_64 generator(3);
   const auto random = [&](double from, double to) {
@@ -45,7 +45,7 @@ LaplaceProblem crowd(bool grounded) {
     problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
     problem.groups.push_back({true, random(-1, 1), 0});
   }
-  problem.bodies.back().group = static_cast<int>(problem.groups.size()) - 2;  // two disks, one potential
+  problem.bodies.back().group = static_cast<int>(problem.groups.size()) - 2;  // Two disks with one potential.
   problem.groups.pop_back();
   if (!grounded) {
     double sum = 0;
@@ -68,12 +68,12 @@ void check_same(const LaplaceSolution& a, const LaplaceSolution& b) {
     CHECK(std::abs(a.group_potential[g] - b.group_potential[g]) < agreement * potential);
   for (std::size_t k = 0; k < a.body_charge.size(); ++k) {
     CHECK(std::abs(a.body_charge[k] - b.body_charge[k]) < agreement * charge);
-    // through the shortest link, 1 / gap = 5 cells, squared
+    // Through the shortest link, 1 / gap = 5 cells, squared.
     CHECK(norm(a.body_force[k] - b.body_force[k]) < 25 * agreement * force);
   }
 }
 
-/// What each process has found, in the first.
+/// Gathers the value of each process in the first process.
 std::vector<double> all_of(double value) {
   std::vector<double> values(parallel::process_count());
   MPI_Gather(&value, 1, MPI_DOUBLE, values.data(), 1, MPI_DOUBLE, 0, PETSC_COMM_WORLD);
@@ -82,7 +82,7 @@ std::vector<double> all_of(double value) {
 
 }  // namespace
 
-TEST_CASE("the assembled system gives the matrix-free one's answer, with and without ground, cold and in motion") {
+TEST_CASE("assembled system: it equals the matrix-free one, cold and in motion") {
   for (const auto& [grounded, coupling] :
        {std::pair{true, 0.0}, {false, 0.0}, {true, 0.5}, {true, 1e9}, {false, 1e9}}) {
     CAPTURE(grounded);
@@ -96,13 +96,13 @@ TEST_CASE("the assembled system gives the matrix-free one's answer, with and wit
       check_same(a, b);
       CHECK(a.unknowns == b.unknowns);
       CHECK(a.work > 0);
-      CHECK(b.work == 0);  // not counted: PETSc's preconditioners do not say
+      CHECK(b.work == 0);  // Not counted, because PETSc's preconditioners do not report it.
       for (Body& body : problem.bodies) std::get<Disk>(body.shape).centre += Vec2{0.02, 0.01};
     }
   }
 }
 
-TEST_CASE("every process gets the same bits") {
+TEST_CASE("assembled system: every process gets identical bits") {
   CutCellSolver solver(options(CutCellOptions::LinearSolver::assembled));
   const LaplaceSolution solution = solver.solve(crowd(true));
   double sum = 0;
@@ -114,7 +114,7 @@ TEST_CASE("every process gets the same bits") {
   }
 }
 
-TEST_CASE("with more processes than some have use for: four unknown cells and a group") {
+TEST_CASE("more processes than unknowns: four cells and a group are solved") {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {4, 4};
   problem.sides[left] = {Side::Kind::electrode, 1, {}};
@@ -123,11 +123,11 @@ TEST_CASE("with more processes than some have use for: four unknown cells and a 
   CutCellOptions o = options(CutCellOptions::LinearSolver::assembled);
   o.cells = 4;
   CutCellSolver solver(o);
-  // no charge anywhere: the electrode's potential
+  // Without charges the potential is the electrode's.
   CHECK(solver.solve(problem).group_potential[0] == doctest::Approx(1).epsilon(agreement));
 }
 
-TEST_CASE("-field_ksp_rtol overrules the tolerance") {
+TEST_CASE("-field_ksp_rtol: it overrides the tolerance") {
   lichtenberg::parallel::start_petsc();
   CutCellSolver strict(options(CutCellOptions::LinearSolver::assembled));
   const int iterations = strict.solve(crowd(true)).iterations;
@@ -142,7 +142,7 @@ TEST_CASE("-field_ksp_rtol overrules the tolerance") {
 
 namespace {
 
-/// Sets options of PETSc's while it lives.
+/// Sets options of PETSc during its lifetime.
 struct ChosenOptions {
   std::vector<std::array<const char*, 2>> list;
   explicit ChosenOptions(std::vector<std::array<const char*, 2>> options) : list(std::move(options)) {
@@ -155,7 +155,7 @@ struct ChosenOptions {
   }
 };
 
-/// From nothing, and from the first solution when all disks have moved.
+/// Solves from zero, and from the first solution after all disks have moved.
 std::array<LaplaceSolution, 2> two_solves(bool grounded) {
   CutCellSolver solver(options(CutCellOptions::LinearSolver::assembled));
   LaplaceProblem problem = crowd(grounded);
@@ -166,7 +166,7 @@ std::array<LaplaceSolution, 2> two_solves(bool grounded) {
 
 }  // namespace
 
-TEST_CASE("PETSc's other methods give the answer of conjugate gradients") {
+TEST_CASE("PETSc's other methods: they give the answer of conjugate gradients") {
   constexpr const char *method = "-field_ksp_type", *preconditioner = "-field_pc_type";
   std::vector<std::vector<std::array<const char*, 2>>> choices = {
       {{method, "gmres"}},
@@ -176,7 +176,7 @@ TEST_CASE("PETSc's other methods give the answer of conjugate gradients") {
       {{method, "tfqmr"}},
       {{method, "gcr"}, {"-field_ksp_norm_type", "unpreconditioned"}},
       {{method, "cg"}, {"-field_ksp_norm_type", "none"}}};
-  if (parallel::process_count() == 1) {  // PETSc's own factorizations are for one process
+  if (parallel::process_count() == 1) {  // PETSc's own factorizations support one process only.
     choices.push_back({{method, "preonly"}, {preconditioner, "lu"}});
     choices.push_back({{method, "preonly"}, {preconditioner, "cholesky"}});
     choices.push_back({{method, "gmres"}, {preconditioner, "lu"}});
@@ -196,9 +196,9 @@ TEST_CASE("PETSc's other methods give the answer of conjugate gradients") {
   }
 }
 
-TEST_CASE("a method that ends before the tolerance is met fails") {
+TEST_CASE("PETSc: a method that ends before the tolerance is met fails") {
   for (const auto& choice : std::vector<std::vector<std::array<const char*, 2>>>{
-           {{"-field_ksp_type", "preonly"}},  // one V-cycle
+           {{"-field_ksp_type", "preonly"}},  // One V-cycle.
            {{"-field_ksp_norm_type", "none"}, {"-field_ksp_max_it", "3"}}}) {
     const ChosenOptions chosen(choice);
     CHECK_THROWS_AS(two_solves(true), Failure);
@@ -207,8 +207,8 @@ TEST_CASE("a method that ends before the tolerance is met fails") {
 
 namespace {
 
-/// Two disks of radius R at the distance 4 R, at a place and in a direction of their own; charge 1 and potential 0,
-/// walls at the exact (bipolar) potential: line charges at +-a from the middle, a^2 = d^2/4 - R^2.
+/// Two disks of radius R at distance 4 R, at a position and in a direction that depend on k, with charge 1 and
+/// potential 0. The walls have the exact bipolar potential of line charges at +-a from the middle, a^2 = d^2/4 - R^2.
 LaplaceProblem two_disks(int side, double R, int k) {
   const Vec2 middle{0.5 * side + 0.37 * k, 0.5 * side + 0.61 * k}, e{std::cos(k), std::sin(k)};
   const double d = 4 * R, a = std::sqrt(0.25 * d * d - R * R), pi = std::numbers::pi;
@@ -227,7 +227,7 @@ LaplaceProblem two_disks(int side, double R, int k) {
 
 }  // namespace
 
-TEST_CASE("apertures: first order, a percent or two at R = 8 cells; forces by surface sum do not converge") {
+TEST_CASE("apertures: capacitance of first order, forces do not converge") {
   const double phi = std::acosh(2.0) / std::numbers::pi;
   std::array<double, 3> capacitance{}, force{};
   for (int level = 0; level < 3; ++level) {
@@ -245,22 +245,22 @@ TEST_CASE("apertures: first order, a percent or two at R = 8 cells; forces by su
       double charge = 0;
       for (const double q : solution.body_charge) charge += q;
       for (const double q : solution.side_charge) charge += q;
-      CHECK(std::abs(charge) < 1e-7);  // the cells' balances, to the solver's tolerance
+      CHECK(std::abs(charge) < 1e-7);  // The balances of the cells, within the solver's tolerance.
     }
   }
-  // The positions on the grid differ from R to R: an order of 1 within what that scatters.
+  // The positions on the grid depend on R: the order is 1 within this scatter.
   const double order = 0.5 * std::log2(capacitance[0] / capacitance[2]);
   CHECK(order > 0.7);
   CHECK(order < 1.4);
-  // Regression value: the normal derivative is wrong by a share of itself in each cell, whatever the grid, and so is
-  // its square's sum.
+  // Regression value: the relative error of the normal derivative in each cell does not depend on the grid. The same
+  // holds for the sum of its squares.
   for (const double error : force) CHECK(error < 0.15);
-  // A quarter of a cell: what the distance of a centre to the surface may be wrong by, against R ln 4, over which the
-  // potential falls.
+  // The error of the distance from a centre to the surface is at most a quarter of a cell. It is relative to R ln 4,
+  // over which the potential decreases.
   CHECK(capacitance[1] < 0.25 / (8 * std::log(4.0)));
 }
 
-TEST_CASE("apertures are for the assembled system and for round bodies") {
+TEST_CASE("apertures: only for the assembled system and round bodies") {
   CutCellOptions o = options(CutCellOptions::LinearSolver::multigrid);
   o.links = LinkFormula::aperture;
   CHECK_THROWS_AS(CutCellSolver{o}, InputError);
@@ -271,7 +271,7 @@ TEST_CASE("apertures are for the assembled system and for round bodies") {
   CHECK_THROWS_AS(solver.solve(problem), InputError);
 }
 
-TEST_CASE("apertures: disks smaller than a cell, in contact, merged and cut by a side are solved") {
+TEST_CASE("apertures: tiny, touching, grouped and cut disks are solved") {
   CutCellOptions o = options(CutCellOptions::LinearSolver::assembled);
   o.links = LinkFormula::aperture;
   LaplaceProblem problem = crowd(true);
@@ -285,7 +285,7 @@ TEST_CASE("apertures: disks smaller than a cell, in contact, merged and cut by a
   for (const double q : solution.body_charge) charge += q;
   for (const double q : solution.side_charge) charge += q;
   CHECK(std::abs(charge) < 1e-7);
-  // A first guess from the past knows the closed faces.
+  // An initial guess from history accounts for closed faces.
   for (std::size_t k = 1; k < problem.bodies.size(); ++k)
     if (auto* disk = std::get_if<Disk>(&problem.bodies[k].shape)) disk->centre += Vec2{0.004, 0.003};
   const int warm = solver.solve(problem).iterations;

@@ -1,4 +1,4 @@
-// Tasks that a thread does behind its owner.
+// Tests of the queue of tasks that a background thread executes for its owner.
 
 #include <doctest/doctest.h>
 
@@ -17,7 +17,7 @@ namespace backlog_test {
 using namespace lichtenberg;
 using parallel::Backlog;
 
-TEST_CASE("tasks are done in their order, and all of them before the end") {
+TEST_CASE("task queue: tasks run in order and are complete at the end") {
   for (const std::size_t most : {0, 1, 2, 100}) {
     std::vector<int> done;
     {
@@ -32,7 +32,7 @@ TEST_CASE("tasks are done in their order, and all of them before the end") {
   }
 }
 
-TEST_CASE("no more wait than may, and a task is gone with all that it held once it is done") {
+TEST_CASE("task queue: add() blocks when full, and completed tasks are released") {
   std::atomic<int> begun = 0, added = 0;
   std::atomic<bool> go = false;
   const auto held = std::make_shared<int>();
@@ -48,7 +48,7 @@ TEST_CASE("no more wait than may, and a task is gone with all that it held once 
       }
     });
     while (added < 2 || begun < 1) std::this_thread::yield();
-    // The first is at work, the second waits, and the third has no room.
+    // The first task runs, the second waits, and the third exceeds the capacity.
     CHECK(added == 2);
     go = true;
     go.notify_all();
@@ -57,7 +57,7 @@ TEST_CASE("no more wait than may, and a task is gone with all that it held once 
   CHECK(held.use_count() == 1);
 }
 
-TEST_CASE("what a task throws its owner gets, once; what came after it is not done") {
+TEST_CASE("task queue: the owner gets an exception once, later tasks are skipped") {
   int done = 0;
   Backlog backlog(10);
   std::atomic<bool> go = false;

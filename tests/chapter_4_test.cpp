@@ -1,4 +1,4 @@
-// D's chapter 4: the charge shuttle and the broken wire, theory against independent numbers.
+// Tests of D's chapter 4, the charge shuttle and the broken wire, against independent numbers.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -31,7 +31,7 @@ BrokenWire wire_of_d() {
 
 DiskBetweenPlates disk_between(double distance) { return {1, distance, 3, 2.5}; }
 
-/// C (F) of a sphere before a plane: 4 pi eps R sinh(u) sum 1 / sinh(n u), cosh(u) = 1 + distance / R.
+/// Capacitance (F) of a sphere in front of a plane: 4 pi eps R sinh(u) sum 1 / sinh(n u), cosh(u) = 1 + distance / R.
 double sphere_before_plane(double distance) {
   const double u = std::acosh(1 + distance / radius);
   double sum = 0;
@@ -41,7 +41,7 @@ double sphere_before_plane(double distance) {
 
 }  // namespace
 
-TEST_CASE("shuttle: the monopole force is Coulomb's between charges C V / 2 on spheres that would touch") {
+TEST_CASE("shuttle: the monopole force is Coulomb's law between charges C V / 2") {
   const SphereShuttle shuttle = shuttle_of(5e-3);
   const double charge = 0.5 * shuttle.capacitance * shuttle.voltage, x = 1.1e-3;
   const auto coulomb = [&](double distance) { return charge * charge / (4 * pi * permittivity * distance * distance); };
@@ -49,17 +49,17 @@ TEST_CASE("shuttle: the monopole force is Coulomb's between charges C V / 2 on s
         Approx(coulomb(2.5e-3 - x + 2 * radius) + coulomb(2.5e-3 + x + 2 * radius)).epsilon(1e-13));
 }
 
-TEST_CASE("shuttle: the closed form of the crossing time is the quadrature, constant factor included") {
+TEST_CASE("shuttle: the closed form of the crossing time equals the quadrature") {
   for (const double gap : {1e-3, 5e-3, 20e-3}) {
     const SphereShuttle shuttle = shuttle_of(gap);
     const double time =
         overdamped_time([&](double x) { return monopole_force(shuttle, x); }, shuttle.drag, -0.5 * gap, 0.5 * gap);
-    // The closed form subtracts terms of a^3: at gap = R it loses a digit and a half.
+    // The closed form subtracts terms of a^3: at gap = R it loses 1.5 digits.
     CHECK(crossing_time(shuttle) == Approx(time).epsilon(1e-8));
   }
 }
 
-TEST_CASE("shuttle: current is C V a period, resistance falls with the square of the voltage (D 4.7)") {
+TEST_CASE("shuttle: current is C V per period, resistance goes as 1 / V^2 (D 4.7)") {
   SphereShuttle shuttle = shuttle_of(5e-3);
   const double at_18_kv = resistance(shuttle);
   CHECK(at_18_kv == Approx(2 * crossing_time(shuttle) / shuttle.capacitance).epsilon(1e-14));
@@ -67,7 +67,7 @@ TEST_CASE("shuttle: current is C V a period, resistance falls with the square of
   CHECK(resistance(shuttle) == Approx(at_18_kv / 9).epsilon(1e-13));
 }
 
-TEST_CASE("shuttle: without nonuniform forces inertia changes nothing, with them it saves time") {
+TEST_CASE("shuttle: inertia shortens the crossing only in nonuniform forces") {
   CHECK(overdamped_time([](double) { return 2.0; }, 3, 1, 5) == Approx(6).epsilon(1e-12));
   CHECK(ballistic_time([](double) { return 2.0; }, 3, 1, 5) == Approx(6).epsilon(1e-12));
   const auto rising = [](double x) { return x; };
@@ -75,8 +75,8 @@ TEST_CASE("shuttle: without nonuniform forces inertia changes nothing, with them
   CHECK(ballistic_time(rising, 3, 1, 5) == Approx(3 * 16 / 12.0).epsilon(1e-10));
 }
 
-TEST_CASE("disk between plates: near one of them it holds what reciprocity says") {
-  // The other plate is 2000 R away: its images change the charge by about (R / H)^2 = 2.5e-7 of itself.
+TEST_CASE("disk between plates: near a plate its charge follows from reciprocity") {
+  // At a distance of 2000 R, the images in the other plate change the charge by a fraction of (R / H)^2 = 2.5e-7.
   const DiskBetweenPlates disk = disk_between(2000);
   for (const double gap : {0.01, 0.1, 1.0}) {
     const DiskState held = at_potential(disk, -disk.place(gap), 0.5 * disk.voltage);
@@ -93,18 +93,18 @@ TEST_CASE("disk between plates: one that touches a plate or is beyond it is refu
   }
 }
 
-TEST_CASE("disk between plates: the plate that it touches repels it with eps R E^2 (pi^3/9 + pi/3)") {
+TEST_CASE("disk between plates: at contact repulsion is eps R E^2 (pi^3/9 + pi/3)") {
   const DiskBetweenPlates disk = disk_between(2000);
   const auto off = [&](double gap) {
     return at_potential(disk, -disk.place(gap), 0.5 * disk.voltage).force / repulsion_at_plate(disk) - 1;
   };
-  // Linear in the gap, with a coefficient of order one.
+  // The difference is linear in the gap with a coefficient of order one.
   CHECK(std::abs(off(1e-2)) < 1e-2);
   CHECK(std::abs(off(1e-3)) < 1e-3);
 }
 
-TEST_CASE("disk between plates: grounded before a grounded plate it is half of two equal disks") {
-  // The other plate, 4e6 R away, changes the potential by about R / 4e6 of itself.
+TEST_CASE("disk between plates: grounded at a plate it is half of two disks") {
+  // At a distance of 4e6 R, the other plate changes the potential by a fraction of R / 4e6.
   DiskBetweenPlates disk = disk_between(4e6);
   disk.voltage = 0;
   const double gap = 0.05, potential = 1.5;
@@ -115,8 +115,7 @@ TEST_CASE("disk between plates: grounded before a grounded plate it is half of t
   CHECK(held.force == Approx(force(pair, held.charge).x).epsilon(1e-6));
 }
 
-TEST_CASE(
-    "disk between plates: charge given or potential given is the same state, and mirrored it is its mirror image") {
+TEST_CASE("disk between plates: given charge and potential agree, with symmetry") {
   const DiskBetweenPlates disk = disk_between(4.5);
   const DiskState floating = with_charge(disk, 0.9, -2.0);
   const DiskState held = at_potential(disk, 0.9, floating.potential);
@@ -127,46 +126,47 @@ TEST_CASE(
   CHECK(mirrored.force == Approx(-floating.force).epsilon(1e-10));
 }
 
-TEST_CASE("disk between plates: a thin one feels the line charge's force") {
-  // What the radius adds is of the order (R / distance to the plate)^2 of the force of a charge, and of E^2 alone.
+TEST_CASE("disk between plates: a thin one is subject to a line charge's force") {
+  // The radius adds terms of the order (R / distance to the plate)^2 of the force, and of E^2 alone.
   const DiskBetweenPlates disk = disk_between(400);
   const double charge = 50 * disk.permittivity * disk.field();
   for (const double x : {-100.0, 0.0, 120.0})
     CHECK(with_charge(disk, x, charge).force == Approx(line_charge_force(disk, charge, x)).epsilon(1e-3));
 }
 
-TEST_CASE("broken wire: capacitance and attraction of two close spheres are those of a sphere before a plane, twice") {
+TEST_CASE("broken wire: two close spheres are twice a sphere in front of a plane") {
   const double gap = 1e-4 * radius;
-  // Two spheres a gap apart are two planes half a gap away in series. What is left out is of the order gap / R.
+  // Two spheres with a small gap are two planes at half the gap in series. The neglected terms are of the order gap /
+  // R.
   CHECK(close_spheres_capacitance(radius, permittivity, gap) ==
         Approx(0.5 * sphere_before_plane(0.5 * gap)).epsilon(1e-4));
   const double voltage = 7, step = 1e-3 * gap;
   const double slope = (close_spheres_capacitance(radius, permittivity, gap + step) -
                         close_spheres_capacitance(radius, permittivity, gap - step)) /
                        (2 * step);
-  // The difference is wrong by (step / gap)^2 / 3.
+  // The relative error of the difference is (step / gap)^2 / 3.
   CHECK(close_spheres_attraction(radius, permittivity, gap, voltage) ==
         Approx(-0.5 * voltage * voltage * slope).epsilon(1e-6));
 }
 
-TEST_CASE("broken wire: the tension 4.13 is the attraction of spheres charged with +-C V / 2") {
+TEST_CASE("broken wire: tension 4.13 is the attraction of charges +-C V / 2") {
   const BrokenWire wire = wire_of_d();
   const double gap = 1e-5;
   const double voltage = 0.5 * wire.capacitance * wire.voltage / close_spheres_capacitance(radius, permittivity, gap);
   CHECK(tension(wire, gap) == Approx(close_spheres_attraction(radius, permittivity, gap, voltage)).epsilon(1e-12));
 }
 
-TEST_CASE("broken wire: the mean transverse force is that of all places of the gap") {
+TEST_CASE("broken wire: the mean transverse force averages all gap positions") {
   const BrokenWire wire = wire_of_d();
   const double field = 1e5, one = 0.5 * wire.capacitance * wire.voltage * field;
   for (const int i : {1, 13, 20}) {
     double sum = 0;
-    for (int left = 0; left <= 25; ++left) sum += i <= left ? one : -one;  // with `left` conductors left of the gap
+    for (int left = 0; left <= 25; ++left) sum += i <= left ? one : -one;  // With `left` conductors left of the gap.
     CHECK(mean_transverse_force(wire, i, field) == Approx(sum / 26).epsilon(1e-12));
   }
 }
 
-TEST_CASE("broken wire: the shape balances tension and force at every conductor of a long wire") {
+TEST_CASE("broken wire: the shape balances tension and force along a long wire") {
   BrokenWire wire = wire_of_d();
   wire.conductors = 2000;
   wire.radius = 40e-3 / 2 / 2001;
@@ -177,7 +177,7 @@ TEST_CASE("broken wire: the shape balances tension and force at every conductor 
     const double bend =
         (displacement(wire, b, x + spacing) - 2 * displacement(wire, b, x) + displacement(wire, b, x - spacing)) /
         spacing;
-    // Second differences of a cubic are exact; B with the positive sign of D bends along the force.
+    // Second differences of a cubic are exact. B with the positive sign of D curves along the force.
     CHECK(pull * bend == Approx(mean_transverse_force(wire, i, field)).epsilon(1e-6));
   }
 }
@@ -186,10 +186,11 @@ TEST_CASE("broken wire: largest displacement of the cubic") {
   const BrokenWire wire = wire_of_d();
   double largest = 0;
   for (int k = 0; k <= 10000; ++k) largest = std::max(largest, displacement(wire, 3.0, wire.length * k / 10000));
-  CHECK(largest_displacement(wire, 3.0) == Approx(largest).epsilon(1e-7));  // a parabola on a grid: 1e-4 squared
+  // A parabola on a grid: an error of 1e-4 squared.
+  CHECK(largest_displacement(wire, 3.0) == Approx(largest).epsilon(1e-7));
 }
 
-TEST_CASE("broken wire: the critical field solves F sin(theta) = T; D's slope gives the printed 2.002") {
+TEST_CASE("broken wire: the critical field solves F sin(theta) = T, D's slope") {
   const BrokenWire wire = wire_of_d();
   const double pull = tension(wire, wire.mean_gap());
   for (const double slope : {printed_slope, slope_at_end(wire)}) {
@@ -203,15 +204,15 @@ TEST_CASE("broken wire: the critical field solves F sin(theta) = T; D's slope gi
 }
 
 TEST_CASE("broken wire: 4.21 as printed gives 19.6 kV/m where D has 334") {
-  CHECK(printed_critical_field(wire_of_d()) == Approx(19.6e3).epsilon(3e-3));  // by hand, to three digits
+  CHECK(printed_critical_field(wire_of_d()) == Approx(19.6e3).epsilon(3e-3));  // Computed manually to three digits.
 }
 
-TEST_CASE("broken wire: above a certain B_0 stretching leaves no balance") {
+TEST_CASE("broken wire: above a critical B_0 elongation leaves no equilibrium") {
   const BrokenWire wire = wire_of_d();
   for (const double p : {1.0, 1.5}) {
     double most = 0;
     for (double b = 0; b < 2000; b += 0.5) {
-      double longer = 0;  // the integral of y'^2 / 2, by the midpoint rule
+      double longer = 0;  // Integral of y'^2 / 2 by the midpoint rule.
       const int parts = 200;
       for (int k = 0; k < parts; ++k) {
         const double from = wire.length * k / parts, to = wire.length * (k + 1) / parts;
@@ -220,7 +221,7 @@ TEST_CASE("broken wire: above a certain B_0 stretching leaves no balance") {
       }
       most = std::max(most, b * std::pow(1 + longer / wire.whole_gap(), -p));
     }
-    CHECK(largest_shape_coefficient(wire, p) == Approx(most).epsilon(2e-4));  // (1/200)^2 of y'
+    CHECK(largest_shape_coefficient(wire, p) == Approx(most).epsilon(2e-4));  // The relative error is (1/200)^2 of y'.
   }
 }
 

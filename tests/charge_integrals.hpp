@@ -8,7 +8,7 @@
 
 namespace lichtenberg {
 
-/// 2 int_0^inf K_0(2w) f(w) dw, by quadrature: means over the product of two Gaussian charges.
+/// 2 int_0^inf K_0(2w) f(w) dw by quadrature: the mean over the product of two Gaussian charges.
 template <class F>
 double over_charges(const F& f) {
   static boost::math::quadrature::exp_sinh<double> quadrature;

@@ -38,13 +38,13 @@ doctest::Approx near(double value, double relative = 1e-12) {
   return doctest::Approx(value).epsilon(relative).scale(0);
 }
 
-/// One sphere without charge, which line charges exert no force on, and a ball at 1 kV behind a resistor far from it.
-/// The ball's capacitance to LineCharges' far ground is `capacitance`: the neutral sphere adds nothing to it.
+/// Scene with a neutral sphere, on which line charges exert no force, and a distant ball at 1 kV behind a resistor. The
+/// ball's capacitance to the far ground of LineCharges is `capacitance`; the neutral sphere does not change it.
 Scene resistor_scene(double ohm) {
   Scene scene = conductor_scene({{0.02, 0.05}});
   scene.electrodes = {ball("supplied", {0.08, 0.05}, 1000)};
   scene.electrodes[0].series_resistance = ohm;
-  scene.domain.sides[2].electrode = true;  // LineCharges' ground
+  scene.domain.sides[2].electrode = true;  // The ground of LineCharges.
   return scene;
 }
 const double capacitance = 2 * std::numbers::pi * 4.2e-11 * 2 * radius / std::log(0.1 / radius);  // F
@@ -53,7 +53,7 @@ double balance(const ConductorFrame& f, double initial_charge = 0) {
   return f.charge_held + f.charge_drained + f.charge_leaked - f.charge_fed - initial_charge;
 }
 
-/// J, of what should not change: everything stored, less what was supplied, and what became heat.
+/// Conserved energy (J): stored energy minus supplied energy plus dissipated energy.
 double total_energy(const ConductorFrame& f) {
   const EnergyBalance& e = *f.energy_balance;
   return f.energy + e.kinetic + e.elastic - e.flows.supplied() + e.flows.dissipated();
@@ -63,7 +63,7 @@ double total_energy(const ConductorFrame& f) {
 
 // ---- a step of charge
 
-TEST_CASE("a step is exact for constant currents at any length, with and without a step before") {
+TEST_CASE("charge step: constant currents are integrated exactly at any length") {
   const double tau = 0.7, current = 3;
   for (const double dt : {1e-6, 0.1, 5.0, 400.0}) {
     const double exact = current * tau * -std::expm1(-dt / tau);
@@ -76,13 +76,13 @@ TEST_CASE("a step is exact for constant currents at any length, with and without
   }
 }
 
-TEST_CASE("a step with one before is of second order: exact for a current that grows linearly, without leakage") {
+TEST_CASE("charge step: with a previous step a linear current is exact") {
   const double dt = 0.3, before = 0.2;
   const auto integral = [](double from, double to) { return 0.5 * (to * to - from * from); };  // of I = t
   const ChargeStep step = charge_step(dt, before, INFINITY);
   const double end = 1.0;
   CHECK(step.weight * end + step.inherited * integral(end - dt - before, end - dt) == near(integral(end - dt, end)));
-  // With leakage what is over is of third order: halving all times divides it by 8.
+  // With leakage the error is of third order: halving all times divides it by 8.
   const auto over = [&](double scale) {
     const double tau = 1, h = dt * scale, b = before * scale;
     const auto left = [&](double from, double to) {  // integral of s exp(-(to - s) / tau)
@@ -95,19 +95,20 @@ TEST_CASE("a step with one before is of second order: exact for a current that g
   CHECK(over(0.02) / over(0.01) == doctest::Approx(8).epsilon(0.05));
 }
 
-TEST_CASE("the error of a step: half the change of a current that changes slowly, little of one that is over soon") {
-  // Backward Euler carries dt I(end): for a straight line too little by dt (I(start) - I(end)) / 2.
+TEST_CASE("charge step: the error estimate is half the current's change") {
+  // Backward Euler carries dt I(end). For a linear current this is too little by dt (I(start) - I(end)) / 2.
   CHECK(charge_error(0.1 * 1.0, 0.1, 1.2, 1.0, 0) == doctest::Approx(0.01).epsilon(0.2));
   CHECK(charge_error(0.1 * 1.2, 0.1, 1.0, 1.2, 0) == near(0.01));
-  // dQ/dt = -Q with a step z: backward Euler carries z/(1 + z), exp 1 - e^-z. The estimate is their difference.
+  // For dQ/dt = -Q and a step z, backward Euler carries z / (1 + z) instead of 1 - e^-z. The estimate is the
+  // difference.
   for (const double z : {0.1, 1.0, 10.0, 1000.0})
     CHECK(charge_error(z / (1 + z), z, 1, 1 / (1 + z), 0) == near(std::abs(z / (1 + z) + std::expm1(-z)), 1e-9));
-  CHECK(charge_error(1.0, 1, 1.0 + 1e-3, 1.0, 2e-3) < 1e-15);  // no more than noise
+  CHECK(charge_error(1.0, 1, 1.0 + 1e-3, 1.0, 2e-3) < 1e-15);  // The error is below the noise.
 }
 
 // ---- leakage
 
-TEST_CASE("charge leaks with the relaxation time of the fluid, fed or not, exactly at any step") {
+TEST_CASE("leakage: charge decays with the fluid's relaxation time at any step") {
   for (const Integrator integrator : {Integrator::cvode, Integrator::euler}) {
     Scene scene = scene_of({{0.05, 0.05}});
     scene.effects.add<effects::FloatingConductorsOptions>();
@@ -129,8 +130,8 @@ TEST_CASE("charge leaks with the relaxation time of the fluid, fed or not, exact
   }
 }
 
-TEST_CASE("what a held conductor leaks its supply replaces") {
-  // Held at 1 kV, Q = C V all the time: the supply gives Q / tau.
+TEST_CASE("leakage: the supply replaces the charge that a fixed potential loses") {
+  // At a fixed 1 kV the charge stays Q = C V, and the supply delivers Q / tau.
   Scene scene = scene_of({{0.05, 0.05}});
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.groups = {{.name = "held", .potential = 1000.0}};
@@ -140,7 +141,7 @@ TEST_CASE("what a held conductor leaks its supply replaces") {
   simulation.advance_to(1.2);
   const ConductorFrame frame = simulation.now();
   const double q = 1000 * capacitance;
-  CHECK(frame.charge[0] == near(q, 1e-6));  // LineCharges: 1e-9 a solve
+  CHECK(frame.charge[0] == near(q, 1e-6));  // LineCharges drifts by 1e-9 per solve.
   CHECK(frame.charge_leaked == near(q * 1.2 / 0.3, 1e-6));
   CHECK(-frame.terminals[0].drained == near(q + q * 1.2 / 0.3, 1e-6));
   CHECK(frame.energy_balance->flows.leakage == near(1000 * q * 1.2 / 0.3, 1e-6));  // V^2 C / tau
@@ -148,7 +149,7 @@ TEST_CASE("what a held conductor leaks its supply replaces") {
 
 // ---- resistors
 
-TEST_CASE("an electrode behind a resistor charges as C and R say, to the accuracy of the run") {
+TEST_CASE("resistor: an electrode charges with RC within the run's accuracy") {
   const double ohm = 0.2 / capacitance;  // RC = 0.2 s
   for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
     Scene scene = resistor_scene(ohm);
@@ -162,50 +163,50 @@ TEST_CASE("an electrode behind a resistor charges as C and R say, to the accurac
       worst = std::max(worst, std::abs(frame.terminals[0].surface_potential / 1000 - -std::expm1(-time / 0.2)));
       CHECK(-frame.charge_drained == near(frame.charge_held, 1e-14));
     }
-    // Errors of steps add up, but what each leaves decays with RC: not more than a step's tolerance times the steps in
-    // RC.
+    // Step errors accumulate and decay with RC. The sum is at most a step's tolerance times the number of steps in RC.
     const double steps = static_cast<double>(simulation.counters().steps);
     CHECK(worst < tolerance * steps);
-    CHECK(worst < 4 * tolerance);              // regression values: 0.4, 1.1 and 2.8
-    CHECK(steps < 10 / std::cbrt(tolerance));  // of second order: the steps grow with the cube root
+    CHECK(worst < 4 * tolerance);  // Regression values: 0.4, 1.1 and 2.8.
+    // A second-order method: the number of steps grows with the cube root of 1 / tolerance.
+    CHECK(steps < 10 / std::cbrt(tolerance));
   }
 }
 
 TEST_CASE("charge through a resistor: its error is below field.accuracy") {
   const double ohm = 0.2 / capacitance;
-  for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5}) {  // LineCharges drifts by 1e-9 a solve
+  for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5}) {  // LineCharges drifts by 1e-9 per solve.
     CAPTURE(accuracy);
     Scene scene = resistor_scene(ohm);
     scene.field().chosen_for = FieldAccuracy{.asked = accuracy, .estimate = accuracy};
-    scene.field().moving_tolerance = 0.1 * accuracy;  // of the solves: finer, as what is chosen is
+    scene.field().moving_tolerance = 0.1 * accuracy;  // The chosen solver tolerance is finer than the accuracy.
     scene.mechanics.largest_step = 1;
     Simulation simulation(scene, std::make_unique<LineCharges>());
     for (const double time : {0.1, 0.3, 1.0}) {
       simulation.advance_to(time);
-      const double charged = simulation.now().terminals[0].surface_potential / 1000;  // of the charge of the end
+      const double charged = simulation.now().terminals[0].surface_potential / 1000;  // Relative to the final charge.
       CHECK(std::abs(charged + std::expm1(-time / 0.2)) < accuracy);
     }
   }
 }
 
-// Q_a(t) = Q (a + b exp(-t / tau)) / (a + b), tau = R 4 pi eps a b / (a + b): spheres so far apart that their mutual
-// capacitance changes it by less than 1 %, which the field itself gives at the end and at the start.
+// Q_a(t) = Q (a + b exp(-t / tau)) / (a + b) with tau = R 4 pi eps a b / (a + b). The spheres are so far apart that
+// their mutual capacitance changes tau by less than 1 %. The field gives this change at the start and at the end.
 TEST_CASE("charge between two spheres in space: its error is below field.accuracy") {
   const double farad = 4 * std::numbers::pi * 8.8541878128e-12 * 0.01 * 0.02 / 0.03, ohm = 1 / farad;
   const auto charge_at = [&](double accuracy, double time) {
     Simulation simulation(effects::with_field_chosen(parse_scene(
         fmt::format("domain = {{ size = [3, 1, 1], open = true }}\nmedium = {{ relative_permittivity = 1 }}\n"
                     "field = {{ accuracy = {} }}\n[[conductor]]\nposition = [0.5, 0.5, 0.5]\nradius = 0.01\n"
-                    "charge = 1e-9\nheld = true\n[[conductor]]\nposition = [2.5, 0.5, 0.5]\nradius = 0.02\n"
-                    "held = true\n[effects.floating_conductors]\n[effects.contact_discharge]\ngap = 2.5\n"
+                    "charge = 1e-9\nfixed = true\n[[conductor]]\nposition = [2.5, 0.5, 0.5]\nradius = 0.02\n"
+                    "fixed = true\n[effects.floating_conductors]\n[effects.contact_discharge]\ncontact_distance = 2.5\n"
                     "[effects.contact_resistance]\nresistance = {}\n[stop]\ntime = 50\n[output]\nevery = 50\n",
                     accuracy, ohm),
         "wire.toml")));
     simulation.advance_to(time);
     return simulation.now().charge[0] / 1e-9;
   };
-  // The rate is that of the start: d(V_a - V_b)/dQ of two spheres 2 m apart, 1 / (4 pi eps) (1/a + 1/b - 2/d), whose
-  // next term is below 1e-5 of it.
+  // Initial rate: d(V_a - V_b)/dQ of two spheres 2 m apart is 1 / (4 pi eps) (1/a + 1/b - 2/d). The next term is below
+  // 1e-5 of it.
   const double rate = 1 - 2.0 / 2 / 150, end = (1 / 0.02 - 0.5) / (1 / 0.01 + 1 / 0.02 - 1);
   for (const double accuracy : {1e-3, 1e-4})
     for (const double time : {0.5, 1.0, 2.0}) {
@@ -215,7 +216,7 @@ TEST_CASE("charge between two spheres in space: its error is below field.accurac
     }
 }
 
-TEST_CASE("the charge step is of second order") {
+TEST_CASE("charge step: the error is of second order in the step") {
   const double ohm = 0.2 / capacitance;
   const auto error = [&](double dt) {
     Scene scene = resistor_scene(ohm);
@@ -229,19 +230,19 @@ TEST_CASE("the charge step is of second order") {
   CHECK(error(0.005) / error(0.0025) == doctest::Approx(4).epsilon(0.05));
 }
 
-TEST_CASE("no resistance is the supply itself, a huge one an insulated electrode; a short RC costs no steps") {
+TEST_CASE("resistor: zero ohm acts as the supply, a huge one as insulation") {
   Scene scene = resistor_scene(1e-3 / capacitance * 1e-6);  // RC = 1 ns
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(0.3);
   CHECK(simulation.now().terminals[0].surface_potential == near(1000, 1e-7));
-  CHECK(simulation.counters().field_solves < 30);  // regression value: 20, where RC fits 3e8 times
+  CHECK(simulation.counters().field_solves < 30);  // Regression value: 20; RC fits 3e8 times into the time.
   scene.electrodes[0].series_resistance = 1e12 / capacitance;
   Simulation open(scene, std::make_unique<LineCharges>());
   open.advance_to(0.3);
   CHECK(open.now().terminals[0].surface_potential == near(1000 * 0.3e-12, 1e-3));
 }
 
-TEST_CASE("what is held at a supply's potential and touches the electrode behind its resistor is no one with it") {
+TEST_CASE("resistor: a group at the supply's potential cannot touch the electrode") {
   Scene scene = resistor_scene(1e9);
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.conductors[0] = {.position = {0.08 - 1.9 * radius, 0.05}, .radius = radius, .group = 0};
@@ -253,14 +254,14 @@ TEST_CASE("what is held at a supply's potential and touches the electrode behind
   CHECK_NOTHROW(one.now());
 }
 
-TEST_CASE("resistors: a coupling that cannot move their charge is refused in any scene") {
+TEST_CASE("resistor: a coupling that cannot move its charge is refused") {
   Scene scene = resistor_scene(1e9);
   scene.mechanics.coupling = FieldCoupling::monolithic;
   CHECK_THROWS_WITH_AS(Simulation(scene, std::make_unique<LineCharges>()), doctest::Contains("\"monolithic\""),
                        InputError);
 }
 
-TEST_CASE("the energy of charging a capacitor through a resistor is balanced at any step: half of it is lost") {
+TEST_CASE("resistor: charging a capacitor dissipates half of the supplied energy") {
   for (const double rc : {1e-9, 0.2, 100.0})
     for (const double tau : {0.0, 0.1}) {
       Scene scene = resistor_scene(rc / capacitance);
@@ -269,7 +270,7 @@ TEST_CASE("the energy of charging a capacitor through a resistor is balanced at 
       simulation.advance_to(1.1);
       const ConductorFrame frame = simulation.now();
       const EnergyFlows& flows = frame.energy_balance->flows;
-      // LineCharges: the k-th solve is wrong by 1e-9 k, and what a step books by that much of what there is.
+      // The k-th solve of LineCharges has a relative error of 1e-9 k, hence also the energy that a step records.
       const auto solves = static_cast<double>(frame.field_solves);
       CHECK(std::abs(total_energy(frame)) < 0.5e-9 * solves * solves * flows.supplied());
       if (tau == 0) {
@@ -282,7 +283,7 @@ TEST_CASE("the energy of charging a capacitor through a resistor is balanced at 
     }
 }
 
-TEST_CASE("a contact of no resistance is the limit of one of little: potentials, charges and the spark's energy") {
+TEST_CASE("contact resistance: the limit of zero resistance is the ideal contact") {
   Scene scene = scene_of({{0.05, 0.05}, {0.05 + 2.5 * radius, 0.05}});
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.01});
@@ -290,7 +291,7 @@ TEST_CASE("a contact of no resistance is the limit of one of little: potentials,
   scene.conductors[1].charge = -1e-12;
   scene.electrodes = {ball("ground", {0.01, 0.01}, 0)};
   for (Conductor& conductor : scene.conductors) conductor.radius = radius;
-  scene.material.density = 1e15;  // nothing moves
+  scene.material.density = 1e15;  // The mass keeps all bodies at rest.
   Scene apart = scene;
   apart.effects.remove<effects::ContactDischargeOptions>();
   const double first_energy = Simulation(apart, std::make_unique<LineCharges>()).now().energy;
@@ -303,21 +304,21 @@ TEST_CASE("a contact of no resistance is the limit of one of little: potentials,
     resistive.advance_to(1e-3);
     const ConductorFrame frame = resistive.now();
     CHECK(frame.group == std::vector<int>{0, 0});
-    CHECK(resistive.counters().field_solves < 60);  // regression values: 30, 52, 2
+    CHECK(resistive.counters().field_solves < 60);  // Regression values: 30, 52, 2.
     CHECK(frame.charge[0] + frame.charge[1] == near(2e-12, 1e-14));
-    // The difference decays with R C_pair, C_pair = 2 pi eps depth / (2 ln(d/R)); one implicit step of any length t
-    // leaves R C_pair / t of it, more steps leave less.
+    // The difference decays with R C_pair, where C_pair = 2 pi eps depth / (2 ln(d/R)). One implicit step of length t
+    // leaves R C_pair / t of it; more steps leave less.
     const double relaxation = rc * std::log(0.1 / radius) / (2 * std::log(2.5));
     const double left = (frame.charge[0] - merged.charge[0]) / (3e-12 - merged.charge[0]);
     CHECK(std::abs(left) < relaxation / 1e-3 + 1e-7);
-    // What the contact turns into heat is what the field loses: as much as the spark of an ideal one.
+    // The heat in the contact equals the field's loss, as in the spark of an ideal contact.
     const EnergyBalance& energy = *frame.energy_balance;
     CHECK(energy.flows.contacts == near(first_energy - frame.energy, 1e-5));
     if (rc < 1e-5) CHECK(energy.flows.contacts == near(first_energy - merged.energy, 1e-2));
   }
 }
 
-TEST_CASE("circuit: conductors that touch at the start need a gap") {
+TEST_CASE("contact resistance: conductors in contact at the start are refused") {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius, 0.05}});
   scene.conductors[0].charge = 1e-12;
   scene.effects.add(effects::ContactResistanceOptions{.resistance = 1e14});
@@ -325,30 +326,30 @@ TEST_CASE("circuit: conductors that touch at the start need a gap") {
                        doctest::Contains("they touch at the start: begin with a gap between them"), Failure);
 }
 
-/// Two balls behind resistors in an insulated box, a chain of three spheres from one to the other.
+/// Scene of a series circuit: two balls behind resistors in an insulated box and a chain of three spheres between them.
 Scene series_circuit() {
   Scene scene = conductor_scene({{0.0175, 0.0195}, {0.0195, 0.0195}, {0.0215, 0.0195}});
   scene.domain.size = {0.039, 0.039};
   scene.electrodes = {ball("high", {0.0155, 0.0195}, 400), ball("low", {0.0235, 0.0195}, -200)};
   scene.field().cells = 128;
   scene.field().moving_tolerance = 1e-6;
-  scene.material.density = 1e15;  // nothing moves
+  scene.material.density = 1e15;  // The mass keeps all bodies at rest.
   return scene;
 }
 
-TEST_CASE("every electrode behind a resistor: a series circuit, whose level in an insulated box is Kirchhoff's") {
-  const double farad = 1e-13;  // some
+TEST_CASE("series circuit: potentials in an insulated box obey Kirchhoff's laws") {
+  const double farad = 1e-13;  // An arbitrary value.
   Scene scene = series_circuit();
   scene.electrodes[0].series_resistance = 1e-3 / farad;
   scene.electrodes[1].series_resistance = 3e-3 / farad;
   scene.effects.add(effects::ContactResistanceOptions{.resistance = 0.5e-3 / farad});
   Simulation simulation(scene);
   const double ohm = (1e-3 + 3e-3 + 4 * 0.5e-3) / farad, current = 600 / ohm;
-  // At the first instant nothing is charged, and the level is such that both resistors carry one current.
+  // Initially the capacitances are uncharged, and the potential level gives both resistors the same current.
   const ConductorFrame first = simulation.now();
   CHECK(first.terminals[0].surface_potential == near(400 - 600.0 / 4, 1e-6));
   CHECK(first.terminals[1].surface_potential == near(400 - 600.0 / 4, 1e-6));
-  simulation.advance_to(0.2);  // 30 of the longest R C and more
+  simulation.advance_to(0.2);  // More than 30 times the longest RC.
   const ConductorFrame before = simulation.now();
   simulation.advance_to(0.3);
   const ConductorFrame frame = simulation.now();
@@ -362,14 +363,14 @@ TEST_CASE("every electrode behind a resistor: a series circuit, whose level in a
   CHECK(std::abs(total_energy(frame) - total_energy(first)) < 1e-5 * flows.supplied());
 }
 
-TEST_CASE("what a source feeds into an insulated box leaves through the resistors, by their conductances") {
+TEST_CASE("current source: the current leaves an insulated box by conductance") {
   const double farad = 1e-13;
   Scene scene = series_circuit();
   scene.electrodes[0].series_resistance = 1e-3 / farad;
   scene.electrodes[1].series_resistance = 3e-3 / farad;
   scene.electrodes[1].potential = 400;
   scene.effects.add(effects::CurrentSourceOptions{.current = 1e-9});
-  Simulation simulation(scene);  // ideal contacts: all are one
+  Simulation simulation(scene);  // Ideal contacts: all conductors form one group.
   CHECK(simulation.now().potential[1] == near(400 + 3e-9 * 0.75e-3 / farad, 1e-6));
   simulation.advance_to(0.1);
   const ConductorFrame frame = simulation.now();
@@ -378,7 +379,7 @@ TEST_CASE("what a source feeds into an insulated box leaves through the resistor
   CHECK(std::abs(balance(frame)) < 1e-14 * frame.charge_fed);
 }
 
-TEST_CASE("a crowd with everything on: charge to the last digit, whatever the integrator, and the same bits resumed") {
+TEST_CASE("dense circuit: charge balances exactly and a resumed run is identical") {
   for (const auto& [integrator, every] : {std::tuple{Integrator::cvode, 0.05}, {Integrator::euler, 0.02}}) {
     Scene scene = crowd();
     scene.electrodes.push_back(ball("high", {0.062, 0.05}, 50));
@@ -412,12 +413,12 @@ TEST_CASE("a crowd with everything on: charge to the last digit, whatever the in
   }
 }
 
-TEST_CASE("what came and leaked before a merger is booked at potentials and charges that go on until then") {
+TEST_CASE("energy budget: flows before a group merge use extrapolated potentials") {
   Scene scene = conductor_scene({{0.02, 0.05}});
   scene.electrodes = {ball("high", {0.08, 0.05}, 1000), ball("low", {0.05, 0.02}, 0)};
   scene.effects.add(effects::LeakageOptions{.conductivity = scene.medium.permittivity / 4.0});  // tau = 4 s
   mechanics::EnergyBook book(scene, 4);
-  // The conductor's potential and the electrodes' charges grow evenly, from 2 V and 1 C at 1 s, by 3 V/s and 2 C/s.
+  // The conductor's potential and the electrodes' charges grow linearly, from 2 V and 1 C at 1 s, by 3 V/s and 2 C/s.
   const auto instant = [](double time, double jump) {
     const double charge = 1 + 2 * (time - 1) + jump;
     return mechanics::EnergyBook::Instant{time, 0, {2 + 3 * (time - 1) + jump}, {charge, -charge}, {0, 0}};
@@ -427,8 +428,8 @@ TEST_CASE("what came and leaked before a merger is booked at potentials and char
   const EnergyFlows before = book.flows();
   const double current = 0.1, leaked = 0.01;
   book.note(std::vector{current}, 0.5, std::vector{leaked});
-  SUBCASE("the rates known") {
-    SUBCASE("as they were booked") {}
+  SUBCASE("with known rates") {
+    SUBCASE("as they were recorded") {}
     SUBCASE("from a checkpoint") {
       mechanics::EnergyBook same(scene, 4);
       same.restore(book.save());
@@ -437,10 +438,10 @@ TEST_CASE("what came and leaked before a merger is booked at potentials and char
     }
     book.book_merger(instant(2.5, -4), 0);
     CHECK(book.flows().by_source - before.by_source == near(current * 0.5 * (5 + 6.5) / 2));
-    // Of the electrode at 1 kV, 3 C at 2 s and 4 C before the merger leak for half a second with tau = 4 s.
+    // The electrode at 1 kV has 3 C at 2 s and 4 C before the merge. It leaks for 0.5 s with tau = 4 s.
     CHECK(book.flows().leakage - before.leakage == near(leaked * (5 + 6.5) / 2 + 1000 * 0.5 / 4 * 3.5));
   }
-  SUBCASE("after a jump: first order, at the last potential and charge") {
+  SUBCASE("after a jump: first order, with the last potential and charge") {
     book.forget_rates();
     book.book_merger(instant(2.5, -4), 0);
     CHECK(book.flows().by_source - before.by_source == near(current * 0.5 * 5));
@@ -448,7 +449,7 @@ TEST_CASE("what came and leaked before a merger is booked at potentials and char
   }
 }
 
-TEST_CASE("a scene without a circuit books no energy and has no resistors") {
+TEST_CASE("circuit: a scene without one records no energy and no resistors") {
   Simulation simulation(crowd(), std::make_unique<LineCharges>());
   simulation.advance_to(0.01);
   CHECK_FALSE(simulation.now().energy_balance);

@@ -6,7 +6,7 @@
 
 #include "tests/program.hpp"
 
-/// Tests of the command line share this. It has a namespace of its own, since test files are compiled several at a time.
+/// Common definitions of tests of the command line, in their own namespace because test files are compiled together.
 namespace lichtenberg::command_line_tests {
 
 inline Ended run(const Folder& folder, const std::string& arguments) { return run_program(folder, arguments); }
@@ -16,7 +16,7 @@ inline bool one_sentence(const std::string& text) {
   return text.starts_with("lichtenberg: ") && text.find('\n') == text.size() - 1;
 }
 
-/// Equal but for a relative error, however small the numbers are: doctest's own scale of 1 makes all charges equal.
+/// Approximate value with a relative error. The default scale of doctest, 1, would make all charges equal.
 inline doctest::Approx near(double value, double error) { return doctest::Approx(value).epsilon(error).scale(0); }
 
 inline void check_refused(const Ended& result, const std::string& part) {

@@ -1,4 +1,4 @@
-// `solve --capacitance`, and spheres between two plates, as a user asks for them.
+// Tests of `solve --capacitance`, and of spheres between two plates.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ const std::string plates_in_space = R"(
 
 TEST_CASE("solve --capacitance: a group is the row of the matrix") {
   const Folder folder;
-  // Conductors 0 and 1 are one group; in space two electrodes at one potential are one, too.
+  // Conductors 0 and 1 form one group. In space two electrodes at one potential form one as well.
   const std::string wired = "[[conductor]]\nradius = 1e-3\ngroup = \"pair\"\n";
   const std::string last = "[[conductor]]\nradius = 1e-3\ncharge = -3e-11\n";
   const std::string medium = "[medium]\npermittivity = 4e-11\n[[group]]\nname = \"pair\"\ncharge = 1e-10\n";
@@ -77,7 +77,7 @@ TEST_CASE("solve --capacitance: a group is the row of the matrix") {
   }
 }
 
-TEST_CASE("a sphere between two plates: the capacitance matrix has the plates, and says what charges they have") {
+TEST_CASE("sphere between two plates: the matrix contains the plates' charges") {
   const Folder folder;
   folder.write("plates.toml", plates_in_space);
   const json answer = json::parse(run(folder, "solve plates.toml --capacitance --json").out);
@@ -94,10 +94,11 @@ TEST_CASE("a sphere between two plates: the capacitance matrix has the plates, a
       sum += c, made += c * potential[j];
       CHECK(c == near(matrix[j][i].get<double>(), 1e-6));
     }
-    CHECK(std::abs(sum) < 1e-7 * matrix[i][i].get<double>());  // all else insulates: one potential has no field
+    // All other sides are insulators: equal potentials give no field.
+    CHECK(std::abs(sum) < 1e-7 * matrix[i][i].get<double>());
     CHECK(made == near(charge[i], 1e-6));
   }
-  // Sides that meet have one charge.
+  // Adjacent sides have one charge.
   const std::string right = "right = { potential = -50.0 }";
   std::string edge = plates_in_space;
   edge.replace(edge.find(right), right.size(), "right = { potential = 100.0 }\n top = { potential = 100.0 }");
@@ -110,7 +111,7 @@ TEST_CASE("a sphere between two plates: the capacitance matrix has the plates, a
         near(-joined["capacitance"]["matrix"][0][0].get<double>(), 1e-7));
 }
 
-TEST_CASE("explain says which harmonics spheres take, and what they cost; work-precision sweeps them") {
+TEST_CASE("explain and work-precision: degree and cost of harmonics") {
   const Folder folder;
   folder.write("plates.toml", plates_in_space);
   const std::string explained = run(folder, "explain plates.toml").out;
@@ -133,7 +134,7 @@ TEST_CASE("explain says which harmonics spheres take, and what they cost; work-p
     }
   }
   CHECK(best < 1e-9);
-  CHECK(dipoles > 1e3 * best);  // images make more than a dipole of a sphere between plates
+  CHECK(dipoles > 1e3 * best);  // The images contribute more than a dipole for a sphere between plates.
   check_refused(run(folder, "work-precision plates.toml --sizes 64"), "--sizes goes with grids");
 }
 

@@ -1,5 +1,4 @@
-// What users and machines do to the program that it must meet with a sentence: numbers and names beyond all measure,
-// files that are none, signals, scenes that could never end.
+// Tests of error messages for hostile input: extreme numbers and names, files of other types, signals, endless scenes.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -21,7 +20,7 @@ using namespace lichtenberg;
 
 namespace {
 
-/// A wire at 5954.5 V, hardly more than its radius above a side at -1653 V, which it falls onto.
+/// Scene of a wire at 5954.5 V just above a side at -1653 V, onto which it falls.
 const std::string falling_wire = R"(
 [domain]
 size = [0.032, 0.032]
@@ -41,7 +40,7 @@ potential = 5954.5
 [effects.hertz_contact]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 1e-5
+contact_distance = 1e-5
 [effects.contact_resistance]
 resistance = 6e7
 [field]
@@ -53,7 +52,7 @@ picture = false
 time = 1
 )";
 
-/// Two neutral disks, and one supply behind a resistor: at rest, and all at one potential.
+/// Scene of two neutral disks and one supply behind a resistor: at rest, and all at one potential.
 const std::string lone_supply = R"(
 [domain]
 size = [0.032, 0.032]
@@ -77,7 +76,7 @@ radius = 1.3e-3
 [effects.hertz_contact]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 1e-4
+contact_distance = 1e-4
 [field]
 cells = 64
 [output]
@@ -87,7 +86,7 @@ picture = false
 time = 0.2
 )";
 
-/// A disk in the middle of a ring of this radius, its charge the only one.
+/// Scene of a disk, the only charge, in the middle of a ring of the given radius.
 std::string in_ring(double radius) {
   return fmt::format(R"(
 [domain]
@@ -110,15 +109,15 @@ cells = 128
                      radius);
 }
 
-/// What must not go on for ever is ended after a time that no machine needs for it.
+/// Runs a command that must end by itself; kills it after 10 minutes.
 Ended run_within_minutes(const Folder& folder, const std::string& arguments) {
   return run_shell(folder, "timeout -s KILL 600 LICHTENBERG " + arguments);
 }
 
-/// The status of a run that gets the signal so long (s) after this file is there: the lock before it has solved
-/// anything, the result once it has saved its first frame.
+/// Sends a signal `later` seconds after `file` exists and returns the run's status. The lock exists before the first
+/// solve, the result after the first saved frame.
 Ended run_with_signal(const Folder& folder, const std::string& signal, const std::string& file, double later) {
-  // timeout passes the signal on, in the foreground once, and ends as what it has started.
+  // timeout forwards the signal once in the foreground and returns the status of its child.
   return run_shell(folder,
                    fmt::format("timeout --foreground -s KILL 600 LICHTENBERG run scene.toml --out x.h5 & run=$!; "
                                "while [ ! -e {} ] && kill -0 $run; do sleep 0.001; done; sleep {}; "
@@ -135,7 +134,7 @@ void check_refused(const Ended& ended, int status, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("conductors held at two potentials that a resistor joins end the run in a sentence once they touch") {
+TEST_CASE("contact of fixed potentials joined by a resistor: it ends the run") {
   const Folder folder;
   folder.write("scene.toml", falling_wire);
   const Ended ended = run_within_minutes(folder, "run scene.toml --quiet");
@@ -145,9 +144,9 @@ TEST_CASE("conductors held at two potentials that a resistor joins end the run i
   CHECK_FALSE(contains(ended.err, "too soft"));
 }
 
-TEST_CASE("a terminated run ends between two steps, with its last checkpoint") {
+TEST_CASE("signal: a run ends between two steps and keeps its last checkpoint") {
   const Folder folder;
-  // One frame in a thousand simulated seconds, which takes hours.
+  // The only frame in 1000 simulated seconds takes hours.
   std::string endless = replaced(lone_supply, "every = 0.05", "every = 1000");
   endless = replaced(endless, "time = 0.2", "time = 1000\nstationary = false\n[mechanics]\nlargest_step = 1e-4");
   folder.write("scene.toml", endless);
@@ -163,9 +162,8 @@ TEST_CASE("a terminated run ends between two steps, with its last checkpoint") {
     }
 }
 
-// The charge of 10^30 C that is fed in .1 ms makes forces of 10^60 N: CVODE's step became 0, and one call of it
-// endless.
-TEST_CASE("a force without measure ends the run in a sentence") {
+// A charge of 10^30 C within 0.1 ms gives forces of 10^60 N. CVODE's step would become 0 and its call endless.
+TEST_CASE("force overflow: it ends the run with an error message") {
   const Folder folder;
   folder.write("scene.toml", R"(seed = 1
 [domain]
@@ -179,7 +177,7 @@ count = 12
 radius = 0.000775
 min_gap = 0.0001
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = 2e+35
 [effects.stokes_drag]
 [effects.hertz_contact]
@@ -195,14 +193,14 @@ every = 5e-5
   check_refused(run_within_minutes(folder, "run scene.toml --quiet"), 1, "is pressed into a side of the domain");
 }
 
-TEST_CASE("a file that may grow no larger is an error of writing") {
+TEST_CASE("file size limit: it is reported as a write error") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   const Ended ended = run_shell(folder, "ulimit -f 16; LICHTENBERG run scene.toml --quiet");
   check_refused(ended, 1, "File too large");
 }
 
-TEST_CASE("whole numbers beyond 2^53 are read as numbers, and refused as such") {
+TEST_CASE("scene numbers: integers beyond 2^53 are read and refused as numbers") {
   const Folder folder;
   folder.write("large.toml", replaced(falling_wire, "1.324e-3", "9007199254740993"));
   check_refused(run_program(folder, "explain large.toml"), 2, "by 9.01e+15 m");
@@ -211,9 +209,9 @@ TEST_CASE("whole numbers beyond 2^53 are read as numbers, and refused as such") 
                 "material.density = -9223372036854775808 is not allowed");
 }
 
-TEST_CASE("a ring that leaves nothing of itself in the domain is refused, also where no cell would see it") {
+TEST_CASE("ring outside the domain: it is refused, also if it covers no cell") {
   const Folder folder;
-  // The corners are 0.022627 m from the centre, half the diagonal of a cell is 1.77e-4 m.
+  // The corners are 0.022627 m from the centre; half the diagonal of a cell is 1.77e-4 m.
   for (const auto& [radius, depth] :
        {std::pair{0.03, "by 0 m, which is not at all"}, std::pair{0.0225, "by 0.000127 m"}}) {
     folder.write("ring.toml", in_ring(radius));
@@ -227,7 +225,7 @@ TEST_CASE("a ring that leaves nothing of itself in the domain is refused, also w
   check_refused(run_program(folder, "solve disk.toml"), 2, "the disk reaches into the domain by 0.0001 m");
 }
 
-TEST_CASE("one supply behind a resistor beside neutral conductors is a scene, in which nothing happens") {
+TEST_CASE("supply behind a resistor and neutral conductors: the run completes") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   const Ended ended = run_within_minutes(folder, "run scene.toml");
@@ -235,7 +233,8 @@ TEST_CASE("one supply behind a resistor beside neutral conductors is a scene, in
   CHECK_FALSE(contains(ended.out, "nan"));
 }
 
-TEST_CASE("results never take the place of a pipe or a link") {  // no device: where this fails as root it would be gone
+// No device is tested, because as root a failure would replace it.
+TEST_CASE("run: a result does not replace a pipe or a link") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   REQUIRE(run_shell(folder, "mkfifo pipe; ln -s elsewhere link").status == 0);
@@ -246,7 +245,7 @@ TEST_CASE("results never take the place of a pipe or a link") {  // no device: w
   CHECK(std::filesystem::is_symlink(folder / "link"));
 }
 
-TEST_CASE("names and keys beyond all measure are refused in a sentence") {
+TEST_CASE("names and keys: ones that are too long are refused") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   const std::string name(300, 'x');
@@ -262,7 +261,7 @@ TEST_CASE("names and keys beyond all measure are refused in a sentence") {
   check_refused(run_program(folder, "explain deep.toml"), 2, "deep.toml:1: a key of 1000 parts");
 }
 
-TEST_CASE("a scene file that is no plain file, or larger than scenes are, is refused") {
+TEST_CASE("scene file: a pipe, a device or an oversized file is refused") {
   const Folder folder;
   REQUIRE(run_shell(folder, "mkfifo pipe.toml; truncate -s 100000001 large.toml").status == 0);
   for (const std::string command : {"run", "explain", "solve", "ensemble"}) {
@@ -275,17 +274,18 @@ TEST_CASE("a scene file that is no plain file, or larger than scenes are, is ref
   }
 }
 
-TEST_CASE("a limit of open files that is too low ends a command in a sentence") {
+TEST_CASE("open files: a limit that is too low ends a command with a message") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   for (const std::string command : {"solve scene.toml", "run scene.toml", "--version"})
     check_refused(run_shell(folder, "ulimit -n 12; LICHTENBERG " + command), 1,
                   "only 12 files may be open at once (ulimit -n), and at least 64 are needed");
   CHECK(run_shell(folder, "ulimit -n 64; LICHTENBERG solve scene.toml").status == 0);
-  CHECK(run_shell(folder, "ulimit -S -n 12; LICHTENBERG solve scene.toml").status == 0);  // it may raise that itself
+  // The program may raise the soft limit.
+  CHECK(run_shell(folder, "ulimit -S -n 12; LICHTENBERG solve scene.toml").status == 0);
 }
 
-TEST_CASE("control characters of a scene never reach the terminal") {
+TEST_CASE("scene text: its control characters are not printed") {
   const Folder folder;
   const auto silent = [](const Ended& ended) {
     return !contains(ended.out + ended.err, "\x1b") && !contains(ended.out + ended.err, "\x07");
@@ -307,8 +307,8 @@ TEST_CASE("control characters of a scene never reach the terminal") {
   CHECK(silent(run_program(folder, "explain \"$(printf '\\033[31m').toml\"")));
 }
 
-TEST_CASE("energy: an imbalance within the noise of solves is called so") {
-  // Nothing moves to speak of: 1e-14 J are stored, and solves to 1e-4 make that differ by more than what is supplied.
+TEST_CASE("energy: an imbalance within solver noise is reported as noise") {
+  // Almost nothing moves: the stored energy is 1e-14 J, and solves to 1e-4 change it by more than the supplied energy.
   const Folder folder;
   folder.write("scene.toml", R"(
 [domain]
@@ -344,7 +344,7 @@ stationary = false
 
 namespace {
 
-/// Exit status and standard error of a command that reads a file in a child process and crashes there.
+/// Exit status and standard error of a command that crashes in a child process while it reads a file.
 std::pair<int, std::string> end_of_crash(const Folder& folder, const std::string& file) {
   const std::string messages = folder / "messages";
   const pid_t command = fork();
@@ -362,7 +362,7 @@ std::pair<int, std::string> end_of_crash(const Folder& folder, const std::string
 
 }  // namespace
 
-TEST_CASE("a crash: a file that can be read is not called damaged") {
+TEST_CASE("crash: a readable file is not reported as damaged") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   REQUIRE(run_program(folder, "run scene.toml --quiet").status == 0);
@@ -373,7 +373,7 @@ TEST_CASE("a crash: a file that can be read is not called damaged") {
   CHECK_FALSE(contains(message, "is damaged"));
 }
 
-TEST_CASE("control characters of file names never reach the terminal") {
+TEST_CASE("file names: their control characters are not printed") {
   const Folder folder;
   const std::string name =
       "a\x1b[31m\x07"
@@ -394,10 +394,10 @@ TEST_CASE("control characters of file names never reach the terminal") {
   }
 }
 
-TEST_CASE("a conductor below a cell: solve and run say so before any frame") {
+TEST_CASE("conductor below a cell: solve and run warn before any frame") {
   const Folder folder;
   folder.write("scene.toml", replaced(replaced(falling_wire, "1.324e-3", "1e-4"), "time = 1\n", "time = 1e-9\n"));
-  for (const std::string command : {"solve", "run"}) {  // a cell is 2.5e-4 m
+  for (const std::string command : {"solve", "run"}) {  // A cell is 2.5e-4 m wide.
     const Ended ended = run_program(folder, command + " scene.toml");
     CHECK(ended.status == 0);
     CHECK_MESSAGE(contains(ended.out + ended.err, "disks below a cell: 1 of them"), ended.err);
@@ -406,7 +406,7 @@ TEST_CASE("a conductor below a cell: solve and run say so before any frame") {
   CHECK_FALSE(contains(run_program(folder, "run scene.toml --overwrite").err, "below a cell"));
 }
 
-TEST_CASE("a folder that is removed during a run ends it, and the message says what is lost") {
+TEST_CASE("run: a removed folder ends it with a message about the lost data") {
   const Folder folder;
   folder.write("scene.toml",
                replaced(replaced(falling_wire, "time = 1\n", "time = 1e6\n"), "every = 0.01", "every = 1e-3"));

@@ -1,4 +1,4 @@
-// The field of a scene's first instant, as a user asks for it: solve, and what explain and run say of the same choices.
+// Tests of solve for the field of a scene's first instant, and of explain and run for the same choices.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -22,17 +22,17 @@ namespace {
 
 const std::string scenes = source_folder() + "/scenes/";
 
-/// The small scene with a line added to its [field], which comes last.
+/// The small scene with a line added to [field], its last table.
 std::string small_scene_with(const std::string& line) { return small_scene + "  " + line + "\n"; }
 
-/// The small scene with its [field] asking for an accuracy in place of cells.
+/// The small scene with field.accuracy instead of field.cells.
 std::string small_scene_asking(const std::string& accuracy) {
   std::string scene = small_scene;
   scene.replace(scene.find("cells = 64"), 10, "accuracy = " + accuracy);
   return scene;
 }
 
-/// Two sides of a box as the plates of a capacitor, 16 x 8 mm, 2 mm deep.
+/// Scene of a plate capacitor: two sides of a box, 16 x 8 mm and 2 mm deep.
 const std::string plates = R"(
   [domain]
   size = [16e-3, 8e-3]
@@ -48,7 +48,7 @@ const std::string plates = R"(
 
 }  // namespace
 
-TEST_CASE("solve in space says which charges it doesn't know, and refuses another device") {
+TEST_CASE("solve in space: unknown side charges are stated; a device is refused") {
   const Folder folder;
   folder.write("edge.toml",
                "domain = { size = [1.0, 1.0, 1.0], left = { potential = 0.0 }, front = { potential = 0.0 } }\n"
@@ -59,7 +59,7 @@ TEST_CASE("solve in space says which charges it doesn't know, and refuses anothe
   check_refused(run(folder, "solve edge.toml --device cuda"), "spheres");
 }
 
-TEST_CASE("solve refuses a scene without a field, and charge that has nowhere to go") {
+TEST_CASE("solve: a scene without field or with unbalanced charge is refused") {
   const Folder folder;
   folder.write("neutral.toml",
                "[domain]\nsize = [1e-2, 1e-2]\n[[conductor]]\nposition = [5e-3, 5e-3]\nradius = 1e-3\n");
@@ -85,16 +85,16 @@ TEST_CASE("solve --json: the two disks of the shipped scene") {
     CHECK(held.contains(field));
   for (const std::string phase : {"setup", "solve", "forces"}) CHECK(answer["seconds"].contains(phase));
 
-  // D 6.37 with d/2R = 2 and the scene's depth 2R: 652.1 V if there were no walls, which are within 1 % of that.
+  // D 6.37 with d/2R = 2 and the scene's depth 2R gives 652.1 V without walls, whose effect is within 1 %.
   const double permittivity = 4.7 * 8.8541878128e-12, radius = 0.775e-3, charge = 1e-10;
   const double capacitance = 2 * radius * std::numbers::pi * permittivity / std::acosh(2.0);
   CHECK(held["potential"].get<double>() == 0);
   CHECK(floating["potential"].get<double>() == near(charge / capacitance, 0.01));
   CHECK(held["group"] != floating["group"]);
-  // Flux balance: charge goes nowhere else; the solver's relative tolerance is 1e-10.
+  // Flux balance: the charges are opposite; the solver's relative tolerance is 1e-10.
   CHECK(floating["charge"].get<double>() == near(charge, 1e-9));
   CHECK(held["charge"].get<double>() == near(-charge, 1e-9));
-  // Opposite charges attract, and with equal strength: the walls are symmetric to both.
+  // Opposite charges attract with equal strength; the walls are symmetric to both.
   CHECK(held["force"][0].get<double>() > 0);
   CHECK(floating["force"][0].get<double>() == near(-held["force"][0].get<double>(), 1e-6));
   // W = Q phi / 2 with the other conductor at zero.
@@ -108,9 +108,9 @@ TEST_CASE("solve --json: the two disks of the shipped scene") {
 
 namespace {
 
-/// Rock salt: eight charged grains in a periodic cube, 1.5 d0 apart.
+/// Scene of rock salt: eight charged grains in a periodic cube, 1.5 d0 apart.
 std::string rock_salt(const std::string& effects) {
-  std::string scene = "[reference]\n[domain]\nsize = [3, 3, 3]\n";
+  std::string scene = "[units]\n[domain]\nsize = [3, 3, 3]\n";
   for (const char* side : {"left", "right", "bottom", "top", "front", "back"})
     scene += std::string(side) + " = \"periodic\"\n";
   for (int i = 0; i < 8; ++i)
@@ -126,7 +126,8 @@ TEST_CASE("solve: charged grains have the energy and the potentials of rock salt
   constexpr double madelung = 1.747564594633182, strength = 0.3;
   for (const std::string sum : {"mesh", "ewald"}) {
     CAPTURE(sum);
-    folder.write("salt.toml", rock_salt("[effects.coulomb]\nstrength = 0.3\naccuracy = 1e-7\nsum = \"" + sum + "\"\n"));
+    folder.write("salt.toml",
+                 rock_salt("[effects.coulomb]\ncoupling_constant = 0.3\naccuracy = 1e-7\nsum = \"" + sum + "\"\n"));
     const Ended ended = run(folder, "solve salt.toml --json");
     REQUIRE_MESSAGE(ended.status == 0, ended.err);
     const json answer = json::parse(ended.out);
@@ -136,7 +137,7 @@ TEST_CASE("solve: charged grains have the energy and the potentials of rock salt
     REQUIRE(answer["conductors"].size() == 8);
     for (const json& grain : answer["conductors"]) {
       CHECK(grain["potential"].get<double>() * grain["charge"].get<double>() == near(-madelung / 1.5, 1e-6));
-      for (const double force : grain["force"]) CHECK(std::abs(force) < 1e-6);  // by symmetry
+      for (const double force : grain["force"]) CHECK(std::abs(force) < 1e-6);  // The force vanishes by symmetry.
       CHECK_FALSE(grain.contains("dipole"));
     }
   }
@@ -144,7 +145,7 @@ TEST_CASE("solve: charged grains have the energy and the potentials of rock salt
   CHECK(contains(table, fmt::format("energy      {:.7g} m0 v0^2", -4 * strength * madelung / 1.5)));
 }
 
-TEST_CASE("solve: forces on polarized grains are the slope of the energy") {
+TEST_CASE("solve: forces on polarized grains are derivatives of the energy") {
   const Folder folder;
   for (const std::string degree : {"1", "3"}) {
     CAPTURE(degree);
@@ -159,14 +160,14 @@ TEST_CASE("solve: forces on polarized grains are the slope of the energy") {
       return json::parse(ended.out);
     };
     const json here = solved(0.3);
-    constexpr double h = 1e-3;  // its square over that of the distance is the error of the difference
+    constexpr double h = 1e-3;  // The error of the difference is its square over that of the distance.
     const double slope = (solved(0.3 + h)["energy"].get<double>() - solved(0.3 - h)["energy"].get<double>()) / (2 * h);
     CHECK(here["conductors"][0]["force"][0].get<double>() == near(-slope, 1e-5));
     CHECK(here["conductors"][0]["dipole"].size() == 3);
   }
 }
 
-TEST_CASE("solve: what is for conductors is refused of charged grains") {
+TEST_CASE("solve: options for conductors are refused for charged grains") {
   const Folder folder;
   folder.write("salt.toml", rock_salt("[effects.coulomb]\n"));
   check_refused(run(folder, "solve salt.toml --capacitance"), "--capacitance is for scenes of conductors");
@@ -179,7 +180,7 @@ TEST_CASE("solve: what is for conductors is refused of charged grains") {
   check_refused(run(folder, "solve neutral.toml"), "[effects.coulomb]");
 }
 
-TEST_CASE("solve's table has the numbers of its JSON") {
+TEST_CASE("solve: the table has the numbers of the JSON output") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   const json answer = json::parse(run(folder, "solve small.toml --json").out);
@@ -191,7 +192,7 @@ TEST_CASE("solve's table has the numbers of its JSON") {
   CHECK_FALSE(answer.contains("capacitance"));
 }
 
-TEST_CASE("solve and explain by multipoles") {
+TEST_CASE("solve and explain: the multipole method") {
   const Folder folder;
   folder.write("grid.toml", small_scene_with("tolerance = 1e-8"));
   folder.write("small.toml", small_scene_with("method = \"multipole\""));
@@ -200,21 +201,21 @@ TEST_CASE("solve and explain by multipoles") {
   REQUIRE(result.status == 0);
   const json answer = json::parse(result.out);
   CHECK(answer["method"] == "multipole");
-  // Radius 4 cells, gap 16 cells: the grid's error is within .1 %.
+  // With a radius of 4 cells and a gap of 16 cells the grid's error is within 0.1 %.
   for (const int i : {0, 1})
     CHECK(answer["conductors"][i]["potential"].get<double>() ==
           near(grid["conductors"][i]["potential"].get<double>(), 1e-3));
   CHECK(answer["energy"].get<double>() == near(grid["energy"].get<double>(), 1e-3));
-  CHECK(answer["unknowns"].get<long>() < 200);  // some 40 a disk, against 64^2 of the grid
+  CHECK(answer["unknowns"].get<long>() < 200);  // About 40 per disk, compared with 64^2 for the grid.
   CHECK(std::filesystem::exists(folder / "small.vtkhdf"));
   const Ended explained = run(folder, "explain small.toml");
   CHECK(contains(explained.out, fmt::format(" {}:", answer["unknowns"].get<long>())));
   CHECK(contains(explained.out, "spectral"));
-  CHECK(contains(explained.out, "refused"));  // a run: nothing keeps the disks apart
+  CHECK(contains(explained.out, "refused"));  // A run is refused because no contact force separates the disks.
   check_refused(run(folder, "run small.toml"), "[effects.hertz_contact]");
 }
 
-TEST_CASE("solve, explain and run say what they chose for an accuracy") {
+TEST_CASE("solve, explain and run: the choice for an accuracy is reported") {
   const Folder folder;
   folder.write("grid.toml", small_scene_asking("1e-2\n  method = \"cut-cell\""));
   folder.write("any.toml", small_scene_asking("1e-6"));
@@ -230,10 +231,10 @@ TEST_CASE("solve, explain and run say what they chose for an accuracy") {
   CHECK(contains(run(folder, "solve grid.toml").out, "chosen      cut-cell"));
   const std::string explained = run(folder, "explain grid.toml --petsc -options_left -nobodys_option").out;
   CHECK(contains(explained, "accuracy             0.01: some "));
-  CHECK_FALSE(contains(explained, "nobodys_option"));  // PETSc is not started
-  // Multipoles will do for `solve`; a run, in which nothing keeps these disks apart, would choose a grid.
+  CHECK_FALSE(contains(explained, "nobodys_option"));  // PETSc is not started.
+  // Multipoles suffice for `solve`. A run, in which no contact force separates these disks, would choose a grid.
   CHECK_FALSE(contains(run(folder, "explain any.toml").out, "refused"));
-  // Any effect beside the field makes a run of the scene, leakage alone too.
+  // Any effect besides the field makes the scene a run, also leakage alone.
   folder.write("leaky.toml", small_scene_asking("1e-2\n  [effects.leakage]\n  conductivity = 1e-12"));
   CHECK(contains(run(folder, "explain leaky.toml").out, "method               cut-cell"));
   folder.write("moving.toml",
@@ -246,9 +247,9 @@ TEST_CASE("solve, explain and run say what they chose for an accuracy") {
   CHECK(contains(result.out, "field error    at most "));
 }
 
-TEST_CASE("an accuracy that cannot be met is refused with what can") {
+TEST_CASE("field.accuracy: an impossible one is refused with a possible one") {
   const Folder folder;
-  // A gap of a ten-thousandth of the box.
+  // A gap of 1e-4 of the box.
   std::string close = small_scene_asking("1e-9\n  method = \"cut-cell\"");
   close.replace(close.find("[11e-3, 8e-3]"), 13, "[7.0016e-3, 8e-3]");
   folder.write("close.toml", close);
@@ -256,7 +257,7 @@ TEST_CASE("an accuracy that cannot be met is refused with what can") {
     check_refused(run(folder, command + " close.toml"), "field.accuracy = 1e-09 cannot be met");
 }
 
-TEST_CASE("other shapes than disks are refused by multipoles before any work") {
+TEST_CASE("multipole method: shapes other than disks are refused early") {
   const Folder folder;
   folder.write("ring.toml", small_scene_with("method = \"multipole\"\n[[electrode]]\nname = \"rim\"\nshape = \"ring\"\n"
                                              "centre = [8e-3, 8e-3]\nradius = 8e-3\npotential = 0.0"));
@@ -264,7 +265,7 @@ TEST_CASE("other shapes than disks are refused by multipoles before any work") {
     check_refused(run(folder, command + " ring.toml"), "\"rim\" is a ring");
 }
 
-TEST_CASE("a device that the method cannot use is refused") {
+TEST_CASE("field.device: one that the method cannot use is refused") {
   const Folder folder;
   folder.write("small.toml", small_scene_with("method = \"multipole\""));
   for (const std::string command : {"solve", "explain"})
@@ -275,7 +276,7 @@ TEST_CASE("a device that the method cannot use is refused") {
   CHECK(run(folder, "solve small.toml --device cpu").status == 0);
 }
 
-TEST_CASE("solve passes what follows --petsc to PETSc") {
+TEST_CASE("solve --petsc: the following options reach PETSc") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   CHECK(contains(run(folder, "solve small.toml --petsc -field_ksp_view").out, "KSP Object"));
@@ -285,7 +286,7 @@ TEST_CASE("solve passes what follows --petsc to PETSc") {
 }
 
 TEST_CASE("solve: MINRES and BiCGStab converge with the multigrid") {
-  // An insulating box, whose matrix is singular, and one with ground.
+  // An insulating box, whose matrix is singular, and a grounded one.
   const Folder folder;
   std::string neutral = "[domain]\nsize = [0.02, 0.02]\n[medium]\nrelative_permittivity = 4.7\n";
   for (const std::string sign : {"", "-"})
@@ -321,7 +322,7 @@ TEST_CASE("solve: PETSc's methods give the answer of conjugate gradients in spac
   }
 }
 
-TEST_CASE("solve --field writes a file, and replaces one only if told") {
+TEST_CASE("solve --field: it writes a file and replaces one only on request") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   CHECK(run(folder, "solve small.toml --field field.vtkhdf").status == 0);
@@ -334,10 +335,11 @@ TEST_CASE("solve --field writes a file, and replaces one only if told") {
   CHECK(run(folder, "solve small.toml --field field.vtkhdf --overwrite").status == 0);
   CHECK(is_hdf5());
   check_refused(run(folder, "solve small.toml --field no/such/folder/field.vtkhdf"), "no/such/folder");
-  CHECK(run(folder, "solve small.toml --field field.vtkhdf --overwrite").status == 0);  // one of its own again
+  // The existing file is the command's own.
+  CHECK(run(folder, "solve small.toml --field field.vtkhdf --overwrite").status == 0);
 }
 
-TEST_CASE("solve --overwrite: neither the scene that is read nor a result is replaced") {
+TEST_CASE("solve --overwrite: neither the scene nor a result is replaced") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   folder.write("run.toml", small_scene + "[stop]\ntime = 1e-6\n[output]\npicture = false\n[effects.stokes_drag]\n");
@@ -350,10 +352,10 @@ TEST_CASE("solve --overwrite: neither the scene that is read nor a result is rep
   CHECK(text_of(folder / "run.h5") == result);
 }
 
-TEST_CASE("electrodes alone are a scene: a plate capacitor has the charges and the capacitance that it must") {
+TEST_CASE("electrodes alone: a plate capacitor has its charges and capacitance") {
   const Folder folder;
   folder.write("plates.toml", plates);
-  const double capacitance = 4e-11 * 16e-3 * 2e-3 / 8e-3;  // the field is uniform: exact but for the solver's tolerance
+  const double capacitance = 4e-11 * 16e-3 * 2e-3 / 8e-3;  // The field is uniform: exact within the solver's tolerance.
   const json answer = json::parse(run(folder, "solve plates.toml --capacitance --json").out);
   CHECK(answer["conductors"].empty());
   CHECK(answer["depth"] == 2e-3);
@@ -380,7 +382,7 @@ TEST_CASE("electrodes alone are a scene: a plate capacitor has the charges and t
   check_refused(run(folder, "solve empty.toml"), "there is no field");
 }
 
-TEST_CASE("four electrodes and no conductor: what leaves one arrives at the others") {
+TEST_CASE("four electrodes without conductors: the charges sum to zero") {
   const Folder folder;
   std::string scene = "domain = { size = [16e-3, 16e-3] }\nmedium = { permittivity = 4e-11 }\n";
   for (const auto& [x, y, potential] : {std::tuple{4, 4, 0}, {12, 4, 50}, {4, 12, 100}, {12, 12, -30}})
@@ -395,7 +397,8 @@ TEST_CASE("four electrodes and no conductor: what leaves one arrives at the othe
     largest = std::max(largest, std::abs(charge));
   }
   CHECK(answer["electrodes"].size() == 4);
-  CHECK(std::abs(sum) < 1e-7 * largest);  // an insulated box holds no charge but what its bodies have; tolerance 1e-8
+  // An insulated box contains only the charges of its bodies; the tolerance is 1e-8.
+  CHECK(std::abs(sum) < 1e-7 * largest);
   CHECK(answer["depth"] == 1);
 }
 

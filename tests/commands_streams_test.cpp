@@ -1,4 +1,4 @@
-// Standard streams that are closed, full or broken pipes: no work is lost, and no file gets what is printed.
+// Tests of standard streams that are closed, full or broken pipes: work is stored, and no file gets the output.
 #include <doctest/doctest.h>
 
 #include <filesystem>
@@ -15,14 +15,14 @@ using namespace lichtenberg::command_line_tests;
 
 namespace {
 
-/// A folder with a scene of two conductors and five frames, which takes milliseconds.
+/// Folder with a scene of two conductors and five frames, which takes milliseconds.
 struct Moving : Folder {
   Moving() {
     write("moving.toml", replaced(small_scene, "4e-11", "4e-11\nviscosity = 0.7") +
                              "[effects.stokes_drag]\n[output]\nevery = 1e-3\ncheckpoint_every = 1\npicture = "
                              "false\n[stop]\ntime = 4e-3\n");
   }
-  /// All numbers of a result but timings.
+  /// All numbers of a result except timings.
   std::map<std::string, std::vector<std::byte>> numbers(const std::string& file) const {
     auto bytes = numbers_in((path / file).string());
     std::erase_if(bytes, [](const auto& entry) { return entry.first.starts_with("/provenance"); });
@@ -32,7 +32,7 @@ struct Moving : Folder {
 
 }  // namespace
 
-TEST_CASE("run: messages and output that cannot be written leave the same result and status 0") {
+TEST_CASE("run: unwritable messages leave the same result and status 0") {
   const Moving folder;
   REQUIRE(run(folder, "run moving.toml --out reference.h5 --quiet").status == 0);
   const auto reference = folder.numbers("reference.h5");
@@ -46,7 +46,7 @@ TEST_CASE("run: messages and output that cannot be written leave the same result
   }
 }
 
-TEST_CASE("run: a pipe that its reader has closed leaves the same result and status 0") {
+TEST_CASE("run: a pipe closed by its reader leaves the same result and status 0") {
   const Moving folder;
   REQUIRE(run(folder, "run moving.toml --out reference.h5 --quiet").status == 0);
   run_shell(folder, "(LICHTENBERG run moving.toml --out shown.h5 2>&1; echo $? >status) | true");
@@ -54,14 +54,14 @@ TEST_CASE("run: a pipe that its reader has closed leaves the same result and sta
   CHECK((folder.numbers("shown.h5") == folder.numbers("reference.h5")));
 }
 
-TEST_CASE("run: a summary that cannot be written is one sentence") {
+TEST_CASE("run: a summary that cannot be written gives one message") {
   const Moving folder;
   const Ended ended = run_shell(folder, "LICHTENBERG run moving.toml >/dev/full");
   CHECK(ended.status == 0);
   CHECK(contains(ended.err, "the output could not be written (No space left on device)"));
 }
 
-TEST_CASE("errors keep their status where no message can be written") {
+TEST_CASE("errors: they keep their status if no message can be written") {
   const Moving folder;
   for (const std::string streams : {"2>/dev/full", "2>&-", ">&- 2>&-"}) {
     CAPTURE(streams);
@@ -70,17 +70,18 @@ TEST_CASE("errors keep their status where no message can be written") {
   }
 }
 
-TEST_CASE("output that is all of a command's work ends by SIGPIPE as usual") {
+TEST_CASE("output-only commands: a closed pipe ends them by SIGPIPE") {
   const Folder folder;
   run_shell(folder, "(sleep 0.2; LICHTENBERG help scene; echo $? >status) | true");
-  CHECK(text_of(folder / "status") == "141\n");  // 128 and the number of SIGPIPE
+  CHECK(text_of(folder / "status") == "141\n");  // 128 plus the number of SIGPIPE.
   CHECK(text_of(folder / "err").empty());
   CHECK(run_shell(folder, "LICHTENBERG help scene >&-").status == 1);
 }
 
-TEST_CASE("analyse: findings are stored though they cannot be printed") {
+TEST_CASE("analyse: results are stored if they cannot be printed") {
   const Moving folder;
-  folder.write("contacts.toml", text_of(folder / "moving.toml") + "[effects.contact_discharge]\ngap = 1e-5\n");
+  folder.write("contacts.toml",
+               text_of(folder / "moving.toml") + "[effects.contact_discharge]\ncontact_distance = 1e-5\n");
   for (const std::string streams : {">/dev/full", ">&-"}) {
     CAPTURE(streams);
     REQUIRE(run(folder, "run contacts.toml --quiet --overwrite").status == 0);
@@ -89,7 +90,7 @@ TEST_CASE("analyse: findings are stored though they cannot be printed") {
   }
 }
 
-TEST_CASE("ensemble: members run and are tabled though nothing can be printed") {
+TEST_CASE("ensemble: members run and are tabulated without any output") {
   const Moving folder;
   const Ended ended =
       run_shell(folder, "LICHTENBERG ensemble moving.toml --vary conductor[0].charge=1e-10,2e-10 >&- 2>/dev/full");
@@ -97,7 +98,7 @@ TEST_CASE("ensemble: members run and are tabled though nothing can be printed") 
   CHECK(std::filesystem::exists(folder / "moving-ensemble" / "ensemble.json"));
 }
 
-TEST_CASE("plot, view and export: what they write stands though they cannot say so") {
+TEST_CASE("plot, view and export: files are written without any output") {
   const Moving folder;
   REQUIRE(run(folder, "run moving.toml --quiet").status == 0);
   for (const std::string streams : {">/dev/full", ">&-", ">&- 2>&-", ">/dev/full 2>/dev/full"}) {

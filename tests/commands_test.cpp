@@ -1,4 +1,4 @@
-// The command line as a user meets it: the built program, its exit status and what it prints.
+// Tests of the command line: the built program, its exit status and its output.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@ using namespace lichtenberg::command_line_tests;
 
 using nlohmann::json;
 
-TEST_CASE("a wrong command line is one sentence and status 2") {
+TEST_CASE("command line: a wrong one is one message and status 2") {
   check_refused(run(""), "lichtenberg help");
   check_refused(run("slove scene.toml"), "`solve`");
   check_refused(run("solve"), "SCENE is required");
@@ -29,7 +29,7 @@ TEST_CASE("a wrong command line is one sentence and status 2") {
   check_refused(run("help scne"), "`scene`");
 }
 
-TEST_CASE("a scene that cannot be used is one sentence and status 2") {
+TEST_CASE("scene: an unusable one is one message and status 2") {
   check_refused(run("solve nowhere.toml"), "nowhere.toml");
   check_refused(run("explain nowhere.toml"), "nowhere.toml");
   const Folder folder;
@@ -38,7 +38,7 @@ TEST_CASE("a scene that cannot be used is one sentence and status 2") {
   check_refused(run(folder, "explain typo.toml"), "tolerance");
 }
 
-TEST_CASE("help explains the program, a command and the scene") {
+TEST_CASE("help: it explains the program, a command and the scene") {
   const Ended program = run("help");
   CHECK(program.status == 0);
   for (const std::string command : {"run", "solve", "explain", "plot", "film", "view", "export", "analyse", "network",
@@ -49,7 +49,7 @@ TEST_CASE("help explains the program, a command and the scene") {
   CHECK(run("help scene").out == lichtenberg::scene_help());
 }
 
-TEST_CASE("other spellings: help, completion and the manual page know them") {
+TEST_CASE("alternative spellings: help, completion and the manual page list them") {
   const Folder folder;
   const std::string completion = run("help completion").out, page = run("help man").out;
   for (const std::string command :
@@ -60,14 +60,14 @@ TEST_CASE("other spellings: help, completion and the manual page know them") {
   CHECK(contains(run("help plot").out, "--colour,--color"));
   CHECK(contains(page, "\\-\\-colour, \\-\\-color"));
   CHECK(contains(run("help export").out, "--frames,--frame"));
-  CHECK_FALSE(contains(run("help plot").out, "--frames,--frame"));  // which has a --frame of its own
+  CHECK_FALSE(contains(run("help plot").out, "--frames,--frame"));  // plot has its own --frame.
   for (const std::string command : {"solve", "analyse", "network", "ensemble", "theory", "work-precision"})
     CHECK_MESSAGE(contains(run("help " + command).out, "--json [=FILE]"), command);
   CHECK(contains(page, "\\-\\-json\\fR[=FILE]"));
   CHECK(contains(page, ".SS help"));
 }
 
-TEST_CASE("a wrong word: what is near is suggested, and nothing that is far") {
+TEST_CASE("wrong word: similar words are suggested and no others") {
   check_refused(run("analyze x.h5"), "there is no command `analyze`; did you mean `analyse`?");
   check_refused(run("help plt"), "there is no help on `plt`; did you mean `plot`?");
   check_refused(run("plot x.h5 --colur charge"), "plot has no option --colur; did you mean --colour?");
@@ -87,7 +87,7 @@ TEST_CASE("a wrong word: what is near is suggested, and nothing that is far") {
   CHECK(contains(option.err, "run has no option --json; see `lichtenberg help run` for the allowed arguments"));
 }
 
-TEST_CASE("--json prints in place of the table, and with a file writes beside it") {
+TEST_CASE("--json: it prints instead of the table, or writes a file as well") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   const json printed = json::parse(run(folder, "solve small.toml --json").out);
@@ -117,7 +117,7 @@ TEST_CASE("--json prints in place of the table, and with a file writes beside it
   CHECK(json::parse(text_of(folder / "any-name"))["theory"] == "stability");
 }
 
-TEST_CASE("an empty value is refused and does not take the next word") {
+TEST_CASE("empty value: it is refused and does not take the next word") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   for (const std::string option :
@@ -134,9 +134,9 @@ TEST_CASE("--overwrite: where no file is written it is refused") {
   CHECK(run(folder, "solve small.toml --overwrite --json=a.json").status == 0);
 }
 
-TEST_CASE("explain: a start from a result needs no random places") {
+TEST_CASE("explain: a start from a result needs no random positions") {
   const Folder folder;
-  // Random places alone are not found above some filling of 0.55.
+  // Random positions are not found above an area fraction of about 0.55.
   const std::string scene = R"(
   [domain]
   size = [6.0, 6.0]
@@ -166,25 +166,25 @@ TEST_CASE("explain: a start from a result needs no random places") {
   check_refused(run(folder, "explain dense.toml --frame 0"), "--frame needs --from");
 }
 
-TEST_CASE("--version names the commit") {
+TEST_CASE("--version: it states the commit") {
   const Ended result = run("--version");
   CHECK(result.status == 0);
   CHECK(result.out.starts_with("lichtenberg 0.1.0 ("));
 }
 
-TEST_CASE("output that cannot be written is a failure") {
+TEST_CASE("output: a write failure is an error") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   for (const std::string arguments : {"solve small.toml --json", "explain small.toml", "help scene"}) {
     const Ended result = run(folder, arguments + " >/dev/full");
     CHECK(result.status == 1);
-    CHECK(contains(result.err, "No space left on device"));  // in the words of whoever noticed: {fmt} or we
+    CHECK(contains(result.err, "No space left on device"));  // Either {fmt} or the program reports the failure.
   }
 }
 
-TEST_CASE("a run whose conductor leaves the domain is one sentence and status 1") {
+TEST_CASE("run: a conductor that leaves the domain ends it with status 1") {
   const Folder folder;
-  // 1 m/s through 7 mm of fluid, nothing that holds it back.
+  // 1 m/s through 7 mm of fluid without drag or contact.
   folder.write(
       "lost.toml",
       "[domain]\nsize = [1e-2, 1e-2]\n[medium]\nrelative_permittivity = 2\n[[conductor]]\nposition = [3e-3, 5e-3]\n"
@@ -195,10 +195,10 @@ TEST_CASE("a run whose conductor leaves the domain is one sentence and status 1"
   CHECK(contains(result.err, "[effects.wall_contact]"));
 }
 
-TEST_CASE("explain names every effect, the unknowns that solve has, and does not start PETSc") {
+TEST_CASE("explain: it names every effect and the unknowns without PETSc") {
   const Folder folder;
   folder.write("small.toml", small_scene);
-  // PETSc, if it were started, would end with a list of the options that nobody used.
+  // If PETSc started, it would end with a list of the unused options.
   const Ended result = run(folder, "explain small.toml --petsc -options_left -nobodys_option");
   REQUIRE(result.status == 0);
   CHECK_FALSE(contains(result.out + result.err, "nobodys_option"));
@@ -209,9 +209,9 @@ TEST_CASE("explain names every effect, the unknowns that solve has, and does not
   CHECK(contains(result.out, fmt::format(" {}:", answer["unknowns"].get<long>())));
 }
 
-TEST_CASE("explain of a grid beyond this machine's memory says what it would take") {
+TEST_CASE("explain: a grid beyond the machine's memory states the need") {
   const Folder folder;
-  // 2^30 cells, some 100 bytes each.
+  // 2^30 cells with about 100 bytes each.
   folder.write(
       "huge.toml",
       "[domain]\nsize = [1e-2, 1e-2]\n[medium]\nrelative_permittivity = 2\n[[conductor]]\nposition = [5e-3, 5e-3]\n"
@@ -222,7 +222,7 @@ TEST_CASE("explain of a grid beyond this machine's memory says what it would tak
   CHECK(contains(result.out, "0.328 cells, less than one"));  // 1e-7 m / (1e-2 m / 32768)
 }
 
-TEST_CASE("explain of a neutral scene says that nothing electric is touched") {
+TEST_CASE("explain: a neutral scene has no electrical parts") {
   const Folder folder;
   folder.write("neutral.toml",
                "[domain]\nsize = [1e-2, 1e-2]\n[[conductor]]\nposition = [5e-3, 5e-3]\nradius = 1e-3\n");
@@ -234,7 +234,7 @@ TEST_CASE("explain of a neutral scene says that nothing electric is touched") {
 
 namespace {
 
-/// The number before `unit` in the line that begins with `label`.
+/// Number before `unit` in the line that begins with `label`.
 double number_before(const std::string& text, const std::string& label, const std::string& unit) {
   std::istringstream lines(text.substr(text.find(label)));
   std::string word, before;
@@ -246,10 +246,10 @@ double number_before(const std::string& text, const std::string& label, const st
 
 TEST_CASE("explain: a packing's iterations are its run's to a factor of three") {
   const Folder folder;
-  for (const double side : {19.78e-3, 20.58e-3}) {  // 400 disks fill .92 and .85
+  for (const double side : {19.78e-3, 20.58e-3}) {  // 400 disks have area fractions of 0.92 and 0.85.
     folder.write("packing.toml",
                  fmt::format("[domain]\nsize = [{0}, {0}]\n[[population]]\ncount = 400\nradius = [0.4e-3, 0.66e-3]\n"
-                             "overlapping = true\n[effects.contact_potential]\n[output]\npicture = false\n",
+                             "overlapping = true\n[effects.soft_repulsion]\n[output]\npicture = false\n",
                              side));
     const Ended explained = run(folder, "explain packing.toml");
     REQUIRE(explained.status == 0);
@@ -262,7 +262,7 @@ TEST_CASE("explain: a packing's iterations are its run's to a factor of three") 
   }
   folder.write("slow.toml",
                "[domain]\nsize = [1e-2, 1e-2]\n[[population]]\ncount = 20\nradius = 1e-3\noverlapping = true\n"
-               "[effects.contact_potential]\n[minimize]\nmethod = \"gradient-descent\"\n");
+               "[effects.soft_repulsion]\n[minimize]\nmethod = \"gradient-descent\"\n");
   CHECK(contains(run(folder, "explain slow.toml").out, "no estimate: gradient descent"));
 }
 
@@ -274,7 +274,7 @@ TEST_CASE("explain: a shuttle's run is tried, and its picture is counted") {
   CHECK(contains(result.out, "measured here"));
   CHECK(contains(result.out, "its picture"));
   CHECK_FALSE(contains(run(folder, "explain " + scene + " --set output.picture=false").out, "its picture"));
-  // A thousandth of the time is tried to its end.
+  // 0.1 % of the time is run to its end.
   CHECK(contains(run(folder, "explain " + scene + " --set stop.time=1e-3").out,
                  "measured here up to its end at 0.001 s"));
 }
@@ -294,7 +294,7 @@ TEST_CASE("explain: runs of conductors without drag or field have a cost") {
   }
 }
 
-TEST_CASE("plot refuses what is no result file") {
+TEST_CASE("plot: a file that is no result is refused") {
   const Folder folder;
   const Ended missing = run(folder, "plot nowhere.h5");
   CHECK(missing.status == 2);
@@ -304,7 +304,7 @@ TEST_CASE("plot refuses what is no result file") {
   CHECK_FALSE(std::filesystem::exists(folder / "text.png"));
 }
 
-TEST_CASE("work-precision prints a table and prices, draws, and replaces nothing unless told") {
+TEST_CASE("work-precision: it prints tables and costs, and replaces no file") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   const std::string command = "work-precision small.toml --methods cut-cell,relaxation --sizes 32 --json small.json";
@@ -321,7 +321,7 @@ TEST_CASE("work-precision prints a table and prices, draws, and replaces nothing
   CHECK(text_of(folder / "small-work-precision.png") == picture);
 }
 
-TEST_CASE("work-precision refuses methods, sizes and pictures that are none") {
+TEST_CASE("work-precision: wrong methods, sizes and pictures are refused") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   check_refused(run(folder, "work-precision small.toml --methods sor"), "sor");
@@ -330,10 +330,10 @@ TEST_CASE("work-precision refuses methods, sizes and pictures that are none") {
   check_refused(run(folder, "work-precision small.toml --seconds 0"), "--seconds");
   check_refused(run(folder, "work-precision small.toml --output small.gif"), "small.gif");
   check_refused(run(folder, "work-precision small.toml --output a.png --json ./a.png"), "--json ./a.png");
-  CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 3);  // the scene, out, err
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 3);  // The scene, out and err.
 }
 
-TEST_CASE("--set changes keys of any scene that a command reads, texts without their quotes too") {
+TEST_CASE("--set: it changes keys of any scene, with texts without quotes") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   const Ended explained = run(folder, "explain small.toml --set field.cells=32 --set 'medium.depth = 2e-3'");
@@ -342,7 +342,8 @@ TEST_CASE("--set changes keys of any scene that a command reads, texts without t
   CHECK(contains(run(folder, "explain small.toml --set field.method=multipole").out, "multipole"));
   const json plain = json::parse(run(folder, "solve small.toml --json").out);
   const json deep = json::parse(run(folder, "solve small.toml --json --set medium.depth=4e-3").out);
-  CHECK(deep["energy"].get<double>() == near(0.5 * plain["energy"].get<double>(), 1e-9));  // the same charge, depth x 2
+  // Equal charge and twice the depth.
+  CHECK(deep["energy"].get<double>() == near(0.5 * plain["energy"].get<double>(), 1e-9));
   check_refused(run(folder, "solve small.toml --set field.cell=32"), "the nearest known key is field.cells");
   check_refused(run(folder, "solve small.toml --set field.cells=-1"), "small.toml: field.cells = -1 is not allowed");
   check_refused(run(folder, "solve small.toml --set conductor[1].radius=0"), "conductor.radius = 0 is not allowed");
@@ -352,7 +353,7 @@ TEST_CASE("--set changes keys of any scene that a command reads, texts without t
   check_refused(run(folder, "solve small.toml --set field.cells"), "it must be KEY=VALUE");
 }
 
-TEST_CASE("a run starts from a frame of another, with other settings") {
+TEST_CASE("run --from: a run starts from another's frame with other settings") {
   const Folder folder;
   folder.write("small.toml", small_scene + R"(
   [effects.stokes_drag]
@@ -371,7 +372,7 @@ TEST_CASE("a run starts from a frame of another, with other settings") {
   };
   for (const std::string column : {"position", "charge", "velocity"}) {
     const std::vector<double> first = rows("first.h5", column), then = rows("second.h5", column);
-    const std::size_t row = first.size() / 6;  // frames
+    const std::size_t row = first.size() / 6;  // Frames.
     for (std::size_t k = 0; k < row; ++k) CHECK(then[k] == first[3 * row + k]);
   }
   check_refused(run(folder, "run small.toml --out third.h5 --from first.h5 --frame 6" + drag), "frames 0 to 5");
@@ -382,7 +383,7 @@ TEST_CASE("a run starts from a frame of another, with other settings") {
   CHECK(run(folder, "run small.toml --out second.h5 --resume --from first.h5 --frame 3" + drag).status == 0);
 }
 
-TEST_CASE("a box in space has three lengths, on the screen and in the file") {
+TEST_CASE("box in space: three lengths are printed and stored") {
   const Folder folder;
   folder.write("cube.toml", R"(
   domain = { size = [0.01, 0.02, 0.03] }
@@ -396,14 +397,15 @@ TEST_CASE("a box in space has three lengths, on the screen and in the file") {
         std::vector<double>{0.01, 0.02, 0.03});
 }
 
-TEST_CASE("a conductor that is held stays, and the other moves") {
+TEST_CASE("fixed conductor: it does not move, and the other one does") {
   const Folder folder;
   std::string scene = replaced(small_scene, "charge = 1e-10", "charge = 1e-10\n  held = true") +
                       "[effects.stokes_drag]\n[output]\nevery = 0.05\npicture = false\n[stop]\ntime = 0.1\n";
   folder.write("small.toml", scene);
   REQUIRE(run(folder, "run small.toml --quiet --set medium.viscosity=0.7").status == 0);
   const auto position =
-      hdf5::get<double>(hdf5::load(folder / "small.h5"), "particles/conductors/position/value");  // 3 frames of 2
+      // 3 frames of 2 conductors.
+      hdf5::get<double>(hdf5::load(folder / "small.h5"), "particles/conductors/position/value");
   for (const int frame : {1, 2}) {
     CHECK(position[6 * frame] == 5e-3);
     CHECK(position[6 * frame + 1] == 8e-3);
@@ -414,7 +416,7 @@ TEST_CASE("a conductor that is held stays, and the other moves") {
                 "conductor.velocity is not allowed for a fixed conductor (held)");
 }
 
-TEST_CASE("cells fit the box, or the message says which would") {
+TEST_CASE("field.cells: a number that does not fit is refused with two that do") {
   const Folder folder;
   folder.write("small.toml", replaced(replaced(small_scene, "[16e-3, 16e-3]", "[16e-3, 12.5e-3]"), "cells = 64", ""));
   CHECK(contains(run(folder, "explain small.toml").out, "grid                 512 x 400 cells"));
@@ -423,7 +425,7 @@ TEST_CASE("cells fit the box, or the message says which would") {
   check_refused(run(folder, "explain other.toml --set field.cells=64"), "field.cells = 60 or 66 would do");
 }
 
-TEST_CASE("help of a part of a scene, of a key, and in lines that fit a screen") {
+TEST_CASE("help scene: tables, keys and lines that fit a screen") {
   const std::string field = run("help scene field").out;
   CHECK(field.starts_with("[field]\n"));
   CHECK(contains(field, "linear_solver"));
@@ -438,7 +440,7 @@ TEST_CASE("help of a part of a scene, of a key, and in lines that fit a screen")
   for (std::string line; std::getline(lines, line);) CHECK_MESSAGE(line.size() <= 100, line);
 }
 
-TEST_CASE("bash completes commands, options and files; man has a page") {
+TEST_CASE("shell: bash completes commands, options and files; man has a page") {
   const Folder folder;
   const auto completed = [&](const std::string& words) {
     return run_shell(folder, "LICHTENBERG help completion >completion.sh; bash -c 'source completion.sh; COMP_WORDS=(" +
@@ -462,8 +464,8 @@ TEST_CASE("bash completes commands, options and files; man has a page") {
 }
 
 #if defined(__x86_64__)
-TEST_CASE("a program for another processor says so and does not end by a signal") {
-  // AVX-512 ER was in Xeon Phis alone.
+TEST_CASE("program for another processor: it ends with a message, not a signal") {
+  // Only Xeon Phi processors have AVX-512 ER.
   const Folder folder;
   folder.write("main.cpp", "int main() {}");
   const std::string at = "-std=c++20 -I '" + source_folder() + "' -c '" + source_folder() + "/src/";
@@ -473,7 +475,7 @@ TEST_CASE("a program for another processor says so and does not end by a signal"
   const Ended ended = run_shell(folder, "./a.out");
   CHECK(ended.status == 1);
   CHECK_MESSAGE(one_sentence(ended.err), ended.err);
-  // One without any AVX-512 lacks that first.
+  // A processor without AVX-512 lacks this first.
   CHECK_MESSAGE(contains(ended.err, "compiled for processors with AVX-512"), ended.err);
   CHECK_MESSAGE(contains(ended.err, ", which this one lacks"), ended.err);
 }

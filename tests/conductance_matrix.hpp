@@ -7,8 +7,8 @@
 
 namespace lichtenberg::network {
 
-/// S = sum over links of g (e_a - e_b)(e_a - e_b)^T (S), such that S v are the currents (A) fed into the nodes at
-/// potentials v (V).
+/// S = sum over links of g (e_a - e_b)(e_a - e_b)^T (S), so that S v are the currents (A) into the nodes at potentials
+/// v (V).
 inline Eigen::SparseMatrix<double> conductance_matrix(const Network& network) {
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(4 * network.links.size());

@@ -10,18 +10,18 @@
 #include "src/effects/floating_conductors.hpp"
 #include "src/scene/scene.hpp"
 
-// What tests of the effects share.
+// Common definitions of tests of the effects.
 
 namespace lichtenberg::conductors {
 
-/// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
+/// Approximate value with a relative tolerance. The default scale of doctest, 1, would accept all small values.
 inline doctest::Approx near(double value, double tolerance = 1e-9) {
   return doctest::Approx(value).epsilon(tolerance).scale(0);
 }
 
 inline constexpr double radius = 1e-3;
 
-/// Conductors of radius 1 mm in a box of 10 cm, contact at a gap of 1 mm.
+/// Scene of conductors of radius 1 mm in a box of 10 cm, with contacts at a gap of 1 mm.
 inline Scene scene_of(std::vector<Vec2> places) {
   Scene scene;
   scene.domain.size = {0.1, 0.1};

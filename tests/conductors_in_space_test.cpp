@@ -1,4 +1,4 @@
-// Conductors in three dimensions: what a scene may say, and spheres that move in the field of spheres.
+// Tests of conductors in three dimensions: scene keys and the motion of spheres in their field.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ namespace {
 
 doctest::Approx near(double value, double tolerance) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
 
-/// Seven fed spheres round a grounded ball.
+/// Scene of seven charged spheres around a grounded ball.
 Scene crowd_in_space() {
   Scene scene = cube_of({}, 1e-3);
   for (const Vec3 at : {Vec3{3.3, 0, 0}, Vec3{-3.6, 0.4, 0}, Vec3{0, 3.4, 0.3}, Vec3{0.2, -3.9, 0}, Vec3{0, 0.5, 4.1},
@@ -48,8 +48,8 @@ Scene crowd_in_space() {
   return scene;
 }
 
-/// N: with which two spheres of radius R and charges +-q attract each other, centres at distance d, by Maxwell's images
-/// in each other: of a charge at x from a centre, q R / (d - x) at R^2 / (d - x).
+/// Attraction (N) of two spheres of radius R and charges +-q whose centres are at distance d, by Maxwell's image
+/// charges. A charge q at x from a centre has the image q R / (d - x) at R^2 / (d - x) in the other sphere.
 double attraction(double q, double d, double permittivity) {
   std::vector<double> charge = {1}, place = {0};
   while (charge.back() > 1e-16) {
@@ -78,7 +78,7 @@ std::string ball(const std::string& position, const std::string& shape = "shape 
 
 }  // namespace
 
-TEST_CASE("a scene of conductors in space: its field is that of spheres, its electrodes are") {
+TEST_CASE("scene in space: its field method is that of spheres") {
   const Scene scene = parse(dish + sphere("[0.01, 0.01, 0.002]") + ball("[0.004, 0.01, 0.002]") + floating);
   CHECK(scene.field().method == &spheres_method());
   CHECK(scene.field().moving_tolerance == 1e-3);
@@ -88,7 +88,7 @@ TEST_CASE("a scene of conductors in space: its field is that of spheres, its ele
   CHECK(exact.field().moving_tolerance == 1e-5);
 }
 
-TEST_CASE("what conductors in space cannot have is refused in a sentence") {
+TEST_CASE("scene in space: keys for the plane are refused with an error message") {
   const std::string one = sphere("[0.01, 0.01, 0.002]");
   check_refused(dish + one +
                     "[[electrode]]\nshape = \"disk\"\ncentre = [0.004, 0.01]\nradius = 1e-3\npotential = 0.0\n" +
@@ -112,7 +112,7 @@ TEST_CASE("what conductors in space cannot have is refused in a sentence") {
                   InputError);
 }
 
-TEST_CASE("an electrode is met through a periodic side") {
+TEST_CASE("electrode: its surface is found through a periodic side") {
   const std::string open_dish =
       "domain = { size = [0.02, 0.02, 0.005], left = \"periodic\", right = \"periodic\" }\n"
       "medium = { relative_permittivity = 4.7 }\n";
@@ -127,7 +127,7 @@ TEST_CASE("an electrode is met through a periodic side") {
                 {"on or through a side"});
 }
 
-TEST_CASE("the field has a sphere off an electrode side whose potential it has, and any other where it is") {
+TEST_CASE("sphere problem: a sphere on a side at its own potential is shifted") {
   Scene scene = cube_of({{0.03, 0.03, 1.0005 * radius}}, 1e-3);
   scene.domain.sides[4].electrode = true;
   const Bodies bodies = make_bodies(scene);
@@ -139,7 +139,7 @@ TEST_CASE("the field has a sphere off an electrode side whose potential it has, 
   CHECK(height({{.conductor = 0, .partner = 1}}) == near(1.001 * radius, 1e-12));
 }
 
-TEST_CASE("two spheres of opposite charges come together as Maxwell's images say") {
+TEST_CASE("two opposite charges: they approach as Maxwell's images predict") {
   const double charge = 4e-10, start = 6 * radius, until = 0.3;
   Scene scene = cube_of({{0.3 - 0.5 * start, 0.3, 0.3}, {0.3 + 0.5 * start, 0.3, 0.3}}, 1e-7);
   scene.domain.size = {0.6, 0.6, 0.6};
@@ -149,7 +149,7 @@ TEST_CASE("two spheres of opposite charges come together as Maxwell's images say
   Simulation simulation(scene);
   simulation.advance_to(until);
 
-  // m x'' = F - drag v of one of them, by the classical Runge-Kutta method: 1e5 steps of 3 us, 500 in a relaxation time
+  // Classical Runge-Kutta for m x'' = F - drag v of one sphere: 1e5 steps of 3 us, 500 per relaxation time.
   double d = start, v = 0;  // d' = -2 v
   const int steps = 100000;
   const double h = until / steps;
@@ -164,16 +164,17 @@ TEST_CASE("two spheres of opposite charges come together as Maxwell's images say
     v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
   }
   const ConductorFrame frame = simulation.now();
-  REQUIRE(start - d > radius);  // they have come closer by some
-  // Each step may be off by a tolerance, of two spheres, and what is off grows as the square of their distance falls:
-  // by (6 / 4.6)^2. The walls' images are 60 cm away and change the force by some 4 (6 R / 60 cm)^3 = 2e-6.
+  REQUIRE(start - d > radius);  // The spheres have approached each other.
+  // Each step has an error of at most one tolerance for either sphere. The error grows with the inverse square of the
+  // distance, by (6 / 4.6)^2. The images in the walls are 60 cm away and change the force by about 4 (6 R / 60 cm)^3 =
+  // 2e-6.
   const double allowed = 4 * static_cast<double>(simulation.counters().steps) * scene.mechanics.position_tolerance;
   REQUIRE(allowed < 2e-3 * radius);
   CHECK(std::abs(norm(frame.position[1] - frame.position[0]) - d) < allowed);
   CHECK(frame.charge[0] == charge);
 }
 
-TEST_CASE("the force is the slope of the energy at given charges, along each axis") {
+TEST_CASE("force: it is the energy's derivative at constant charge on each axis") {
   const std::vector<Vec3> places = {{0.03, 0.03, 0.03}, {0.0321, 0.0305, 0.0299}, {0.0308, 0.0297, 0.0325}};
   const auto now_at = [&](std::vector<Vec3> at) {
     Scene scene = cube_of(at, 1e-9);
@@ -187,12 +188,13 @@ TEST_CASE("the force is the slope of the energy at given charges, along each axi
     ahead[1][k] += step;
     behind[1][k] -= step;
     const double slope = (now_at(ahead).energy - now_at(behind).energy) / (2 * step);
-    // Truncation: (step / gap)^2 of a force, the least gap being .9 radii; the solver's 1e-9 / 1e-3 of another.
+    // The truncation error is (step / gap)^2 of the force, with a smallest gap of 0.9 radii. The solver adds 1e-9 /
+    // 1e-3.
     CHECK(std::abs(middle.force[1][k] + slope) < 1e-5 * norm(middle.force[1]));
   }
 }
 
-TEST_CASE("charge is balanced to the last digit while spheres are fed, touch and drain") {
+TEST_CASE("charge balance: exact while spheres charge, touch and discharge") {
   Simulation simulation(crowd_in_space());
   const ConductorFrame start = simulation.now();
   simulation.advance_to(0.5);
@@ -204,12 +206,12 @@ TEST_CASE("charge is balanced to the last digit while spheres are fed, touch and
   CHECK(std::abs(frame.charge_held + frame.charge_drained - frame.charge_fed - before) < 1e-15 * frame.charge_fed);
   double most = 0;
   for (const Vec3 v : frame.velocity) most = std::max(most, std::abs(v.z));
-  CHECK(most > 0);  // along z too
+  CHECK(most > 0);  // The force along z is not zero.
 }
 
-TEST_CASE("a run in space is restored bit for bit") { check_restored(crowd_in_space(), 0.1, 0.2); }
+TEST_CASE("run in space: a restored run has identical bits") { check_restored(crowd_in_space(), 0.1, 0.2); }
 
-TEST_CASE("through a periodic side spheres see each other, and come in where they leave") {
+TEST_CASE("periodic side: spheres attract through it and re-enter") {
   Scene scene = cube_of({{0.0001, 0.03, 0.03}, {0.0562, 0.03, 0.03}}, 1e-3);
   scene.domain.sides[0].periodic = scene.domain.sides[1].periodic = true;
   scene.conductors[0].charge = 4e-10;
@@ -222,7 +224,7 @@ TEST_CASE("through a periodic side spheres see each other, and come in where the
   CHECK(simulation.frame().integers("image") == std::vector<int>{-1, 0, 0, 0, 0, 0});
 }
 
-TEST_CASE("a ball behind a resistor charges as its capacitance and the resistance say") {
+TEST_CASE("resistor: a ball charges with its capacitance and the resistance") {
   Scene scene = cube_of({{0.045, 0.03, 0.03}}, 1e-6);
   scene.domain.sides[4].electrode = true;
   scene.electrodes = {{.name = "supplied", .shape = Disk{{0.02, 0.03}, radius}, .potential = 1000, .height = 0.03}};
@@ -230,7 +232,7 @@ TEST_CASE("a ball behind a resistor charges as its capacitance and the resistanc
   laplace::SphereProblem alone =
       effects::make_sphere_problem(scene, make_bodies(scene), effects::electrical_groups(scene, {}), {.charge = {0}});
   const double capacitance = laplace::SphereSolver({.accuracy = 1e-6}).solve(alone).sphere_charge[1] / 1000;
-  scene.electrodes[0].series_resistance = 0.2 / capacitance;  // R C = 0.2 s
+  scene.electrodes[0].series_resistance = 0.2 / capacitance;  // RC = 0.2 s
   scene.mechanics.position_tolerance = 1e-3 * radius;
   scene.mechanics.largest_step = 1;
   Simulation simulation(scene);
@@ -240,15 +242,17 @@ TEST_CASE("a ball behind a resistor charges as its capacitance and the resistanc
     const ConductorFrame frame = simulation.now();
     worst = std::max(worst, std::abs(frame.terminals[0].surface_potential / 1000 + std::expm1(-time / 0.2)));
   }
-  CHECK(worst < 4e-3);  // tolerances of 1e-3 a step, which decay with R C (circuit_test.cpp has the same in the plane)
+  // The tolerances of 1e-3 per step decay with RC; circuit_test.cpp has the same test in the plane.
+  CHECK(worst < 4e-3);
   const EnergyFlows flows = simulation.now().energy_balance->flows;
-  // Of what the supply gives, Q V, half is in the field and half is heat, but for exp(-5) of it that is still to come.
+  // Half of the supplied energy Q V is in the field and half is heat, except for the exp(-5) not yet supplied.
   CHECK(flows.series_resistors == near(0.5 * flows.by_supplies, 2e-2));
 }
 
 namespace {
 
-/// Two balls behind resistors in an insulated cube, three spheres in contacts of some resistance from one to the other.
+/// Scene of two balls behind resistors in an insulated cube and a chain of three spheres with contact resistances
+/// between them.
 Scene series_circuit() {
   Scene scene = cube_of({{0.028, 0.03, 0.03}, {0.03, 0.03, 0.03}, {0.032, 0.03, 0.03}}, 1e-7);
   const double ohm = 1e10;
@@ -270,15 +274,15 @@ Scene series_circuit() {
 
 }  // namespace
 
-TEST_CASE("a series circuit of spheres in an insulated cube: its level and its current are Kirchhoff's") {
+TEST_CASE("series circuit in an insulated cube: potentials obey Kirchhoff's laws") {
   const Scene scene = series_circuit();
   Simulation simulation(scene);
   const double current = 600 / (4e10 + 4 * 0.5e10);
-  // At the first instant nothing is charged, and the level is such that both resistors carry one current.
+  // Initially the capacitances are uncharged, and the potential level gives both resistors the same current.
   const ConductorFrame first = simulation.now();
   CHECK(first.terminals[0].surface_potential == near(250, 1e-6));
   CHECK(first.terminals[1].surface_potential == near(250, 1e-6));
-  simulation.advance_to(0.4);  // a ball's R C is 4e-3 s
+  simulation.advance_to(0.4);  // The RC of a ball is 4e-3 s.
   const ConductorFrame before = simulation.now();
   simulation.advance_to(0.5);
   const ConductorFrame frame = simulation.now();
@@ -292,8 +296,7 @@ TEST_CASE("a series circuit of spheres in an insulated cube: its level and its c
   CHECK(std::abs(gained + now.flows.dissipated() - now.flows.supplied()) < 1e-4 * now.flows.supplied());
 }
 
-TEST_CASE(
-    "a resistor between two spheres in an insulated cube, which nothing supplies: its heat is the field's energy") {
+TEST_CASE("resistor between isolated spheres: its heat is the field's energy") {
   Scene scene = cube_of({{0.028, 0.03, 0.03}, {0.03, 0.03, 0.03}}, 1e-6);
   scene.conductors[0].charge = 1e-11, scene.conductors[1].charge = -1e-11;
   for (Conductor& conductor : scene.conductors) conductor.held = true;
@@ -301,15 +304,15 @@ TEST_CASE(
   scene.effects.add(effects::ContactResistanceOptions{.resistance = 1e10});
   Simulation simulation(scene);
   const ConductorFrame first = simulation.now();
-  CHECK(first.potential[0] == near(-first.potential[1], 1e-9));  // their mean is 0
+  CHECK(first.potential[0] == near(-first.potential[1], 1e-9));  // The mean potential is 0.
   CHECK(first.potential[0] > 0);
-  simulation.advance_to(0.1);  // R C is some 2e-3 s
+  simulation.advance_to(0.1);  // RC is about 2e-3 s.
   const ConductorFrame frame = simulation.now();
   CHECK(std::abs(frame.potential[0]) < 1e-6 * first.potential[0]);
   CHECK(frame.energy_balance->flows.contacts == near(first.energy, 1e-3));
 }
 
-TEST_CASE("spheres pressed together behind a contact's resistance share their charge as one conductor") {
+TEST_CASE("contact resistance: compressed spheres share charge as one conductor") {
   Scene scene =
       cube_of({{0.028, 0.03, 0.03}, {0.028 + 2 * radius - 1e-8, 0.03, 0.03}, {radius - 1e-8, 0.03, 0.03}}, 1e-3);
   scene.domain.sides[0].electrode = true;
@@ -322,15 +325,15 @@ TEST_CASE("spheres pressed together behind a contact's resistance share their ch
   Simulation resistive(scene), ideal(merged);
   resistive.advance_to(0.1), ideal.advance_to(0.1);
   const ConductorFrame got = resistive.now(), expected = ideal.now();
-  for (int i = 0; i < 3; ++i) CHECK(got.potential[i] == near(expected.potential[i], 2e-3));  // twice the accuracy
+  for (int i = 0; i < 3; ++i) CHECK(got.potential[i] == near(expected.potential[i], 2e-3));  // Twice the accuracy.
   for (int i = 0; i < 2; ++i) CHECK(got.charge[i] == near(expected.charge[i], 2e-3));
 }
 
-TEST_CASE("a circuit of spheres is restored bit for bit") { check_restored(series_circuit(), 0.005, 0.01); }
+TEST_CASE("circuit of spheres: a restored run has identical bits") { check_restored(series_circuit(), 0.005, 0.01); }
 
-TEST_CASE("many spheres are restored bit for bit: what preconditions was made where they were before") {
+TEST_CASE("many spheres: a restored run has identical bits with a preconditioner") {
   Scene scene = cube_of({}, 1e-2);
-  for (int i = 0; i < 49; ++i)  // more than are summed pair by pair
+  for (int i = 0; i < 49; ++i)  // More spheres than the direct pair sum takes.
     scene.conductors.push_back(
         {.position = Vec3{0.012, 0.012, 0.03} + radius * Vec3{3.4 * (i % 7), 3.4 * (i / 7), 0.1 * (i % 3)},
          .radius = radius,
@@ -339,7 +342,7 @@ TEST_CASE("many spheres are restored bit for bit: what preconditions was made wh
   check_restored(scene, 0.01, 0.02);
 }
 
-TEST_CASE("free space is a domain: no sides, and V = Q / 4 pi eps R of a lone sphere") {
+TEST_CASE("free space: V = Q / (4 pi eps R) of an isolated sphere") {
   const std::string open =
       "domain = { size = [0.02, 0.02, 0.005], open = true }\nmedium = { relative_permittivity = 4.7 }\n";
   const Scene scene = parse(open + sphere("[0.01, 0.01, 0.002]", "charge = 1e-10\n") + floating);
@@ -351,19 +354,19 @@ TEST_CASE("free space is a domain: no sides, and V = Q / 4 pi eps R of a lone sp
   const std::string one = sphere("[0.01, 0.01, 0.002]");
   check_refused("domain = { size = [0.02, 0.02], open = true }\nmedium = { relative_permittivity = 4.7 }\n" +
                     sphere("[0.01, 0.01]") + floating,
-                {"domain.open = true", "two dimensions"});
+                {"domain.unbounded = true", "two dimensions"});
   check_refused(
       "domain = { size = [0.02, 0.02, 0.005], open = true, left = { potential = 5.0 } }\n"
       "medium = { relative_permittivity = 4.7 }\n" +
           one + floating,
-      {"domain.left is not allowed with domain.open = true"});
+      {"domain.left is not allowed with domain.unbounded = true"});
   check_refused(
       "domain = { size = [0.02, 0.02, 0.005], open = true }\n[effects.hertz_contact]\n"
       "[[conductor]]\nposition = [0.01, 0.01, 0.002]\nradius = 1e-3\n",
-      {"domain.open = true needs the table [effects.floating_conductors]"});
+      {"domain.unbounded = true needs the table [effects.floating_conductors]"});
 }
 
-TEST_CASE("two spheres in free space come together out of the place they started in, with no wall to hold them") {
+TEST_CASE("free space: two spheres move beyond the initial box without a wall") {
   Scene scene = cube_of({{0.002, 0.03, 0.03}, {0.0075, 0.03, 0.03}}, 1e-3);
   scene.domain.open = true;
   scene.effects.add<effects::WallContactOptions>();
@@ -374,13 +377,13 @@ TEST_CASE("two spheres in free space come together out of the place they started
   CHECK(simulation.now().position[0].x == near(0.002 - 0.003, 1e-9));
 }
 
-TEST_CASE("what no contact force keeps apart ends in a sentence that says what would") {
+TEST_CASE("collision without a contact force: it ends the run with a remedy") {
   Scene scene = cube_of({{0.027, 0.03, 0.03}, {0.033, 0.03, 0.03}}, 1e-3);
   scene.conductors[0].velocity = {0.5, 0, 0};
   scene.effects.remove<effects::StokesDragOptions>();
   scene.mechanics.largest_step = 1e-4;
   scene.domain.sides[4].electrode = true;
-  scene.groups = {{.name = "wired", .charge = 1e-14}};  // next to no force
+  scene.groups = {{.name = "wired", .charge = 1e-14}};  // The force is negligible.
   for (Conductor& conductor : scene.conductors) conductor.group = 0;
   const auto end_of = [](const Scene& one) {
     Simulation simulation(one);
@@ -397,8 +400,8 @@ TEST_CASE("what no contact force keeps apart ends in a sentence that says what w
   CHECK(contains(end_of(scene), "a larger effects.wall_contact.young"));
 }
 
-TEST_CASE("an accuracy out of reach at a gap is told with the degree that it would take, and with one that would do") {
-  // Two small ones that feel each other's images in a large one.
+TEST_CASE("accuracy out of reach at a gap: the error names a possible one") {
+  // Two small spheres whose images in a large one interact.
   Scene scene =
       cube_of({{0.03, 0.03, 0.03}, {0.03 + 8.081 * radius, 0.03, 0.03}, {0.03, 0.03 + 8.081 * radius, 0.03}}, 1e-12);
   scene.conductors[0].radius = 8 * radius;

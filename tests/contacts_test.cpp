@@ -1,4 +1,4 @@
-// Who touches whom, which groups follow, who holds which charge.
+// Tests of contacts, electrical groups and charges.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using namespace lichtenberg;
 using namespace lichtenberg::conductors;
 using namespace lichtenberg::effects;
 
-TEST_CASE("a group is named after its smallest member, however its contacts are listed") {
+TEST_CASE("groups: the smallest member is the name for any order of contacts") {
   const Scene scene = scene_of(std::vector<Vec2>(6));
   const std::vector<Contact> contacts = {{1, 4}, {2, 3}, {3, 4}};
   const ElectricalGroups groups = electrical_groups(scene, contacts);
@@ -25,7 +25,7 @@ TEST_CASE("a group is named after its smallest member, however its contacts are 
   CHECK(std::ranges::none_of(groups.potential, [](const auto& p) { return p.has_value(); }));
 }
 
-TEST_CASE("wires connect what does not touch, and hold it if their potential is given") {
+TEST_CASE("groups: wires connect separate conductors and can fix their potential") {
   Scene scene = scene_of(std::vector<Vec2>(5));
   scene.groups = {{.name = "loose"}, {.name = "held", .potential = 3.0}};
   scene.conductors[1].group = scene.conductors[3].group = 0;
@@ -37,11 +37,11 @@ TEST_CASE("wires connect what does not touch, and hold it if their potential is 
   CHECK(!groups.potential[1]);
 }
 
-TEST_CASE("contact with an electrode or an electrode side holds a group; all held at one potential are one") {
+TEST_CASE("groups: electrodes fix potentials, and equal fixed potentials merge") {
   Scene scene = scene_of(std::vector<Vec2>(4));
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, 1e-3}, 5)};
   scene.domain.sides[2] = {.electrode = true, .potential = 5};
-  const std::vector<Contact> contacts = {{0, 1}, {1, 4}, {3, 5}};  // 4: the ball, 5: the bottom
+  const std::vector<Contact> contacts = {{0, 1}, {1, 4}, {3, 5}};  // 4: the ball; 5: the bottom side.
   const ElectricalGroups groups = electrical_groups(scene, contacts);
   CHECK(groups.id == std::vector<int>{0, 0, 2, 0});
   CHECK(groups.potential[3] == 5.0);
@@ -59,16 +59,16 @@ TEST_CASE("contact with an electrode or an electrode side holds a group; all hel
       InputError);
 }
 
-TEST_CASE("a group parts when its members do, when it is let go and when another potential takes it") {
+TEST_CASE("parts: a split, a release and another potential are recognized") {
   const ElectricalGroups held = {{0, 0, 2}, {5.0, 5.0, {}}};
   CHECK(!parts(held, held));
-  CHECK(!parts({{0, 1, 2}, {5.0, {}, {}}}, held));  // a merger
-  CHECK(parts(held, {{0, 1, 2}, {5.0, {}, {}}}));   // one leaves
-  CHECK(parts(held, {{0, 0, 2}, {{}, {}, {}}}));    // both leave the electrode together
-  CHECK(parts(held, {{0, 0, 2}, {6.0, 6.0, {}}}));  // for another electrode, at once
+  CHECK(!parts({{0, 1, 2}, {5.0, {}, {}}}, held));  // A merge.
+  CHECK(parts(held, {{0, 1, 2}, {5.0, {}, {}}}));   // One member leaves.
+  CHECK(parts(held, {{0, 0, 2}, {{}, {}, {}}}));    // Both members leave the electrode together.
+  CHECK(parts(held, {{0, 0, 2}, {6.0, 6.0, {}}}));  // The electrode changes.
 }
 
-TEST_CASE("contacts are made at the gap and lost a little beyond it") {
+TEST_CASE("contact: it closes at the gap and opens at the release gap") {
   const Scene scene = scene_of({{0, 0}, {0, 0}});
   const effects::ContactDischarge discharge(scene);
   std::vector<Contact> contacts;
@@ -79,24 +79,24 @@ TEST_CASE("contacts are made at the gap and lost a little beyond it") {
     discharge.update(bodies, contacts);
     return contacts.size();
   };
-  CHECK(at_gap(1.05 * radius) == 0);  // between the two gaps it stays what it was
+  CHECK(at_gap(1.05 * radius) == 0);  // Between the two gaps the state does not change.
   CHECK(at_gap(0.99 * radius) == 1);
   CHECK(at_gap(1.05 * radius) == 1);
   CHECK(at_gap(1.11 * radius) == 0);
   CHECK(at_gap(1.05 * radius) == 0);
 }
 
-TEST_CASE("the release gap is never closer to the gap than positions are known") {
+TEST_CASE("release gap: it exceeds the gap by at least the position tolerance") {
   Scene scene = scene_of({{0, 0}});
   scene.effects.find<effects::ContactDischargeOptions>()->hysteresis = 0;
   scene.mechanics.position_tolerance = 3e-6;
   CHECK(effects::ContactDischarge(scene).release_gap() == near(radius + 3e-6));
 }
 
-TEST_CASE("a contact within a tolerance of its threshold comes along if it is on its way there") {
+TEST_CASE("update: a contact within the tolerance closes if the gap decreases") {
   const Scene scene = scene_of({{0, 0}, {0, 0}});
   Bodies bodies = make_bodies(scene);
-  bodies.position = {0, 0, 3 * radius + 0.5e-6, 0};  // half a tolerance to go
+  bodies.position = {0, 0, 3 * radius + 0.5e-6, 0};  // Half a tolerance from the threshold.
   for (const double velocity : {-1e-3, 1e-3}) {
     std::vector<Contact> contacts;
     bodies.momentum = {0, 0, bodies.mass[1] * velocity, 0};
@@ -104,7 +104,7 @@ TEST_CASE("a contact within a tolerance of its threshold comes along if it is on
   }
 }
 
-TEST_CASE("a periodic box in which a contact lasts as far as to an image of its own is refused") {
+TEST_CASE("periodic box: one too short for the release gap is refused") {
   const Scene scene = scene_of({{0, 0}, {0, 0}});
   const effects::ContactDischarge discharge(scene);
   Bodies bodies = make_bodies(scene);
@@ -121,12 +121,13 @@ TEST_CASE("a periodic box in which a contact lasts as far as to an image of its 
   }
 }
 
-TEST_CASE("unequal radii, electrodes and electrode sides count surface to surface") {
+TEST_CASE("gap: it is measured between surfaces, for electrodes and sides as well") {
   Scene scene = scene_of({{0.03, 0.0021}, {0.03, 0.0021}});
   scene.conductors[1].radius = 3e-3;
-  scene.conductors[1].position.y += 5.01e-3;                                           // gap 1.01 mm
-  scene.electrodes = {electrode_of("ball", Disk{{0.03 + 3.99e-3, 0.0021}, 2e-3}, 0)};  // gap to conductor 0: 0.99 mm
-  scene.domain.sides[2] = {.electrode = true, .potential = 0};                         // gap 1.1 mm
+  scene.conductors[1].position.y += 5.01e-3;  // The gap is 1.01 mm
+  // The gap to conductor 0 is 0.99 mm.
+  scene.electrodes = {electrode_of("ball", Disk{{0.03 + 3.99e-3, 0.0021}, 2e-3}, 0)};
+  scene.domain.sides[2] = {.electrode = true, .potential = 0};  // The gap is 1.1 mm
   const effects::ContactDischarge discharge(scene);
   Bodies bodies = make_bodies(scene);
   CHECK(discharge.gap(bodies, {0, 1}) == near(1.01e-3));
@@ -137,7 +138,7 @@ TEST_CASE("unequal radii, electrodes and electrode sides count surface to surfac
   CHECK(contacts == std::vector<Contact>{{0, 2}});
 }
 
-TEST_CASE("gap rates are the derivatives of gaps") {
+TEST_CASE("gap_rate: it is the time derivative of the gap") {
   Scene scene = scene_of({{0.03, 0.02}, {0.034, 0.023}});
   scene.electrodes = {electrode_of("ring", Ring{{0.03, 0.03}, 0.02}, 0)};
   scene.conductors[0].velocity = {1e-3, -2e-3};
@@ -147,36 +148,36 @@ TEST_CASE("gap rates are the derivatives of gaps") {
   Bodies later = bodies;
   const double dt = 1e-6;
   for (int k = 0; k < 4; ++k) later.position[k] += dt * bodies.momentum[k] / bodies.mass[k / 2];
-  for (const Contact contact : {Contact{0, 1}, Contact{1, 2}})  // truncation: v dt / distance = 1e-6
+  for (const Contact contact : {Contact{0, 1}, Contact{1, 2}})  // The truncation error is v dt / distance = 1e-6.
     CHECK(discharge.gap_rate(bodies, contact) ==
           near((discharge.gap(later, contact) - discharge.gap(bodies, contact)) / dt, 1e-4));
 }
 
-TEST_CASE("only contacts that can change are watched") {
+TEST_CASE("watch: only contacts that can change are listed") {
   Scene scene = scene_of({{0.02, 0.02}, {0.0232, 0.02}, {0.0264, 0.02}, {0.0264, 0.0229}});
   const effects::ContactDischarge discharge(scene);
   const Bodies bodies = make_bodies(scene);
   std::vector<Contact> contacts;
   discharge.update(bodies, contacts);
-  REQUIRE(contacts == std::vector<Contact>{{2, 3}});  // gaps: 1.2 mm, 1.2 mm, 0.9 mm
+  REQUIRE(contacts == std::vector<Contact>{{2, 3}});  // The gaps are 1.2 mm, 1.2 mm and 0.9 mm.
   const auto watched = [&](double travel) {
     const std::vector<double> all(4, travel);
     return discharge.watch(bodies, contacts, electrical_groups(scene, contacts), all);
   };
-  CHECK(watched(0.09e-3).empty());  // 0.1 mm each to meet, 0.1 mm each to part
+  CHECK(watched(0.09e-3).empty());  // Closing and opening both take 0.1 mm per body.
   REQUIRE(watched(0.11e-3).size() == 3);
   CHECK(watched(0.11e-3)[0].contact == Contact{0, 1});
   CHECK(!watched(0.11e-3)[0].made);
   CHECK(watched(0.11e-3)[2].made);
   CHECK(discharge.excess(bodies, watched(0.11e-3)[0]) == near(0.2e-3));
-  // A parting waits for one tolerance.
+  // A contact opens one tolerance beyond the release gap.
   CHECK(discharge.excess(bodies, watched(0.11e-3)[2]) == near(-0.2e-3 - scene.mechanics.position_tolerance));
-  // Were 1, 2 and 3 one already, a contact between 1 and 2 would change nothing.
+  // If 1, 2 and 3 form a group, a contact between 1 and 2 changes nothing.
   contacts = {{1, 3}, {2, 3}};
   for (const auto& w : watched(0.11e-3)) CHECK(w.contact != Contact{1, 2});
 }
 
-TEST_CASE("a contact that is to be made waits while the two come closer, by a sixteenth of the gap at most") {
+TEST_CASE("watch: a closing contact waits, by at most 1/16 of the gap") {
   const Scene scene = scene_of({{0.02, 0.02}, {0.05, 0.02}});
   const effects::ContactDischarge discharge(scene);
   Bodies bodies = make_bodies(scene);
@@ -194,7 +195,7 @@ TEST_CASE("a contact that is to be made waits while the two come closer, by a si
   CHECK(!waits(0.937 * make, -1e-3));
 }
 
-TEST_CASE("what is held at a supply's potential is not one with the electrode behind that supply's resistor") {
+TEST_CASE("groups: a supply's potential excludes electrodes behind its resistor") {
   Scene scene = scene_of({{0.046, 0.05}, {0.08, 0.08}});
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};
   scene.groups = {{.name = "wire", .potential = 0.0}};
@@ -205,13 +206,13 @@ TEST_CASE("what is held at a supply's potential is not one with the electrode be
     const effects::ContactDischarge discharge(scene);
     CHECK(discharge.watch(make_bodies(scene), {}, electrical_groups(scene, {}), travel).size() == (ohm > 0 ? 1 : 0));
   }
-  // Conductor 1 touches both: all three are one, and nothing is to be watched.
+  // Conductor 1 touches both: all three form one group, and no contact needs watching.
   const effects::ContactDischarge discharge(scene);
   const std::vector<Contact> both = {{0, 1}, {1, 2}};
   CHECK(discharge.watch(make_bodies(scene), {}, electrical_groups(scene, both), travel).empty());
 }
 
-TEST_CASE("one body that may move far brings its own contacts under watch, no others") {
+TEST_CASE("watch: a body with a long path lists only its own contacts") {
   Scene scene = scene_of({{0.02, 0.02}, {0.08, 0.02}, {0.02, 0.08}, {0.08, 0.08}});
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};
   const effects::ContactDischarge discharge(scene);
@@ -219,12 +220,12 @@ TEST_CASE("one body that may move far brings its own contacts under watch, no ot
   std::vector<Contact> watched;
   for (const auto& w : discharge.watch(make_bodies(scene), {}, electrical_groups(scene, {}), travel))
     watched.push_back(w.contact);
-  // 6 cm to 0 and 3, less 3 mm; 4.2 cm to the ball; 8.5 cm to 1.
+  // The distances are 6 cm to 0 and 3, less 3 mm; 4.2 cm to the ball; 8.5 cm to 1.
   CHECK(watched == std::vector<Contact>{{0, 2}, {2, 3}, {2, 4}});
 }
 
-TEST_CASE("contacts among bodies that wander are those that a first look finds, forth and back") {
-  // Sixty on 3 cm by 3 cm: some are about the contact gap apart from others, or from a ball, at all times.
+TEST_CASE("contacts: cached gaps of moving bodies give those of a new search") {
+  // Sixty bodies on 3 cm by 3 cm: some gaps, to bodies or the ball, are always close to the contact gap.
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(-1, 1);
   Scene scene = scene_of(std::vector<Vec2>(60));
@@ -253,16 +254,16 @@ TEST_CASE("contacts among bodies that wander are those that a first look finds, 
     CHECK(std::ranges::equal(
         watched, expected, {}, [](auto& w) { return std::pair(w.contact, w.made); },
         [](auto& w) { return std::pair(w.contact, w.made); }));
-    // A skin of a sixteenth of a radius lasts for some forty steps.
+    // A skin of 1/16 of a radius lasts for about forty steps.
     for (double& x : bodies.position) x += 1e-5 * unit(random);
   }
   CHECK(made > 20);
   CHECK(lost > 20);
 }
 
-TEST_CASE("between two looks a gap dips by no more than a tolerance") {
-  // On a straight line past each other whose least gap is a tolerance below the threshold, two looks a blind way apart,
-  // where the gap is at its threshold, are no closer than the chord beyond it.
+TEST_CASE("blind_way: between two checks a gap decreases by at most a tolerance") {
+  // The path is a straight line whose minimum gap lies a tolerance below the threshold. Two checks at the threshold are
+  // separated by at most the chord.
   Scene scene = scene_of({{0.05, 0.05}, {0.05, 0.05}});
   const effects::ContactDischarge discharge(scene);
   Bodies bodies = make_bodies(scene);
@@ -272,12 +273,13 @@ TEST_CASE("between two looks a gap dips by no more than a tolerance") {
   REQUIRE(std::abs(discharge.excess(bodies, pair)) < 1e-15);
   const double chord = 2 * (bodies.position[2] - 0.05);
   CHECK(discharge.blind_way(bodies, pair) == near(chord, tolerance / arm));
-  bodies.position = {0.05, 0.05, 0.05 + arm + 0.01, 0.05};  // far away, the gap itself is the way
+  // At a large distance the undetected travel is the gap itself.
+  bodies.position = {0.05, 0.05, 0.05 + arm + 0.01, 0.05};
   CHECK(discharge.blind_way(bodies, pair) == near(0.01));
 }
 
-TEST_CASE("a compensated sum keeps what a plain one loses") {
-  // 1e-11 C a time into 1 C: each addition is rounded to a multiple of 2^-52, the same way each time
+TEST_CASE("compensated sum: it keeps the digits that a plain sum loses") {
+  // Adding 1e-11 C to 1 C rounds to a multiple of 2^-52, in the same direction each time.
   const double step = 1e-11 / 3;
   CompensatedSum sum(1.0);
   double plain = 1.0;
@@ -317,33 +319,35 @@ TEST_CASE("charges: merges, splits, injection and collection conserve the sum") 
       if (k == 5) contacts.push_back({i, n});
     }
     std::ranges::sort(contacts);
-    for (double& q : by_field) q = 1e-10 * noise(random);  // a field solver that knows nothing of the charges
+    // The field solver's charges are independent of the stored charges.
+    for (double& q : by_field) q = 1e-10 * noise(random);
     charges.distribute(electrical_groups(scene, contacts), by_field);
   }
-  // Rounding happens only where the sums' two parts are added up: a few 1e-16 of the largest of them, fed.
-  CHECK(charges.injected() == near(n * 0.2e-9 * time, 1e-13));  // `time` itself is a plain sum
+  // Only adding the two parts of the sums rounds: a few 1e-16 of the largest one, the injected charge.
+  CHECK(charges.injected() == near(n * 0.2e-9 * time, 1e-13));  // `time` itself is a plain sum.
   CHECK(std::abs(charges.stored() + charges.collected() - charges.injected() - start) < 1e-15 * charges.injected());
 }
 
-TEST_CASE("charges: a floating group keeps its sum, a held one takes the field's") {
+TEST_CASE("charges: floating groups keep their sum, fixed ones take the field's") {
   Scene scene = scene_of(std::vector<Vec2>(4));
   scene.electrodes = {electrode_of("ground", Disk{{0.05, 0.05}, 1e-3}, 0)};
   const std::vector<double> initial = {1, 2, 3, 4};
   Charges charges(initial, 1);
   const std::vector<Contact> contacts = {{0, 1}, {2, 4}};
-  const std::vector<double> by_field = {2.0, 1.2, -7, 99};  // 0 and 1 together hold 3: the field has 0.2 too much
+  // 0 and 1 together store 3; the field's charges exceed this by 0.2.
+  const std::vector<double> by_field = {2.0, 1.2, -7, 99};
   charges.distribute(electrical_groups(scene, contacts), by_field);
   CHECK(charges.charge(0) == near(1.9));
   CHECK(charges.charge(1) == near(1.1));
   CHECK(charges.charge(0) + charges.charge(1) == 3);
   CHECK(charges.charge(2) == -7);
   CHECK(charges.collected() == 10);
-  CHECK(charges.charge(3) == 4);  // a group of one keeps its charge
+  CHECK(charges.charge(3) == 4);  // A group of one keeps its charge.
 }
 
-TEST_CASE("charge drains to the supply that its conductor touches, though all at one potential are one group") {
-  // 0 touches both electrodes at 5 V and drains to the first; 1 touches the second, 2 is wired to 5 V from outside, and
-  // 3 touches the side at 0 V.
+TEST_CASE("charges: charge is collected by the supply that its conductor touches") {
+  // 0 touches both electrodes at 5 V and discharges into the first. 1 touches the second. 2 is connected to 5 V outside
+  // the box. 3 touches the side at 0 V.
   Scene scene = scene_of(std::vector<Vec2>(4));
   scene.electrodes = {electrode_of("a", Disk{{0.01, 0.05}, 1e-3}, 5), electrode_of("b", Disk{{0.05, 0.05}, 1e-3}, 5)};
   scene.domain.sides[0] = {.electrode = true, .potential = 0};
@@ -365,12 +369,13 @@ TEST_CASE("charge drains to the supply that its conductor touches, though all at
 }
 
 TEST_CASE("charges: the forecast of a step agrees with its injection and leakage") {
-  const std::vector<double> initial = {1e-10, -2e-10, 3e-10}, current = {1e-9, 0};  // no current into the last node
+  // The last node receives no current.
+  const std::vector<double> initial = {1e-10, -2e-10, 3e-10}, current = {1e-9, 0};
   for (const double relaxation_time : {double{INFINITY}, 0.3}) {
     Charges charges(initial, 1);
     const std::vector<double> forecast = charges.after(charge_step(0.1, 0, relaxation_time), current);
     charges.inject(current, 0.1, relaxation_time);
-    // Both sum the same two products, of which nothing cancels: at most four roundings, 4 x 1.1e-16, apart.
+    // Both sum the same two products without cancellation: they differ by at most four roundings, 4 x 1.1e-16.
     for (int i = 0; i < 3; ++i) CHECK(charges.charge(i) == near(forecast[i], 4.5e-16));
   }
 }

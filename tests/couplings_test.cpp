@@ -20,7 +20,7 @@ using namespace lichtenberg::laplace;
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double tolerance = 1e-9;  // of the solver
+constexpr double tolerance = 1e-9;  // Tolerance of the solver.
 constexpr double eps = 4e-11;
 
 struct Random {
@@ -31,8 +31,8 @@ struct Random {
   int index(int count) { return static_cast<int>((*this)(0, count)); }
 };
 
-/// `count` disks at random in a box of 64 cells, at least a cell apart, with charges of up to eps: potentials of the
-/// order of 1 V. Group 0 is a bar along the bottom, fixed at 0 V.
+/// Problem of `count` random disks in a box of 64 cells, at least a cell apart, with charges of up to eps. Potentials
+/// are of the order of 1 V. Group 0 is a bar along the bottom at 0 V.
 LaplaceProblem crowd(int count) {
   Random random;
   LaplaceProblem problem;
@@ -52,7 +52,7 @@ LaplaceProblem crowd(int count) {
   return problem;
 }
 
-/// Nothing grounds the field any more: the bar floats, with what makes the charges sum to zero.
+/// Problem without a ground: the bar floats, and its charge makes the sum of charges zero.
 LaplaceProblem ungrounded(LaplaceProblem problem) {
   problem.groups[0] = {};
   double sum = 0;
@@ -61,7 +61,7 @@ LaplaceProblem ungrounded(LaplaceProblem problem) {
   return problem;
 }
 
-/// Each disk coupled to one before it: a tree, or a chain.
+/// Couples each disk to the previous one (chain) or to a random previous one (tree).
 void couple(LaplaceProblem& problem, double capacitance, bool chain = false) {
   Random random;
   const int disks = static_cast<int>(problem.bodies.size()) - 1;
@@ -81,22 +81,22 @@ LaplaceSolution solve_assembled(const LaplaceProblem& problem) {
       .solve(problem);
 }
 
-/// V: how far potentials may be off. CG stops when its estimate of the error in the energy norm, sqrt(x'Ax), is
-/// `tolerance` times the solution's, and e'Ae is at least e_g^2 times the capacitance of group g to all that is around
-/// it, here more than 1 (2 pi / ln(64 / 1.2) = 1.6). The estimate may be a few times too small.
+/// Bound on errors of potentials (V). CG stops when its estimate of the error in the energy norm, sqrt(x'Ax), is
+/// `tolerance` times the solution's. e'Ae is at least e_g^2 times the capacitance of group g. This capacitance exceeds
+/// 1 here (2 pi / ln(64 / 1.2) = 1.6). The estimate may be a few times too small.
 double uncertainty(const LaplaceSolution& solution) {
   return 5 * tolerance * std::sqrt(2 * std::abs(solution.energy) / eps);
 }
 
-/// Charge that the field holds on each group.
+/// Charge of the field on each group.
 std::vector<double> group_charges(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   std::vector<double> charge(problem.groups.size(), 0.0);
   for (std::size_t b = 0; b < problem.bodies.size(); ++b) charge[problem.bodies[b].group] += solution.body_charge[b];
   return charge;
 }
 
-/// C/m: what rounding may leave of a sum of all charges. Potentials are rounded to 2^-52 of the largest, and each link
-/// carries that times its conductance; the strongest, of a cell whose centre all but lies on a surface, count most.
+/// Bound on rounding in a sum of all charges (C/m). Potentials are rounded to 2^-52 of the largest, and each link
+/// carries this times its conductance. The largest conductances belong to cells whose centre nearly lies on a surface.
 double rounding_of_charges(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   Level level(problem, 64, 64);
   level.build(problem, LinkFormula::log_fitted);
@@ -107,7 +107,8 @@ double rounding_of_charges(const LaplaceProblem& problem, const LaplaceSolution&
   return problem.permittivity * 0x1p-52 * conductance * largest;
 }
 
-/// What the equations say without a field solver: (C + K) phi = q, C from the field with all groups fixed in turn.
+/// Solution of (C + K) phi = q by dense algebra. C follows from the charges for a unit
+/// potential on one group and zero on all others.
 Eigen::VectorXd by_dense_algebra(const LaplaceProblem& problem) {
   const auto n = static_cast<Eigen::Index>(problem.groups.size());
   CutCellSolver tight = solver(1e-12);
@@ -145,8 +146,8 @@ void check_potentials(const LaplaceSolution& solution, const Eigen::VectorXd& ex
 
 }  // namespace
 
-TEST_CASE("elimination keeps what is common to nodes that are linked by any conductance") {
-  // (1 + c) x - c y = 1, (2 + c) y - c x = 5: the sum is x + 2 y = 6, and x = y = 2 but for 1 / c.
+TEST_CASE("elimination: the common mode of strongly linked nodes is preserved") {
+  // (1 + c) x - c y = 1 and (2 + c) y - c x = 5: the sum is x + 2 y = 6, and x = y = 2 up to 1 / c.
   for (const double c : {1e9, 1e15, 1e30, 1e200}) {
     double flow[] = {1, 5};
     NetworkFactors({1, 2}, {{0, 1, c}}).solve(flow);
@@ -155,7 +156,7 @@ TEST_CASE("elimination keeps what is common to nodes that are linked by any cond
   }
 }
 
-TEST_CASE("elimination solves a network's equations") {
+TEST_CASE("elimination: it solves a network's equations") {
   Random random;
   constexpr int nodes = 40;
   std::vector<double> ground(nodes), flow(nodes);
@@ -175,11 +176,11 @@ TEST_CASE("elimination solves a network's equations") {
     flow[a] -= conductance * (potential[a] - potential[b]);
     flow[b] += conductance * (potential[a] - potential[b]);
   }
-  // Rounding: some ten terms of up to 2 x 10 a node.
+  // Rounding of about ten terms of up to 2 x 10 per node.
   for (const double left : flow) CHECK(std::abs(left) < 1e-13);
 }
 
-TEST_CASE("a star between three nodes becomes the mesh that every textbook has") {
+TEST_CASE("elimination: a star of three nodes becomes the known triangle") {
   const NetworkFactors factors({0, 0, 0, 0}, {{0, 3, 1}, {3, 1, 2}, {2, 3, 5}}, {1, 1, 1, 0});
   for (const auto& [a, b, conductance] : factors.kept_links()) {
     const double arms[] = {1, 2, 5};
@@ -188,10 +189,10 @@ TEST_CASE("a star between three nodes becomes the mesh that every textbook has")
   CHECK(factors.kept_links().size() == 3);
 }
 
-TEST_CASE("two disks and a resistor: the exact field, less what flows through it") {
-  // Disks of radius R a distance d apart, one of them at 0 V, walls at the exact potential (bipolar coordinates): per
-  // charge q on the other, V = q acosh(d / 2R) / (pi eps). Given Q with a coupling K to the fixed one, Q = q + K V.
-  // Log-fitted links with R = 4 cells are off by some 3e-4 (README of the solver).
+TEST_CASE("two disks and a resistor: the exact field with a lumped conductance") {
+  // Two disks of radius R at distance d, one of them at 0 V. The walls have the exact potential in bipolar coordinates:
+  // per charge q on the other, V = q acosh(d / 2R) / (pi eps). A coupling K to the fixed disk gives Q = q + K V.
+  // Log-fitted links with R = 4 cells have an error of about 3e-4 (README of the solver).
   const double R = 8, d = 24, side = 128;
   const Vec2 middle{64.3, 63.8}, e{std::cos(0.4), std::sin(0.4)};
   const double a = std::sqrt(0.25 * d * d - R * R), per_charge = std::acosh(0.5 * d / R) / pi;
@@ -215,7 +216,7 @@ TEST_CASE("two disks and a resistor: the exact field, less what flows through it
   }
 }
 
-TEST_CASE("a tree of couplings over twelve decades, against the dense equations") {
+TEST_CASE("tree of couplings over twelve decades: it solves the dense equations") {
   LaplaceProblem problem = crowd(24);
   Random random;
   couple(problem, 0);
@@ -224,14 +225,14 @@ TEST_CASE("a tree of couplings over twelve decades, against the dense equations"
   problem.couplings.push_back({3, 25, 0.7 * eps});
   problem.couplings.push_back({3, 25, 0.4 * eps});
   problem.couplings.push_back({0, 7, 0.2 * eps});
-  SUBCASE("beside a fixed body") {}
-  SUBCASE("with a supply for the only ground") { problem.groups[0] = {.charge = 0.3 * eps}; }
+  SUBCASE("next to a fixed body") {}
+  SUBCASE("with a supply as the only ground") { problem.groups[0] = {.charge = 0.3 * eps}; }
   const LaplaceSolution solution = solve(problem);
   check_potentials(solution, by_dense_algebra(problem), uncertainty(solution));
   check_potentials(solve_assembled(problem), solution.group_potential, 2 * uncertainty(solution));
 }
 
-TEST_CASE("the assembled system has couplings of any strength, with and without ground") {
+TEST_CASE("assembled system: couplings of any strength with and without ground") {
   for (const bool grounded : {true, false})
     for (const double K : {1e-12, 1e-3, 1.0, 900.0, 1100.0, 1e6, 1e12, 1e15}) {
       CAPTURE(grounded);
@@ -247,9 +248,9 @@ TEST_CASE("the assembled system has couplings of any strength, with and without 
     }
 }
 
-TEST_CASE("strong couplings are the limit of merging, weak ones that of none") {
-  // A chain's differences of potential are at most (sum of |charges|) * (its links) / K, which moves all charges and
-  // potentials by as much: 24 disks of |charge| < eps hold less than 24 eps.
+TEST_CASE("couplings: strong ones tend to a merge, weak ones to independence") {
+  // The potential differences of a chain are at most (sum of |charges|) * (number of links) / K, and change all charges
+  // and potentials accordingly. 24 disks with |charge| < eps store less than 24 eps.
   const auto compare = [](const LaplaceProblem& coupled, const LaplaceProblem& limit, double effect) {
     const LaplaceSolution solution = solve(coupled), expected = solve(limit);
     const double error = 2 * uncertainty(expected) + effect;
@@ -257,7 +258,7 @@ TEST_CASE("strong couplings are the limit of merging, weak ones that of none") {
       CAPTURE(b);
       CHECK(std::abs(solution.group_potential[coupled.bodies[b].group] -
                      expected.group_potential[limit.bodies[b].group]) < error);
-      // A disk's capacitance to its surroundings is less than 10 (2 pi R / gap at its narrowest, over a share of it).
+      // The capacitance of a disk to its surroundings is below 10 (2 pi R / smallest gap, over a part of the surface).
       CHECK(std::abs(solution.body_charge[b] - expected.body_charge[b]) < 10 * eps * error);
     }
   };
@@ -274,19 +275,19 @@ TEST_CASE("strong couplings are the limit of merging, weak ones that of none") {
       CAPTURE(K);
       LaplaceProblem problem = alone;
       couple(problem, K * eps, true);
-      // Without ground the two pin the mean of the same bodies' potentials.
+      // Without ground both problems have the same mean potential of the bodies.
       compare(problem, merge(problem), 24 * 24 / K);
     }
     for (const double K : {1e-12, 1e-9, 0.0}) {
       CAPTURE(K);
       LaplaceProblem problem = alone;
       couple(problem, K * eps);
-      compare(problem, alone, 24 * K * 2);  // 24 links under less than 2 V
+      compare(problem, alone, 24 * K * 2);  // 24 links with less than 2 V each.
     }
   }
 }
 
-TEST_CASE("a supply behind any resistor: its potential if there is none, a float if it is large") {
+TEST_CASE("supply: its coupling sets the potential level of an insulated problem") {
   LaplaceProblem problem = crowd(9);
   problem.groups[0] = {};
   problem.groups.push_back({.floating = false, .potential = 7});
@@ -296,25 +297,25 @@ TEST_CASE("a supply behind any resistor: its potential if there is none, a float
     CAPTURE(K);
     problem.couplings = {{0, 10, K * eps}};
     const LaplaceSolution solution = solve(problem);
-    // Nothing else is grounded: what the disks carry is what has come from the supply, with the bar's own charge of 0.
+    // The supply is the only ground: it delivers the charge of the disks and the bar, whose own charge is 0.
     const double expected = 7 + total / (K * eps);
-    // Some hundred links, each with a rounding of 1e-16 of its potentials, and what they add up to is divided by K.
+    // About 100 links round their potentials by 1e-16, and their sum is divided by K.
     CHECK(std::abs(solution.group_potential[0] - expected) < 1e-12 * std::abs(expected) / std::min(1.0, K));
   }
 }
 
-TEST_CASE("nodes of the circuit without bodies are resistors in series and in parallel") {
+TEST_CASE("couplings: nodes without bodies combine in series and in parallel") {
   LaplaceProblem direct = crowd(9), nodes = direct;
   direct.couplings = {{1, 2, 0.5 * eps}, {3, 4, 2 * eps}};
   direct.groups[5].charge += 0.25 * eps;
   direct.groups[6].charge += 0.75 * eps;
-  nodes.groups.push_back({});  // 10: 1 and 1 in series are 0.5
-  nodes.groups.push_back({});  // 11, 12: 3 and (4 + 2) in series are 2, with a dead end
+  nodes.groups.push_back({});  // 10: 1 and 1 in series are 0.5.
+  nodes.groups.push_back({});  // 11, 12: 3 and (4 + 2) in series are 2, with a dead end.
   nodes.groups.push_back({});
-  nodes.groups.push_back({.charge = 1.0 * eps});  // 13: shares its charge as 1 to 3
+  nodes.groups.push_back({.charge = 1.0 * eps});  // 13: its charge splits as 1 to 3.
   nodes.couplings = {{1, 10, eps},     {10, 2, eps},      {3, 11, 3 * eps}, {11, 4, 4 * eps},
                      {4, 11, 2 * eps}, {11, 12, 9 * eps}, {13, 5, 1e3},     {6, 13, 3e3}};
-  // 5 and 6 are joined by 13's couplings in series: so strongly that they are one in `direct` too.
+  // The couplings of 13 in series join 5 and 6, which `direct` also couples strongly.
   direct.couplings.push_back({5, 6, 750});
   const LaplaceSolution solution = solve(nodes), expected = solve(direct);
   const double error = 2 * uncertainty(expected);
@@ -326,24 +327,24 @@ TEST_CASE("nodes of the circuit without bodies are resistors in series and in pa
   CHECK(phi[13] == doctest::Approx(0.25 * (phi[5] + 3 * phi[6])).epsilon(1e-12));
 }
 
-TEST_CASE("charge is conserved over coupled groups, to rounding and not to the tolerance") {
+TEST_CASE("coupled groups: charge is conserved to rounding, not to the tolerance") {
   for (const double K : {1e-3, 1.0, 1e6, 1e12}) {
     CAPTURE(K);
     LaplaceProblem problem = crowd(24);
     for (int disk = 1; disk < 12; ++disk) problem.couplings.push_back({disk, disk + 1, K * eps});
-    problem.couplings.push_back({2, 9, 0.1 * K * eps});  // a loop
+    problem.couplings.push_back({2, 9, 0.1 * K * eps});  // A loop.
     for (int disk = 13; disk < 24; ++disk) problem.couplings.push_back({13, disk + 1, K * eps});
     const LaplaceSolution solution = CutCellSolver({.cells = 64, .tolerance = 1e-3, .threads = 1}).solve(problem);
     const std::vector<double> charge = group_charges(problem, solution);
     double first = 0, second = 0, total = 0;
     for (int g = 1; g <= 24; ++g) (g <= 12 ? first : second) += charge[g] - problem.groups[g].charge;
     for (const double q : charge) total += q;
-    // Rounding: a thousand links, each of conductance 1 to 10 under some volts, rounded to 1e-16 of that.
+    // Rounding of 1000 links with conductances of 1 to 10 and a few volts, 1e-16 each.
     constexpr double rounding = 1e-12 * eps;
     CHECK(std::abs(first) < rounding);
     CHECK(std::abs(second) < rounding);
     CHECK(std::abs(total) < rounding);
-    // Each group's own, as far as what its couplings carry can be told from potentials rounded to 1e-16 of some volts.
+    // The charge of each group, as precisely as currents follow from potentials rounded to 1e-16 of a few volts.
     std::vector<double> left = charge;
     for (const auto& [a, b, capacitance] : problem.couplings) {
       const double flow = capacitance * (solution.group_potential[a] - solution.group_potential[b]);
@@ -354,7 +355,7 @@ TEST_CASE("charge is conserved over coupled groups, to rounding and not to the t
   }
 }
 
-TEST_CASE("what couplings carry balances each group's charge, however small the difference of potential") {
+TEST_CASE("coupling charges: they balance each group for any potential difference") {
   for (const double K : {1e-12, 1e-3, 1.0, 1e6, 1e12, 1e20}) {
     CAPTURE(K);
     LaplaceProblem problem = crowd(24);
@@ -370,7 +371,7 @@ TEST_CASE("what couplings carry balances each group's charge, however small the 
         const auto& [a, b, capacitance] = problem.couplings[k];
         left[a] += flowed[k];
         left[b] -= flowed[k];
-        // Ohm's law, up to the rounding of potentials of some volts.
+        // Ohm's law within the rounding of potentials of a few volts.
         const double difference = solution.group_potential[a] - solution.group_potential[b];
         CHECK(std::abs(flowed[k] - capacitance * difference) < (1e-12 + 1e-14 * K) * eps);
       }
@@ -379,10 +380,9 @@ TEST_CASE("what couplings carry balances each group's charge, however small the 
   }
 }
 
-TEST_CASE("iterations do not depend on how strong couplings are") {
-  // Disks of 1 to 3 cells, which coarse grids take for a medium, or for thin conductors if they are coupled by more
-  // than 0.05 eps: some iterations more just above that (README of the solver), over 27 decades and whatever grounds
-  // the field.
+TEST_CASE("iterations: they do not depend on the strength of couplings") {
+  // Coarse grids treat disks of 1 to 3 cells as a medium, or as subgrid conductors if their couplings exceed 0.05 eps.
+  // Just above this limit a few more iterations are needed (README of the solver), over 27 decades and for any ground.
   for (const int ground : {0, 1, 2})
     for (const bool chain : {true, false}) {
       LaplaceProblem problem = ground == 0 ? crowd(60) : ungrounded(crowd(60));
@@ -399,7 +399,7 @@ TEST_CASE("iterations do not depend on how strong couplings are") {
     }
 }
 
-TEST_CASE("a coupling that comes all at once needs no cold start, and forgets nothing") {
+TEST_CASE("history: sudden couplings need no cold start and lose no solutions") {
   LaplaceProblem problem = crowd(24);
   CutCellSolver warm = solver();
   for (int step = 0; step < 3; ++step) warm.solve(problem);
@@ -407,11 +407,11 @@ TEST_CASE("a coupling that comes all at once needs no cold start, and forgets no
   const LaplaceSolution solution = warm.solve(problem), expected = solve(problem);
   check_potentials(solution, expected.group_potential, 2 * uncertainty(expected));
   CHECK(solution.iterations <= expected.iterations + 2);
-  // The same again is known already.
+  // A repeated problem needs no iteration.
   CHECK(warm.solve(problem).iterations <= 1);
 }
 
-TEST_CASE("coupled systems come out the same bits for any number of threads") {
+TEST_CASE("coupled systems: any number of threads gives identical bits") {
   LaplaceProblem problem = crowd(40);
   couple(problem, eps);
   const LaplaceSolution one = solver(tolerance, 1).solve(problem), three = solver(tolerance, 3).solve(problem);
@@ -420,7 +420,7 @@ TEST_CASE("coupled systems come out the same bits for any number of threads") {
   CHECK(one.iterations == three.iterations);
 }
 
-TEST_CASE("on one grid alone, with no coarser one, couplings are as strong") {
+TEST_CASE("single grid: strong couplings are solved without coarser grids") {
   LaplaceProblem problem = crowd(12);
   for (const double K : {1.0, 1e6, 1e12}) {
     problem.couplings.clear();
@@ -431,7 +431,7 @@ TEST_CASE("on one grid alone, with no coarser one, couplings are as strong") {
     const std::vector<double> charge = group_charges(problem, solution);
     double sum = 0;
     for (int g = 1; g <= 12; ++g) sum += charge[g] - problem.groups[g].charge;
-    CHECK(std::abs(sum) < 1e-12 * eps);  // rounding
+    CHECK(std::abs(sum) < 1e-12 * eps);  // Rounding.
   }
 }
 

@@ -5,10 +5,10 @@
 
 #include "solvers/laplace/problem.hpp"
 
-/// Disks at random places, for the field solvers' tests.
+/// Disks at random positions for tests of the field solvers.
 namespace lichtenberg::crowds {
 
-/// Uniform numbers, the same on every machine.
+/// Uniform random numbers, identical on every machine.
 struct Random {
   std::mt19937_64 generator;
   explicit Random(std::uint64_t seed) : generator(seed) {}
@@ -17,7 +17,7 @@ struct Random {
   }
 };
 
-/// Adds the disk as a group of its own, with a charge between -1 and 1, if it keeps `least_gap` from all bodies.
+/// Adds the disk as its own group, with a charge between -1 and 1, if its gap to all bodies exceeds `least_gap`.
 inline void add_if_free(laplace::LaplaceProblem& problem, const Disk& disk, double least_gap, Random& random) {
   for (const laplace::Body& body : problem.bodies)
     if (gap(disk, body.shape) <= least_gap) return;

@@ -1,4 +1,4 @@
-// The parts of the cut-cell solver: links, operators, coarse grids.
+// Tests of the cut-cell solver's parts: links, operators, coarse grids.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::cutcell_problems;
 
-TEST_CASE("the matrix-free operator and the assembled matrix are the same") {
+TEST_CASE("operator: it equals the assembled matrix") {
   const LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   Level level(problem, 64, 64);
   level.build(problem, LinkFormula::log_fitted);
@@ -46,13 +46,13 @@ TEST_CASE("the matrix-free operator and the assembled matrix are the same") {
     largest = std::max(largest, std::abs(y[at(a)]));
   }
   CHECK(level.pairs.size() > 0);
-  CHECK(worst <= 1e-14 * largest * 64);  // rounding of sums of at most some 60 terms
+  CHECK(worst <= 1e-14 * largest * 64);  // Rounding of sums of at most about 60 terms.
 }
 
-TEST_CASE("lists of links hold those of floating groups") {
+TEST_CASE("link lists: they contain the links of floating groups") {
   LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   for (const int body : {3, 5, 8}) problem.groups[problem.bodies[body].group].floating = false;
-  Level level(problem, 1024, 1024);  // a disk has more links than one run of them
+  Level level(problem, 1024, 1024);  // A disk has more links than one block of them.
   level.build(problem, LinkFormula::log_fitted);
   REQUIRE(level.link_start[5] - level.link_start[4] > 512);
   LinkLists<double> lists;
@@ -81,16 +81,16 @@ TEST_CASE("lists of links hold those of floating groups") {
   double worst = 0;
   for (std::size_t k = 0; k < v.size(); ++k)
     worst = std::max(worst, std::abs(in_cells[k] - expected[k]) / std::max(expected[k], 1.0));
-  CHECK(worst < 1e-15);  // of sums of four terms at most
+  CHECK(worst < 1e-15);  // Rounding of sums of at most four terms.
   for (std::size_t g = 0; g < of_group.size(); ++g) {
-    const double rounding = 1000 * 1.2e-16 * largest[g];  // of a thousand terms
+    const double rounding = 1000 * 1.2e-16 * largest[g];  // Rounding of 1000 terms.
     CHECK(std::abs(of_group[g] - expected_of_group[g]) <= rounding);
     CHECK(std::abs(conductances[g] - expected_conductances[g]) <= rounding);
   }
   CHECK(of_group[problem.bodies[5].group] == 0);
 }
 
-TEST_CASE("every cell beside a conductor is an edge cell, once, with its links to floating groups") {
+TEST_CASE("edge cells: each cell at a conductor once, with its floating links") {
   LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   for (const int body : {3, 5}) problem.groups[problem.bodies[body].group].floating = false;
   Level level(problem, 64, 64);
@@ -118,10 +118,11 @@ TEST_CASE("every cell beside a conductor is an edge cell, once, with its links t
   CHECK(static_cast<long>(edges.size()) == std::count(visits.begin(), visits.end(), 1));
 }
 
-TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
-  LaplaceProblem problem = crowd(12, 128, 5, 0.05);  // the coarsest grids do not resolve them
+TEST_CASE("multigrid preconditioner: it is symmetric and positive definite") {
+  LaplaceProblem problem = crowd(12, 128, 5, 0.05);  // The coarsest grids do not resolve the disks.
   problem.groups[problem.bodies[2].group].floating = false;
-  problem.bodies[2].group = problem.bodies[9].group;  // far apart: thin conductors there
+  // Two distant bodies of one group: subgrid conductors on coarse grids.
+  problem.bodies[2].group = problem.bodies[9].group;
   REQUIRE(gap(std::get<Disk>(problem.bodies[2].shape), problem.bodies[9].shape) > 40);
   Level level(problem, 128, 128);
   level.build(problem, LinkFormula::log_fitted);
@@ -154,13 +155,13 @@ TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
   }
   CHECK(x_mx > 0);
   CHECK(y_my > 0);
-  // single precision: 6e-8 a term, the scale being the energy of either vector
+  // Single precision rounds each term by 6e-8; the scale is the energy of either vector.
   CHECK(std::abs(x_my - y_mx) < 1e-5 * std::sqrt(x_mx * y_my));
 }
 
 namespace {
 
-/// A lattice of n x n disks of radius R in an n x n box, one in the middle of each unit cell.
+/// Problem of n x n disks of radius R in an n x n box, one in the middle of each unit cell.
 LaplaceProblem lattice(int n, double radius) {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {static_cast<double>(n), static_cast<double>(n)};
@@ -174,11 +175,11 @@ LaplaceProblem lattice(int n, double radius) {
 
 }  // namespace
 
-TEST_CASE("a coarse grid takes floating disks that it does not resolve for a medium") {
+TEST_CASE("coarse grid: unresolved floating disks form an effective medium") {
   const double radius = 0.3, fill = pi * radius * radius;
   Level level(lattice(8, radius), 8, 8);
   level.build_coarse(lattice(8, radius), LinkFormula::log_fitted, strongly_coupled(lattice(8, radius), {}), nullptr);
-  const double permittivity = (1 + fill) / (1 - fill);  // Maxwell Garnett
+  const double permittivity = (1 + fill) / (1 - fill);  // Maxwell Garnett.
   CHECK(level.fluid_cells == 64);
   CHECK(level.links.empty());
   CHECK(level.absorbed.size() == 64);
@@ -186,27 +187,27 @@ TEST_CASE("a coarse grid takes floating disks that it does not resolve for a med
   CHECK(level.east[level.layout(3, 4)] == doctest::Approx(permittivity).epsilon(single));
   CHECK(level.north[level.layout(7, 0)] == doctest::Approx(permittivity).epsilon(single));
   CHECK(level.diagonal[level.layout(3, 4)] == doctest::Approx(4 * permittivity).epsilon(single));
-  // in a corner: two faces, and half a cell of the medium to the electrode
+  // In a corner there are two faces, and half a cell of the medium to the electrode.
   CHECK(level.diagonal[level.layout(0, 0)] == doctest::Approx((2 + 2) * permittivity).epsilon(single));
 }
 
-TEST_CASE("a coarse grid takes small disks whose potential is not their own for thin conductors") {
+TEST_CASE("coarse grid: small disks at given potentials are subgrid conductors") {
   LaplaceProblem problem = lattice(8, 0.1);
   for (Group& group : problem.groups) group.floating = false;
   Level level(problem, 8, 8);
   level.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr);
   CHECK(level.fluid_cells == 64);
   CHECK(level.absorbed.empty());
-  REQUIRE(level.links.size() == 64);  // centred in their cells
+  REQUIRE(level.links.size() == 64);  // The disks are centred in their cells.
   CHECK(level.links[0].conductance == doctest::Approx(2 * pi / std::log(0.5 / 0.1)).epsilon(1e-12));
   CHECK(level.has_unknown(3));
 }
 
-TEST_CASE("what a group's thin conductors exchange with a cell is one link") {
+TEST_CASE("coarse grid: a group's subgrid conductors in a cell form one link") {
   LaplaceProblem problem = lattice(16, 0.1);
   for (std::size_t k = 0; k < problem.bodies.size(); ++k) problem.bodies[k].group = static_cast<int>(k % 2);
   const bool electrode[4] = {false, false, true, true};
-  for (const int cells : {8, 4}) {  // four and sixteen disks a cell
+  for (const int cells : {8, 4}) {  // Four and sixteen disks per cell.
     Level level(problem, cells, cells);
     level.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr);
     std::vector<double> expected(2 * level.layout.size(), 0.0), found = expected;
@@ -217,7 +218,7 @@ TEST_CASE("what a group's thin conductors exchange with a cell is one link") {
         expected[2 * around.cell[k] + body.group] += std::abs(around.weight[k]) * thin_conductance(disk, level.layout);
     }
     for (const FluidLink& link : level.links) {
-      CHECK(link.body < 2);  // the first of its group
+      CHECK(link.body < 2);  // The first body of its group.
       CHECK(found[2 * link.cell + link.body] == 0);
       found[2 * link.cell + link.body] = link.conductance;
     }
@@ -225,9 +226,10 @@ TEST_CASE("what a group's thin conductors exchange with a cell is one link") {
   }
 }
 
-TEST_CASE("a thin conductor takes the flux that the square lattice's Green function lets it, on average over places") {
-  // One that is shared out to four cells by weights w has their weighed mean at the radius exp(-gamma - 2 pi <G>) /
-  // sqrt 8, <G> the sum of w_k w_l (G(k - l) - G(0)): 0, -1/4 beside, -1/pi across.
+TEST_CASE("subgrid conductor: its mean flux follows the lattice Green function") {
+  // A conductor is distributed to four cells by weights w. Their weighted mean is the potential at the radius
+  // exp(-gamma - 2 pi <G>) / sqrt(8). <G> is the sum of w_k w_l (G(k - l) - G(0)), which is 0, -1/4 for neighbours and
+  // -1/pi across a diagonal.
   const Layout box(8, 8);
   const bool insulated[4] = {};
   const double between[4][4] = {{0, 1 / 4., 1 / 4., 1 / pi},
@@ -245,11 +247,11 @@ TEST_CASE("a thin conductor takes the flux that the square lattice's Green funct
     mean_logarithm += std::log(radius) / (places * places);
   }
   const Outline disk{Outline::Kind::disk, {4, 4}, {}, 0.01};
-  // 0.5 is 0.498, rounded
+  // 0.5 is 0.498, rounded.
   CHECK(2 * pi / thin_conductance(disk, box) == doctest::Approx(mean_logarithm - std::log(0.01)).epsilon(0.004 / 3.9));
 }
 
-TEST_CASE("of a conductor on a side, what lies in the box takes flux") {
+TEST_CASE("conductor on a side: only its part inside the box takes flux") {
   const Layout box(8, 6);
   CHECK(share_in_box({4, 3}, 2, box) == 1);
   CHECK(share_in_box({4, 0}, 2, box) == doctest::Approx(0.5).epsilon(1e-15));
@@ -258,9 +260,10 @@ TEST_CASE("of a conductor on a side, what lies in the box takes flux") {
   CHECK(share_in_box({4, 6}, 2, box) == doctest::Approx(0.5).epsilon(1e-15));
 }
 
-TEST_CASE("the cycle finds the level of all potentials over a small half-disk that is all the ground") {
-  // Charges of one sign raise them all alike. Regression value of what one cycle makes of that level: 1.15; .76 if
-  // coarse grids, most of which have the ground for a thin conductor, take the half-disk for a whole one.
+TEST_CASE("multigrid cycle: a small grounded half-disk sets the potential level") {
+  // Charges of one sign raise all potentials together. One cycle gives 1.15 of this level (regression value). It would
+  // give 0.76 if coarse grids, most of which treat the ground as a subgrid conductor, took the half-disk for a whole
+  // disk.
   LaplaceProblem problem = lattice(16, 0.3);
   problem.sides[bottom].kind = problem.sides[top].kind = Side::Kind::insulating;
   for (Group& group : problem.groups) group.charge = 1;
@@ -288,23 +291,23 @@ TEST_CASE("the cycle finds the level of all potentials over a small half-disk th
   CHECK(std::abs(level_found / level_exact - 1) < 0.2);
 }
 
-TEST_CASE("a group is absorbed once and for all when it fits into one and a half cells of a coarse grid") {
+TEST_CASE("coarse grids: a group that fits into 1.5 cells is absorbed permanently") {
   LaplaceProblem problem = lattice(16, 0.2);
   for (std::size_t k = 0; k < problem.bodies.size(); ++k) problem.bodies[k].group = k == 1 ? 0 : static_cast<int>(k);
-  problem.groups[1].floating = false;  // nobody's
+  problem.groups[1].floating = false;  // No body belongs to this group.
   Level finer(problem, 16, 16), coarser(problem, 8, 8);
   finer.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr);
   coarser.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), &finer);
-  CHECK(finer.newly_absorbed == 255);  // the pair is 1.4 cells long
+  CHECK(finer.newly_absorbed == 255);  // The pair is 1.4 cells long.
   CHECK_FALSE(finer.has_unknown(0));
   CHECK_FALSE(coarser.has_unknown(0));
   CHECK(coarser.absorbed.size() == 255);
   CHECK(coarser.newly_absorbed == 0);
 }
 
-TEST_CASE("iterations do not grow with the number of disks that the coarse grids do not resolve") {
-  // The same lattice of disks of radius 2.4 cells on ever larger boxes: with every size another grid has them below
-  // its cells. Regression values, with 2 to spare: 11, 11, 11.
+TEST_CASE("iterations: unresolved disks on coarse grids do not increase them") {
+  // Lattice of disks of radius 2.4 cells in boxes of increasing size: for each size another grid no longer resolves the
+  // disks. Regression values, with a margin of 2: 11, 11, 11.
   for (const int n : {8, 16, 32}) {
     CAPTURE(n);
     LaplaceProblem problem = lattice(n, 0.3);
@@ -314,9 +317,10 @@ TEST_CASE("iterations do not grow with the number of disks that the coarse grids
   }
 }
 
-TEST_CASE("chains of disks below the coarse grids' cells that all but touch are solved as fast as disks apart") {
-  // In a row 1e-5 cells apart, each floating alone or in one of six groups that lie all along it. More than 50 and 20
-  // iterations where coarse grids do not know of the direct links. Regression value, with 2 to spare: 12.
+TEST_CASE("iterations: unresolved chains with tiny gaps converge as separate disks") {
+  // The disks form a row with gaps of 1e-5 cells. Each floats alone or belongs to one of six groups along the row.
+  // Without gap conductances on coarse grids the solve takes more than 50 and 20 iterations. Regression value, with a
+  // margin of 2: 12.
   for (const int groups : {60, 6}) {
     CAPTURE(groups);
     LaplaceProblem problem{.permittivity = 1};
@@ -329,9 +333,9 @@ TEST_CASE("chains of disks below the coarse grids' cells that all but touch are 
   }
 }
 
-TEST_CASE("a conductor and a cell whose centre all but lies on its surface are relaxed together") {
-  // A row of disks whose gaps hold a cell's centre now and then: 47 and 30 iterations where such cells are relaxed by
-  // themselves, or hidden from the coarse grids. Regression value, with 2 to spare: 9.
+TEST_CASE("cells with centres nearly on a surface: relaxed with the conductor") {
+  // Some gaps of this row of disks contain a cell centre. The solve takes 47 and 30 iterations if such cells are
+  // relaxed alone or hidden from coarse grids. Regression value, with a margin of 2: 9.
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {256, 128};
   problem.sides[left].kind = Side::Kind::electrode;
@@ -342,9 +346,9 @@ TEST_CASE("a conductor and a cell whose centre all but lies on its surface are r
   CHECK(CutCellSolver(options(256, 1e-8)).solve(problem).iterations <= 11);
 }
 
-TEST_CASE("groups are one to the coarse grids only where little else than their links counts") {
-  // Disks of a cell's size, each at .3 cell from another, cover a sixth of the box: in one set, they would be 1000 thin
-  // conductors on all grids, 29 iterations. Regression value, with 2 to spare: 10.
+TEST_CASE("agglomerates: groups join only if gap conductances dominate") {
+  // Disks of one cell's size, each with a gap of 0.3 cells to another, cover 1/6 of the box. As one agglomerate they
+  // would be 1000 subgrid conductors on all grids and take 29 iterations. Regression value, with a margin of 2: 10.
   crowds::Random random(1);
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {128, 128};

@@ -1,4 +1,4 @@
-// Links of the cut-cell grid: conductances from fluid cells to conductors, their gradients and channels.
+// Tests of links of the cut-cell grid: conductances from fluid cells to conductors, their gradients and channels.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -16,26 +16,26 @@ using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::cutcell_problems;
 
-TEST_CASE("a log-fitted link carries exactly the flux of a logarithmic field") {
+TEST_CASE("log-fitted link: it carries the exact flux of a logarithmic field") {
   const Vec2 centre{0.3, -0.2}, p{2.5, 0.5}, a{2.0, 1.0}, b{2.0, 0.0};
   const double R = 1.7, q = 2.4;
   const double seen = std::atan2(a.y - centre.y, a.x - centre.x) - std::atan2(b.y - centre.y, b.x - centre.x);
   const double difference = q / (2 * pi) * std::log(norm(p - centre) / R);
-  // rounding: a few operations on numbers of order one
+  // Rounding of a few operations on numbers of order one.
   CHECK(log_fitted_link(p, a, b, centre, R).value * difference == doctest::Approx(q * seen / (2 * pi)).epsilon(1e-14));
 }
 
-TEST_CASE("a log-fitted link tends to 1 / cut for a large circle") {
+TEST_CASE("log-fitted link: it tends to 1 / cut for a large circle") {
   const double R = 1e6, cut = 0.3;
   const Conductance c = log_fitted_link({0, 0}, {0.5, 0.5}, {0.5, -0.5}, {R + cut, 0}, R);
-  // c = dtheta / ln(1 + cut/R), dtheta = 1/(R + cut - 1/2): relative difference of order 1/R
+  // c = dtheta / ln(1 + cut/R), dtheta = 1/(R + cut - 1/2): the relative difference is of order 1/R.
   CHECK(c.value == doctest::Approx(1 / cut).epsilon(2.0 / R));
 }
 
-TEST_CASE("links taken several at a time are those taken one by one") {
+TEST_CASE("log-fitted links: batches equal single links") {
   for (const double R : {least_batched_radius, 1.0, 7.75, 1000.0})
     for (int k = 0; k < 1000; ++k) {
-      // Centres anywhere in a cell; a cell beside the rim, in any direction of it.
+      // Centres at any position in a cell, and a cell at the rim in any direction.
       const Vec2 centre{std::fmod(0.618 * k, 1), std::fmod(0.414 * k, 1)};
       const Vec2 rim = centre + R * Vec2{std::cos(0.1 * k), std::sin(0.1 * k)};
       const Outline disk{Outline::Kind::disk, centre, {}, R};
@@ -47,8 +47,7 @@ TEST_CASE("links taken several at a time are those taken one by one") {
         LinkBatch batch;
         batch.x.fill(p.x - centre.x), batch.y.fill(p.y - centre.y), batch.ex.fill(e.x), batch.ey.fill(e.y);
         const BatchConductances together = log_fitted_links(batch, R);
-        // Either has r^2 - R^2 to the rounding of R^2, over some cells times R, or a ten-thousandth if the cut is
-        // short.
+        // Both have r^2 - R^2 with the rounding of R^2, divided by some cells times R, or by 1e-4 for a short cut.
         const double cut = std::max(norm(p - centre) - R, smallest_cut), rounding = 1e-15 * (1 + R / cut);
         CHECK(together.value[k % 8] == doctest::Approx(alone.value).epsilon(rounding));
         const Vec2 gradient{together.gradient_x[k % 8], together.gradient_y[k % 8]};
@@ -57,12 +56,13 @@ TEST_CASE("links taken several at a time are those taken one by one") {
     }
 }
 
-TEST_CASE("links of disks a cell and less apart are link.hpp's, squeezed where groups differ") {
+TEST_CASE("links in gaps below a cell: those of link.hpp, with opposed surfaces") {
   for (const bool one_group : {false, true}) {
     LaplaceProblem problem{.size = {32, 32}, .permittivity = 1};
     problem.sides[bottom].kind = Side::Kind::electrode;
     problem.groups = {{.floating = true}, {.floating = true}};
-    problem.bodies = {{Disk{{9.8, 15.9}, 5}, 0}, {Disk{{20.45, 16.3}, 5}, one_group ? 0 : 1}};  // .66 cell apart
+    // The gap is 0.66 cells.
+    problem.bodies = {{Disk{{9.8, 15.9}, 5}, 0}, {Disk{{20.45, 16.3}, 5}, one_group ? 0 : 1}};
     Level level(problem, 32, 32);
     level.build(problem, LinkFormula::log_fitted);
     std::size_t link = 0, squeezed = 0;
@@ -82,7 +82,7 @@ TEST_CASE("links of disks a cell and less apart are link.hpp's, squeezed where g
             if (!one_group && covered_at(other, 2)) narrow = squeeze(own, p, e, other, c);
             REQUIRE(link < level.links.size());
             const FluidLink& found = level.links[link];
-            // As where links are taken several at a time: the rounding of R^2 over the cut and R.
+            // As for batches: the rounding of R^2 divided by the cut and R.
             const double cut = std::max(norm(p + e - own.centre) - own.size, smallest_cut),
                          rounding = 1e-15 * (1 + 5 / cut);
             CHECK(found.conductance == doctest::Approx(c.value).epsilon(10 * rounding));
@@ -103,8 +103,8 @@ TEST_CASE("links of disks a cell and less apart are link.hpp's, squeezed where g
   }
 }
 
-TEST_CASE("gradients of the links are the derivatives of their values") {
-  // Central differences with step s: truncation s^2 f'''/6 and rounding 1e-16 |f| / s, balanced near s = 1e-5.
+TEST_CASE("link gradients: they are the derivatives of the values") {
+  // Central differences with step s: truncation s^2 f'''/6 and rounding 1e-16 |f| / s are equal near s = 1e-5.
   const double s = 1e-5, accuracy = 1e-7;
   SUBCASE("log-fitted, outside and inside") {
     for (const bool inside : {false, true}) {
@@ -121,11 +121,11 @@ TEST_CASE("gradients of the links are the derivatives of their values") {
   SUBCASE("channel between two circles") {
     for (const double gap : {0.7, 0.05, 1e-3}) {
       const Vec2 p{0.1, 0.2}, e{1, 0}, a{-7.6, 0.9}, b{a.x + 16 + gap, 0.6};
-      const double tiny = 1e-3 * gap;  // the integrand varies over the gap
+      const double tiny = 1e-3 * gap;  // The integrand varies over the gap.
       const auto value = [&](Vec2 x, Vec2 y) { return channel(p, e, 1, x, 8, y, 8).value; };
       const PairConductance c = channel(p, e, 1, a, 8, b, 8);
       const Vec2 dx{tiny, 0}, dy{0, tiny};
-      // truncation (tiny/gap)^2 = 1e-6
+      // The truncation error is (tiny/gap)^2 = 1e-6.
       CHECK(c.gradient_a.x == doctest::Approx((value(a + dx, b) - value(a - dx, b)) / (2 * tiny)).epsilon(1e-5));
       CHECK(c.gradient_b.x == doctest::Approx((value(a, b + dx) - value(a, b - dx)) / (2 * tiny)).epsilon(1e-5));
       CHECK(c.gradient_a.y == doctest::Approx((value(a + dy, b) - value(a - dy, b)) / (2 * tiny)).epsilon(1e-3));
@@ -139,13 +139,13 @@ TEST_CASE("gradients of the links are the derivatives of their values") {
   }
 }
 
-TEST_CASE("the channel between two circles is the integral of ds / gap") {
+TEST_CASE("channel between two circles: it is the integral of ds / gap") {
   // Parabolic channel: gap(s) = g + s^2 (1/R_a + 1/R_b) / 2 up to terms s^4/(4 R^3) = 3e-5 for s = 1/2, R = 8.
   for (const double g : {1e-5, 1e-3, 0.1}) {
     const double k = 0.125, exact = 2 / std::sqrt(g * k) * std::atan(0.5 * std::sqrt(k / g));
     CHECK(channel({0, 0}, {1, 0}, 1, {-7.7, 0}, 8, {8.3 + g, 0}, 8).value == doctest::Approx(exact).epsilon(1e-3));
   }
-  // The same at the rim of a dish of radius 24, curvature 1/8 - 1/24.
+  // Channel at the rim of a dish of radius 24, with curvature 1/8 - 1/24.
   for (const double g : {1e-5, 1e-3, 0.1}) {
     const double k = 0.5 * (1.0 / 8 - 1.0 / 24), exact = 2 / std::sqrt(g * k) * std::atan(0.5 * std::sqrt(k / g));
     CHECK(channel({0, 0}, {1, 0}, 1, {-7.7, 0}, 8, {0.3 + g - 24, 0}, -24).value ==
@@ -153,31 +153,32 @@ TEST_CASE("the channel between two circles is the integral of ds / gap") {
   }
 }
 
-TEST_CASE("a disk centred on a cell's corner is seen under the full angle by the cells around its own") {
-  // It has the cell above and to the right of the corner: two faces are seen under pi/4 each, those that end in the
+TEST_CASE("disk centred on a cell's corner: surrounding cells see the full angle") {
+  // The disk covers the cell above and to the right of the corner. Two faces subtend pi/4 each; those that end in the
   // corner share the rest.
   const double ln = std::log(std::sqrt(2.5) / 0.1), near_ln = std::log(std::sqrt(0.5) / 0.1);
   const Conductance left = log_fitted_link({-0.5, 0.5}, {0, 1}, {0, 0}, {0, 0}, 0.1);
   const Conductance below = log_fitted_link({0.5, -0.5}, {0, 0}, {1, 0}, {0, 0}, 0.1);
   const Conductance right = log_fitted_link({1.5, 0.5}, {1, 0}, {1, 1}, {0, 0}, 0.1);
-  CHECK(left.value == doctest::Approx(0.75 * pi / near_ln).epsilon(1e-8));  // the centre is taken 1e-9 away
+  CHECK(left.value == doctest::Approx(0.75 * pi / near_ln).epsilon(1e-8));  // The centre is shifted by 1e-9.
   CHECK(below.value == doctest::Approx(0.75 * pi / near_ln).epsilon(1e-8));
   CHECK(right.value == doctest::Approx(0.25 * pi / ln).epsilon(1e-12));
   CHECK(std::isfinite(left.gradient.x));
   CHECK(std::isfinite(below.gradient.y));
 }
 
-TEST_CASE("a disk centred on a face is seen under the angle pi by the cell before it") {
+TEST_CASE("disk centred on a face: the cell in front sees the angle pi") {
   for (const Vec2 p : {Vec2{0.5, -0.5}, Vec2{0.5, 0.5}}) {
     const double ln = std::log(std::hypot(0.41, 0.5) / 0.5);
     const Conductance c = log_fitted_link(p, {0, 0}, {1, 0}, {0.91, 0}, 0.5);
-    CHECK(c.value == doctest::Approx(pi / ln).epsilon(1e-7));  // the centre is taken 1e-9 away from one 0.09 away
+    // The centre is shifted by 1e-9 from one at a distance of 0.09.
+    CHECK(c.value == doctest::Approx(pi / ln).epsilon(1e-7));
     CHECK(std::isfinite(norm(c.gradient)));
   }
 }
 
-TEST_CASE("two disks of half a cell between two rows of cells") {
-  // Centres on faces, as two-disks.toml has with 36 cells: with a negative conductance CG did not end.
+TEST_CASE("two disks of half a cell: centres on faces give positive links") {
+  // The centres lie on faces, as in two-disks.toml with 36 cells. With a negative conductance CG would not converge.
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {36, 36};
   problem.bodies = {{Disk{{16.91, 18}, 0.545}, 0}, {Disk{{19.09, 18}, 0.545}, 1}};
@@ -188,7 +189,7 @@ TEST_CASE("two disks of half a cell between two rows of cells") {
   CutCellSolver solver(options(36));
   const LaplaceSolution solution = solver.solve(problem);
   CHECK(solution.iterations < 20);
-  // In the open plane the two would have arccosh(2) / pi; the box and the few cells change it by some percent.
+  // In the infinite plane the potential is arccosh(2) / pi; the box and the coarse cells change it by several percent.
   CHECK(solution.group_potential[0] == doctest::Approx(0.0));
   CHECK(solution.group_potential[1] == doctest::Approx(std::acosh(2.0) / pi).epsilon(0.2));
 }

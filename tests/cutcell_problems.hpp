@@ -12,8 +12,8 @@ using namespace laplace;
 
 constexpr double pi = std::numbers::pi;
 
-/// `count` disks of radius `radius` in a box of side `side`, surfaces at least `least_gap` apart, around a grounded
-/// half-disk on the bottom; charges alternate in size and sign.
+/// `count` disks of radius `radius` in a box of side `side`, with gaps of at least `least_gap`, around a grounded
+/// half-disk on the bottom. Charges alternate in size and sign.
 inline LaplaceProblem crowd(int count, double side, double radius, double least_gap) {
   crowds::Random random(7);
   LaplaceProblem problem{.permittivity = 1};

@@ -25,8 +25,8 @@ using namespace lichtenberg::cutcell_problems;
 
 namespace {
 
-/// Two disks of radius R a distance d apart along the unit vector e, charge 1 and potential 0, walls at the exact
-/// (bipolar) potential: line charges at +-a from the middle, a^2 = d^2/4 - R^2.
+/// Problem of two disks of radius R at distance d along the unit vector e, with charge 1 and potential 0. The walls
+/// have the exact bipolar potential of line charges at +-a from the middle, a^2 = d^2/4 - R^2.
 LaplaceProblem two_disks(double side, Vec2 middle, Vec2 e, double R, double d) {
   const double a = std::sqrt(0.25 * d * d - R * R);
   const Vec2 charged = middle - a * e, grounded = middle + a * e;
@@ -51,8 +51,8 @@ double total_charge(const LaplaceSolution& solution) {
 
 }  // namespace
 
-TEST_CASE("two disks: capacitance and force against the bipolar field at R = 8 cells") {
-  // Bounds: truncation errors of the scheme, worst over positions (validation/two_disks).
+TEST_CASE("two disks: capacitance and force match the bipolar field at R = 8 cells") {
+  // The bounds are the scheme's largest truncation errors over positions (validation/two_disks).
   struct Row {
     double ratio, potential, force;
   };
@@ -69,10 +69,10 @@ TEST_CASE("two disks: capacitance and force against the bipolar field at R = 8 c
   }
 }
 
-TEST_CASE("Gauss: all charges of the box sum to zero, groups have theirs") {
+TEST_CASE("Gauss's law: charges of the box sum to zero, groups keep theirs") {
   LaplaceProblem problem = crowd(12, 64, 5, 0.3);
   problem.groups[3].charge = 2.5;
-  problem.bodies[12].group = 3;  // two disks, one potential
+  problem.bodies[12].group = 3;  // Two disks with one potential.
   problem.groups.pop_back();
   CutCellSolver solver(options(64));
   const LaplaceSolution solution = solver.solve(problem);
@@ -80,9 +80,8 @@ TEST_CASE("Gauss: all charges of the box sum to zero, groups have theirs") {
   CHECK(std::abs(total_charge(solution)) < 1e-12);
 }
 
-TEST_CASE("a chain of conductors that all but touch is solved to the tolerance, in few iterations") {
-  // Their links conduct some thousand times better than a cell's: what is common to the chain must not escape CG's
-  // norm.
+TEST_CASE("chain of nearly touching conductors: solved in few iterations") {
+  // Gap conductances are some thousand times those of cells. The chain's common mode must enter the norm of CG.
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {256, 256};
   problem.sides[left] = {Side::Kind::electrode, 1, {}};
@@ -96,14 +95,14 @@ TEST_CASE("a chain of conductors that all but touch is solved to the tolerance, 
   const LaplaceSolution a = CutCellSolver(options(256, tolerance)).solve(problem);
   const LaplaceSolution b = CutCellSolver(assembled).solve(problem);
   CHECK(a.iterations < 20);
-  // the tolerance in the energy norm, times the root of a potential's energy per volt, a few
+  // The tolerance holds in the energy norm. It is scaled by the square root of a potential's energy per volt.
   for (int k = 0; k < 12; ++k)
     CHECK(a.group_potential[k] == doctest::Approx(b.group_potential[k]).epsilon(1000 * tolerance));
 }
 
-TEST_CASE("a first guess that is off by orders of magnitude does not make CG stop early") {
-  // A group of two far apart, one all but touching the electrode, the other another group: the coarser grids' solution,
-  // taken as first guess, was a hundred thousand times too large.
+TEST_CASE("initial guess: one off by orders of magnitude does not stop CG early") {
+  // A group of two distant disks: one nearly touches the electrode, the other nearly touches a second group. The
+  // initial guess from coarser grids is 1e5 times too large.
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {80, 80};
   problem.sides[bottom] = {Side::Kind::electrode, 0, {}};
@@ -120,7 +119,7 @@ TEST_CASE("a first guess that is off by orders of magnitude does not make CG sto
     CHECK(std::abs(a.group_potential[g] - b.group_potential[g]) < 1e-6 * b.group_potential[2]);
 }
 
-TEST_CASE("charges are exact to rounding however early CG stops, also between conductors in neighbouring cells") {
+TEST_CASE("charges: exact to rounding for loose tolerances and adjacent conductors") {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 64};
   problem.sides[top] = {Side::Kind::electrode, 1, {}};
@@ -131,14 +130,14 @@ TEST_CASE("charges are exact to rounding however early CG stops, also between co
                     {Disk{{45, 58.999}, 5}, 3},
                     {Disk{{50, 20}, 5}, 4}};
   const LaplaceSolution solution = CutCellSolver(options(64, 1e-2)).solve(problem);
-  // some hundred links of conductance up to some hundred, each to the rounding of a potential of about 1
+  // About 100 links with conductances up to about 100; each rounds a potential of about 1.
   constexpr double rounding = 1e-11;
   CHECK(std::abs(total_charge(solution)) < rounding);
   for (std::size_t b = 1; b < problem.bodies.size(); ++b)
     CHECK(std::abs(solution.body_charge[b] - problem.groups[b].charge) < rounding);
 }
 
-TEST_CASE("nothing grounded: the neutral box is solved, potentials have zero mean, a net charge is refused") {
+TEST_CASE("insulated box: potentials have zero mean and a net charge is refused") {
   LaplaceProblem problem = crowd(4, 64, 6, 4);
   problem.bodies.erase(problem.bodies.begin());
   problem.groups = {{true, 1, 0}, {true, -0.5, 0}, {true, -0.75, 0}, {true, 0.25, 0}};
@@ -154,7 +153,7 @@ TEST_CASE("nothing grounded: the neutral box is solved, potentials have zero mea
     for (int k = 0; k < 4; ++k)
       CHECK(solution.body_charge[k] == doctest::Approx(problem.groups[k].charge).epsilon(1e-8));
     CHECK(solution.energy > 0);
-    // The constant that fixed the mean must not leak into the next first guess.
+    // The constant that fixes the mean must not enter the next initial guess.
     LaplaceProblem grounded = problem;
     grounded.groups[3] = {false, 0, 0};
     const LaplaceSolution after = solver.solve(grounded);
@@ -168,7 +167,7 @@ TEST_CASE("nothing grounded: the neutral box is solved, potentials have zero mea
   CHECK_THROWS_AS(solver.solve(problem), InputError);
 }
 
-TEST_CASE("the assembled system gives the multigrid's answer") {
+TEST_CASE("assembled system: its solution equals that of multigrid") {
   const LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   CutCellOptions o = options(64);
   CutCellSolver matrix_free(o);
@@ -179,9 +178,9 @@ TEST_CASE("the assembled system gives the multigrid's answer") {
     CHECK(a.group_potential[g] == doctest::Approx(b.group_potential[g]).epsilon(1e-8));
 }
 
-TEST_CASE("force is the derivative of the energy while no cell changes hands") {
-  // Fixed charges: F = -dW/dx. Step 1e-4 cells: truncation 1e-8, solver error in W 1e-20 relative (energy norm
-  // squared).
+TEST_CASE("force: it is the energy's derivative while cells keep their owners") {
+  // With constant charges F = -dW/dx. A step of 1e-4 cells gives a truncation error of 1e-8. The relative solver error
+  // of W is 1e-20 (square of the energy norm).
   LaplaceProblem problem = crowd(6, 64, 6, 0.2);
   CutCellSolver solver(options(64, 1e-11));
   const LaplaceSolution solution = solver.solve(problem);
@@ -201,7 +200,7 @@ TEST_CASE("force is the derivative of the energy while no cell changes hands") {
     }
 }
 
-TEST_CASE("every shape of electrode, sides at a potential: maximum principle") {
+TEST_CASE("electrodes of every shape: potentials obey the maximum principle") {
   LaplaceProblem problem = crowd(5, 64, 5, 8);
   problem.sides[left] = {Side::Kind::electrode, 2.0, {}};
   problem.sides[top] = {Side::Kind::electrode, -1.0, {}};
@@ -214,31 +213,33 @@ TEST_CASE("every shape of electrode, sides at a potential: maximum principle") {
   const LaplaceSolution solution = solver.solve(problem);
   const Field field = solver.field();
   for (const double v : field.value) {
-    CHECK(v <= 2.0 + 1e-8);  // solver tolerance
+    CHECK(v <= 2.0 + 1e-8);  // Solver tolerance.
     CHECK(v >= -1.0 - 1e-8);
   }
   CHECK(std::abs(total_charge(solution)) < 1e-7);
 }
 
-TEST_CASE("hard geometry: centres on a surface, a disk smaller than a cell, conductors that all but touch") {
+TEST_CASE("geometry: degenerate positions and sizes give finite potentials") {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 64};
   problem.groups = {{false, 0, 0}, {true, 1, 0}, {true, -1, 0}, {true, 1, 0}, {true, 0.5, 0}};
   problem.bodies = {{Disk{{32, 0}, 8}, 0},
-                    {Disk{{20.5, 30.5}, 6}, 1},                 // cell centres exactly on the surface
-                    {Disk{{32.5 + 1e-9, 30.5}, 6 - 1e-12}, 2},  // and at 1e-12 from it; gap 1e-9
+                    {Disk{{20.5, 30.5}, 6}, 1},  // Cell centres lie exactly on the surface.
+                    // Cell centres lie 1e-12 from the surface; the gap is 1e-9.
+                    {Disk{{32.5 + 1e-9, 30.5}, 6 - 1e-12}, 2},
                     {Disk{{50.2, 50.7}, 0.05}, 3},
                     {Disk{{50.5, 20.5}, 1e-6}, 4}};
   CutCellSolver solver(options(64));
   const LaplaceSolution solution = solver.solve(problem);
   CHECK(std::abs(total_charge(solution)) < 1e-7);
   for (const Vec2 f : solution.body_force) CHECK(std::isfinite(norm(f)));
-  // Touching: one potential.
+  // Disks in contact have the same potential.
   CHECK(solution.group_potential[1] == doctest::Approx(solution.group_potential[2]).epsilon(1e-2));
 }
 
-TEST_CASE("a cell centre that lies on a surface has a finite link, whatever rounding does") {
-  // 13 = sqrt(5^2 + 12^2) and 5 = sqrt(3^2 + 4^2): twelve centres lie on the circle, but lengths in metres round.
+TEST_CASE("link: a cell centre on a surface has a finite conductance") {
+  // 13 = sqrt(5^2 + 12^2) and 5 = sqrt(3^2 + 4^2): twelve centres lie on the circle, except for rounding of the
+  // lengths.
   for (const double side : {0.03, 0.0512, 0.07, 0.1})
     for (const double radius : {5.0, 13.0})
       for (int column = 20; column < 60; ++column)
@@ -258,8 +259,8 @@ TEST_CASE("a cell centre that lies on a surface has a finite link, whatever roun
         }
 }
 
-TEST_CASE("conductors on a lattice, with cell centres all but on their surfaces, are solved as any others are") {
-  // Shrinking a disk by d of its radius changes its potential by about d Q / 2 pi.
+TEST_CASE("lattice: cell centres nearly on surfaces give the usual accuracy") {
+  // Shrinking a disk by the fraction d of its radius changes its potential by about d Q / 2 pi.
   const auto lattice = [](double shrinkage) {
     const double h = 1e-4;
     LaplaceProblem problem{.permittivity = 1};
@@ -274,7 +275,7 @@ TEST_CASE("conductors on a lattice, with cell centres all but on their surfaces,
     return solver.solve(problem);
   };
   const LaplaceSolution usual = lattice(1e-6);
-  // Cells whose centres are covered have links of other lengths: the truncation error at R = 5 cells changes.
+  // Cells with newly covered centres have links of other lengths, which changes the truncation error at R = 5 cells.
   const double truncation = 1e-3, short_links = 1e-5;
   for (const double shrinkage : {1e-8, 1e-10, 1e-12, 1e-14, 0.0}) {
     CAPTURE(shrinkage);
@@ -286,9 +287,9 @@ TEST_CASE("conductors on a lattice, with cell centres all but on their surfaces,
   }
 }
 
-TEST_CASE("a disk smaller than a cell has the potential of its radius") {
-  // The field some cells away knows only the charge: shrinking the disk from r1 to r2 raises its potential by
-  // Q ln(r1/r2) / 2 pi. The four neighbours see the walls differently, of order (h/L)^2 = (1/64)^2 = 2.4e-4.
+TEST_CASE("disk smaller than a cell: its potential depends on its radius") {
+  // The distant field depends only on the charge: shrinking the disk from r1 to r2 raises its potential by Q ln(r1/r2)
+  // / 2 pi. The four neighbours differ in their distance to the walls by the order (h/L)^2 = (1/64)^2 = 2.4e-4.
   double phi[2];
   const double radius[2] = {0.3, 1e-5};
   for (const int k : {0, 1}) {
@@ -303,7 +304,7 @@ TEST_CASE("a disk smaller than a cell has the potential of its radius") {
   CHECK(phi[1] - phi[0] == doctest::Approx(std::log(radius[0] / radius[1]) / (2 * pi)).epsilon(2.4e-4));
 }
 
-TEST_CASE("past solutions shorten a solve and do not change its answer; forgotten, the same bits come out") {
+TEST_CASE("history: it shortens a solve, and forget() restores identical bits") {
   LaplaceProblem problem = crowd(12, 128, 6, 1);
   CutCellSolver solver(options(128));
   const LaplaceSolution first = solver.solve(problem);
@@ -325,7 +326,7 @@ TEST_CASE("past solutions shorten a solve and do not change its answer; forgotte
 
 namespace {
 
-/// The problem after group `from` has merged with group 1.
+/// Problem after group `from` merges with group 1.
 LaplaceProblem with_merged(LaplaceProblem problem, int from) {
   problem.groups[1].charge += problem.groups[from].charge;
   problem.groups.erase(problem.groups.begin() + from);
@@ -338,7 +339,7 @@ LaplaceProblem with_merged(LaplaceProblem problem, int from) {
 
 }  // namespace
 
-TEST_CASE("a solver that follows one on a coarser grid starts from what that one has found of a merger") {
+TEST_CASE("follow: a finer solver starts from the coarse change of a group merge") {
   const LaplaceProblem before = crowd(30, 256, 10, 1), after = with_merged(before, 2);
   CutCellSolver coarse(options(64, 1e-4)), following(options(256, 1e-5)), alone(options(256, 1e-5));
   following.follow(coarse);
@@ -350,7 +351,7 @@ TEST_CASE("a solver that follows one on a coarser grid starts from what that one
       continue;
     }
     CHECK(with.iterations < without.iterations);
-    // Either is off by its tolerance, in the energy norm.
+    // Each solution has an error of its tolerance in the energy norm.
     double largest = 0;
     for (const double potential : without.group_potential) largest = std::max(largest, std::abs(potential));
     for (std::size_t g = 0; g < without.group_potential.size(); ++g)
@@ -358,7 +359,7 @@ TEST_CASE("a solver that follows one on a coarser grid starts from what that one
   }
 }
 
-TEST_CASE("what a finer grid follows is interpolated bilinearly, and mirrored at the sides") {
+TEST_CASE("follow: coarse changes are interpolated bilinearly and mirrored at sides") {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {32, 32};
   problem.sides[left] = {Side::Kind::electrode, 0, {}};
@@ -368,8 +369,8 @@ TEST_CASE("what a finer grid follows is interpolated bilinearly, and mirrored at
   level.build(problem, LinkFormula::log_fitted);
   CutCellOperator op;
   op.build(problem, level);
-  // A change that is odd about the electrode on the left: bilinear interpolation is exact for it but within half a
-  // coarse cell of the side on the right.
+  // The change is odd about the electrode on the left. Bilinear interpolation is exact except within half a coarse cell
+  // of the side on the right.
   Potentials none{8, 8, std::vector<double>(64), {1}}, change = none;
   for (int j = 0; j < 8; ++j)
     for (int i = 0; i < 8; ++i) change.cell[8 * j + i] = 4 * (i + 0.5);
@@ -385,14 +386,14 @@ TEST_CASE("what a finer grid follows is interpolated bilinearly, and mirrored at
   CHECK(x[op.cells()] == doctest::Approx(3 + 20 / scale).epsilon(1e-12));
 }
 
-TEST_CASE("a box that does not hold whole cells is refused") {
+TEST_CASE("box: one that is not a whole number of cells is refused") {
   LaplaceProblem problem = crowd(1, 64, 5, 1);
   problem.size.y = 50.3;
   CutCellSolver solver(options(64));
   CHECK_THROWS_AS(solver.solve(problem), InputError);
 }
 
-TEST_CASE("conductors that cover all cells are solved for by what links them directly") {
+TEST_CASE("conductors that cover all cells: gap conductances give the potentials") {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {8, 8};
   problem.sides[bottom] = {Side::Kind::electrode, 1, {}};
@@ -403,10 +404,10 @@ TEST_CASE("conductors that cover all cells are solved for by what links them dir
   CutCellSolver solver(options(8));
   const LaplaceSolution solution = solver.solve(problem);
   CHECK(solution.unknowns == 64);
-  for (int k = 0; k < 64; ++k)  // rounding of a few links of some tens, under some volts
+  for (int k = 0; k < 64; ++k)  // Rounding of a few links with conductances of some tens at a few volts.
     CHECK(solution.body_charge[k] == doctest::Approx(problem.groups[k].charge).epsilon(1e-12));
-  // Potentials by the capacitances of conductors that are all held, where there is no unknown at all: C phi = q, phi
-  // from the electrode's.
+  // The capacitance matrix, computed with all potentials given and thus no unknowns, obeys C phi = q relative to the
+  // electrode.
   const std::vector<double> capacitance = capacitance_matrix(solver, problem);
   for (int k = 0; k < 64; ++k) {
     double charge = 0;
@@ -415,7 +416,7 @@ TEST_CASE("conductors that cover all cells are solved for by what links them dir
   }
 }
 
-TEST_CASE("charges that double precision does not hold are refused in a sentence") {
+TEST_CASE("charges: values beyond double precision are refused with a message") {
   LaplaceProblem problem = crowd(3, 64, 6, 4);
   problem.permittivity = 1e-12;
   for (Group& group : problem.groups) group.charge = group.floating ? 1e300 : 0;
@@ -423,13 +424,12 @@ TEST_CASE("charges that double precision does not hold are refused in a sentence
   CHECK(message_of([&] { solver.solve(problem); }).find("too large for double precision") != std::string::npos);
 }
 
-TEST_CASE("work is counted in residual evaluations on the whole grid") {
-  // Two grids of 16 x 16 and 8 x 8 cells, so that all can be counted by hand. A V-cycle: red cells from zero (no
-  // stencil), black cells 1/2, residual in the red 1/2, its restriction 1/2, interpolation to the red 1/2, black cells
-  // 1/2, red cells 1/2: 3 in all; the coarser grid is solved directly. Every iteration adds one to a cycle for the
-  // operator, the first residual is one too, and the first guess is interpolated to all cells of the finest grid, 1.
-  // Four sweeps over the cells with links follow any guess. The last cycle is left out where it is foreseen that it
-  // would find what is left small enough.
+TEST_CASE("work: it counts residual evaluations on the finest grid") {
+  // Two grids of 16 x 16 and 8 x 8 cells permit a manual count. A V-cycle costs 3: red cells from zero (no stencil),
+  // black cells 1/2, residual of red cells 1/2, its restriction 1/2, interpolation to red cells 1/2, black cells 1/2,
+  // red cells 1/2. The coarser grid is solved directly. Each iteration adds one operator application. The first
+  // residual costs 1, and interpolating the initial guess to the finest grid costs 1. Four sweeps over the cells with
+  // links follow the guess. The last cycle is skipped if its correction is predicted to be below the tolerance.
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {16, 16};
   problem.sides[left] = {Side::Kind::electrode, 0, {}};
@@ -445,14 +445,14 @@ TEST_CASE("work is counted in residual evaluations on the whole grid") {
   CHECK(cold.iterations > 1);
   const double with_last_cycle = 1 + edge_sweeps + 1 + 3 + cold.iterations * (1 + 3), last_cycle = 3;
   CHECK(std::min(std::abs(cold.work - with_last_cycle), std::abs(cold.work - with_last_cycle + last_cycle)) < 1e-12);
-  // The same again: the past solution is right, and the operator is applied to it, 1.
+  // A repeated solve: the history contains the solution, and one operator application confirms it.
   const LaplaceSolution warm = solver.solve(problem);
   CHECK(warm.iterations == 0);
   CHECK(warm.work == doctest::Approx(1 + edge_sweeps + 1 + 3).epsilon(1e-12));
 }
 
-// A side's potential is asked for by who discretizes the coarse grids: the helper, while the caller is refused, who
-// waits for it first: PETSc makes the preconditioner that the options ask for.
+// Number of requests for a side's potential by the worker thread, which discretizes the coarse grids. The caller's
+// solve fails when PETSc creates the preconditioner of the options; this creation waits for the first request.
 std::atomic<int> asked_by_helper = 0;
 
 PetscErrorCode make_once_helper_is_at_work(PC) {
@@ -460,7 +460,7 @@ PetscErrorCode make_once_helper_is_at_work(PC) {
   return 0;
 }
 
-TEST_CASE("once a solve has thrown, no helper is at work on its problem") {
+TEST_CASE("threads: after a failed solve no worker thread uses its problem") {
   parallel::start_petsc();
   CutCellOptions two_threads = options(256);
   two_threads.threads = 2;
@@ -472,7 +472,8 @@ TEST_CASE("once a solve has thrown, no helper is at work on its problem") {
     side.profile = [&, exact, caller = std::this_thread::get_id()](Vec2 p) {
       if (std::this_thread::get_id() != caller) {
         ++asked_by_helper;
-        std::this_thread::sleep_for(std::chrono::microseconds(200));  // so that it is still at work then
+        // The worker is still active when the caller fails.
+        std::this_thread::sleep_for(std::chrono::microseconds(200));
       }
       if (over) ++afterwards;
       return exact(p);

@@ -1,4 +1,4 @@
-// Threads, and what must not depend on them or on the order of bodies.
+// Tests of threads, and of results that must not depend on them or on the order of bodies.
 #include <doctest/doctest.h>
 #include <pthread.h>
 #include <sys/resource.h>
@@ -22,13 +22,13 @@ using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::cutcell_problems;
 
-TEST_CASE("any number of threads gives the same bits") {
-  // 324 disks on 512 cells: grids of several bands of rows, and parts of the set-up, for every thread.
+TEST_CASE("cut-cell solver: any number of threads gives identical bits") {
+  // 324 disks on 512 cells: every thread has several bands of rows of the grids, and parts of the set-up.
   LaplaceProblem problem = crowd(324, 512, 8, 0.05);
   problem.bodies.push_back({Ring{{256, 256}, 300}, 0});
   bool in_groups = false;
   SUBCASE("each disk alone") {}
-  SUBCASE("in twenty groups, thin conductors of coarse grids") { in_groups = true; }
+  SUBCASE("in twenty groups, subgrid conductors of coarse grids") { in_groups = true; }
   if (in_groups) {
     problem.groups.resize(21);
     for (int k = 1; k <= 324; ++k) problem.bodies[k].group = 1 + k % 20;
@@ -54,33 +54,33 @@ TEST_CASE("any number of threads gives the same bits") {
   for (const int threads : {2, 3, 7}) CHECK((solve(threads) == one));
 }
 
-TEST_CASE("the order of bodies makes no difference, to first guesses either") {
+TEST_CASE("order of bodies: it makes no difference, also for initial guesses") {
   LaplaceProblem problem = crowd(60, 256, 8, 0.5), turned = problem;
   std::reverse(turned.bodies.begin(), turned.bodies.end());
   const std::size_t bodies = problem.bodies.size();
   CutCellSolver coarse(options(64, 1e-4)), solver(options(256, 1e-9)), coarse_turned(options(64, 1e-4)),
       solver_turned(options(256, 1e-9));
   bool follows = false;
-  SUBCASE("from the past") {}
+  SUBCASE("from history") {}
   SUBCASE("following a coarser grid") { follows = true; }
   if (follows) {
     solver.follow(coarse);
     solver_turned.follow(coarse_turned);
   }
   for (int step = 0; step < 4; ++step) {
-    for (std::size_t k = 1; k < bodies; ++k) {  // some into another row
+    for (std::size_t k = 1; k < bodies; ++k) {  // Some bodies move into another row.
       const Vec2 way = 0.3 * Vec2{std::cos(2.4 * static_cast<double>(k)), std::sin(2.4 * static_cast<double>(k))};
       std::get<Disk>(problem.bodies[k].shape).centre += way;
       std::get<Disk>(turned.bodies[bodies - 1 - k].shape).centre += way;
     }
     const std::array<int, 2> of_coarse{coarse.solve(problem).iterations, coarse_turned.solve(turned).iterations};
-    CHECK(std::abs(of_coarse[0] - of_coarse[1]) <= 1);  // a norm all but at its tolerance
+    CHECK(std::abs(of_coarse[0] - of_coarse[1]) <= 1);  // A norm may be close to its tolerance.
     const LaplaceSolution a = solver.solve(problem), b = solver_turned.solve(turned);
     CHECK(std::abs(a.iterations - b.iterations) <= 1);
     double largest = 0;
     for (const Vec2 force : a.body_force) largest = std::max(largest, norm(force));
     for (std::size_t k = 0; k < bodies; ++k) {
-      // Either is a solution to 1e-9 in the energy norm.
+      // Each is a solution to 1e-9 in the energy norm.
       CHECK(norm(a.body_force[k] - b.body_force[bodies - 1 - k]) < 1e-8 * largest);
       CHECK(a.body_charge[k] == doctest::Approx(b.body_charge[bodies - 1 - k]).epsilon(1e-8));
     }
@@ -92,7 +92,7 @@ TEST_CASE("the order of bodies makes no difference, to first guesses either") {
   }
 }
 
-TEST_CASE("a team does every task once, however often it is called, and hands on what a side task throws") {
+TEST_CASE("team: it does every task once and forwards a side task's exception") {
   parallel::Team team(4);
   for (int round = 0; round < 2000; ++round) {
     const int count = 1 + round % 37;
@@ -108,19 +108,19 @@ TEST_CASE("a team does every task once, however often it is called, and hands on
   CHECK_THROWS_AS(team.finish(), Failure);
 }
 
-/// Bytes of address space that there are for a hundred more threads, whatever stacks this machine gives them.
+/// Address space (bytes) for 100 more threads with the default stack size.
 rlim_t room_for_a_hundred_threads() {
   pthread_attr_t usual;
   REQUIRE(pthread_getattr_default_np(&usual) == 0);
   std::size_t stack = 0;
   pthread_attr_getstacksize(&usual, &stack);
   pthread_attr_destroy(&usual);
-  rlim_t pages = 0;  // that we have
+  rlim_t pages = 0;  // Pages in use.
   std::ifstream("/proc/self/statm") >> pages;
   return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + 100 * stack;
 }
 
-TEST_CASE("a team of more threads than the machine gives is refused, and those that there are go") {
+TEST_CASE("team: more threads than available are refused, and existing ones end") {
   rlimit before{};
   REQUIRE(getrlimit(RLIMIT_AS, &before) == 0);
   rlimit little = before;
@@ -139,8 +139,8 @@ TEST_CASE("a team of more threads than the machine gives is refused, and those t
 
 [[gnu::noinline]] const void* call_site() { return __builtin_return_address(0); }
 
-TEST_CASE("a task is compiled once, so that it rounds alike alone and shared") {
-  // Where in the program the task calls, which tells its compilations apart at any optimization that inlines it.
+TEST_CASE("team: a task is compiled once, so it rounds equally alone and shared") {
+  // The call address of the task distinguishes its compilations at any optimization that inlines it.
   std::vector<const void*> site(8);
   const auto run = [&](parallel::Team& team, int count) {
     team.for_each(count, [&](int k) { site[k] = call_site(); });

@@ -1,4 +1,5 @@
-// Bound cells in the device's algorithms, run by the CPU item after item: how many iterations they leave.
+// Tests of the iterations with eliminated near-surface cells in the device's algorithms, executed by the CPU item by
+// item.
 
 #include <doctest/doctest.h>
 
@@ -13,8 +14,9 @@ namespace device_bound_test {
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 
-TEST_CASE("random scenes take no more iterations on the device than the CPU is held to") {
-  // The bound of validation/hard_cases. Without elimination of bound cells, 38 and 8 above 24.
+TEST_CASE("device: random scenes take no more iterations than the CPU's bound") {
+  // The bound of validation/hard_cases. Without elimination of near-surface cells, 38 and 8 of the scenes need more
+  // than 24.
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     CAPTURE(seed);
     const LaplaceProblem problem = validation::SceneMaker(seed).make();
@@ -25,7 +27,7 @@ TEST_CASE("random scenes take no more iterations on the device than the CPU is h
   }
 }
 
-TEST_CASE("a row of disks whose gaps hold cells' centres is solved on the device about as fast as on the CPU") {
+TEST_CASE("device: disks with gaps at cell centres take about the CPU's iterations") {
   for (const double gap : {1e-6, 0.01}) {
     CAPTURE(gap);
     LaplaceProblem problem{.permittivity = 1};
@@ -40,16 +42,16 @@ TEST_CASE("a row of disks whose gaps hold cells' centres is solved on the device
     options.tolerance = 1e-8;
     const LaplaceSolution a = CutCellSolver(options).solve(problem);
     const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
-    for (int k = 0; k < 2; ++k) {  // 47 for 9 without elimination
+    for (int k = 0; k < 2; ++k) {  // Without elimination 47 instead of 9.
       device->forget();
       const LaplaceSolution b = device->solve(problem);
-      CHECK(b.iterations <= a.iterations + 4 + a.iterations / 3);  // one sweep on coarse grids in place of two
+      CHECK(b.iterations <= a.iterations + 4 + a.iterations / 3);  // Coarse grids use one sweep instead of two.
       double worst = 0, largest = 0;
       for (std::size_t g = 0; g < a.group_potential.size(); ++g) {
         worst = std::max(worst, std::abs(b.group_potential[g] - a.group_potential[g]));
         largest = std::max(largest, std::abs(a.group_potential[g]));
       }
-      CHECK(worst < 1000 * options.tolerance * largest);  // as in cutcell_test
+      CHECK(worst < 1000 * options.tolerance * largest);  // As in cutcell_test.
     }
   }
 }

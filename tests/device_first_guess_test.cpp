@@ -1,4 +1,4 @@
-// First guesses of the device's solver, run by the CPU item after item, against the CPU's.
+// Tests of initial guesses of the device's solver, executed by the CPU item by item, against the CPU's.
 
 #include <doctest/doctest.h>
 
@@ -22,7 +22,7 @@ using namespace lichtenberg::laplace::device_scenes;
 
 namespace {
 
-/// The problem after group `from` has merged with group `into`, which comes before it.
+/// Problem after group `from` merges with group `into`, which precedes it.
 LaplaceProblem with_merged(LaplaceProblem problem, int into, int from) {
   problem.groups[into].charge += problem.groups[from].charge;
   problem.groups.erase(problem.groups.begin() + from);
@@ -33,7 +33,7 @@ LaplaceProblem with_merged(LaplaceProblem problem, int into, int from) {
   return problem;
 }
 
-/// Nothing where there is no unknown.
+/// Random values of the unknowns, zero elsewhere.
 std::vector<double> random_unknowns(const CutCellOperator& op, crowds::Random& random) {
   std::vector<double> x(op.size());
   for (double& value : x) value = random(-1, 1);
@@ -41,7 +41,7 @@ std::vector<double> random_unknowns(const CutCellOperator& op, crowds::Random& r
   return x;
 }
 
-/// What has been found on a grid, as the device holds it, of no body's size but the given number.
+/// Solution on a grid in the device's form, with the given number of bodies.
 struct Known {
   Known(const Potentials& found, double scale_) : layout(found.nx, found.ny), body(found.body), scale(scale_) {
     cell.resize(layout.size());
@@ -57,7 +57,7 @@ struct Known {
 
 }  // namespace
 
-TEST_CASE("a guess that follows a coarser grid's change is the CPU's") {
+TEST_CASE("initial guess from a coarser grid's change: it is the CPU's") {
   const LaplaceProblem problem = with_merged(crowd(25, 0.6), 3, 7);
   const int nx = 96, ny = 64, bodies = static_cast<int>(problem.bodies.size());
   Level level(problem, nx, ny);
@@ -70,7 +70,7 @@ TEST_CASE("a guess that follows a coarser grid's change is the CPU's") {
     for (double& value : values) value = random(-3, 3);
     return values;
   };
-  // coarse solutions in V, the finer one's potentials in units of 2 V
+  // Coarse solutions are in V, the finer one's potentials in units of 2 V.
   const double scale = 2;
   const Potentials before{24, 16, some(24 * 16), some(bodies)}, now{24, 16, some(24 * 16), some(bodies)};
   History history;
@@ -90,14 +90,14 @@ TEST_CASE("a guess that follows a coarser grid's change is the CPU's") {
   device::DeviceMultigrid<parallel::HostExecutor> grids(run, problem, nx, ny, LinkFormula::log_fitted);
   grids.build(problem, on_device.view());
   device::Follower<parallel::HostExecutor> follower(run);
-  Known then(before, 7), later(now, 0.3);  // in whatever units they were found
+  Known then(before, 7), later(now, 0.3);  // The units of the solutions are arbitrary.
   follower.keep(then.view());
   REQUIRE(follower.knows(later.view()));
   follower.compare(later.view(), scale);
   std::vector<double> device_x(op.size(), -7.0);
   device::follow_change(run, on_device.view(), grids.finest().view(), {past_cell.data(), past_body.data()},
                         follower.change(), device_x.data());
-  // Weights in single precision, their sum 1, of changes of at most 6 V.
+  // Weights in single precision with the sum 1, for changes of at most 6 V.
   for (std::size_t k = 0; k < op.size(); ++k) REQUIRE(std::abs(device_x[k] - x[k]) <= 6 / scale * 0x1p-24 + 1e-14);
 }
 
@@ -117,7 +117,7 @@ TEST_CASE("closest shares: a dependent basis vector leaves the error orthogonal"
       }
     const Shares share = closest_shares(products, m);
     for (int p = 0; p < m; ++p) {
-      double product = 0;  // of the error with a basis vector
+      double product = 0;  // Product of the error with a basis vector.
       for (int k = 0; k < n; ++k) {
         double guess = 0;
         for (int q = 0; q < m; ++q) guess += share.of[q] * v[q][k];
@@ -130,7 +130,7 @@ TEST_CASE("closest shares: a dependent basis vector leaves the error orthogonal"
   }
 }
 
-TEST_CASE("only the same bodies are followed, after something was found") {
+TEST_CASE("follower: it requires the same bodies and an earlier solution") {
   parallel::HostExecutor run;
   device::Follower<parallel::HostExecutor> follower(run);
   Known two({8, 8, std::vector<double>(64), {1, 2}}, 1), one({8, 8, std::vector<double>(64), {1}}, 1);
@@ -144,7 +144,7 @@ TEST_CASE("only the same bodies are followed, after something was found") {
   CHECK_FALSE(follower.knows(two.view()));
 }
 
-TEST_CASE("a device's solver that follows one on a coarser grid takes the CPU's iterations, after mergers fewer") {
+TEST_CASE("device follower: fewer iterations after group merges") {
   CutCellOptions fine, coarse;
   fine.cells = 192;
   fine.tolerance = 1e-5;
@@ -175,9 +175,9 @@ TEST_CASE("a device's solver that follows one on a coarser grid takes the CPU's 
   }
   MESSAGE("iterations of 7 solves: ", with, ", not following ", without, ", the CPU's ", on_cpu);
   CHECK(with < without);
-  CHECK(with <= on_cpu + 7);  // coarse grids sweep once here: one an iteration more at most
+  CHECK(with <= on_cpu + 7);  // Coarse grids use one sweep here: at most one more iteration each.
 
-  // The answer is what it was without: single potentials to 2e-8 (the derivation is device_test's).
+  // The solution does not depend on following: single potentials agree to 2e-8 (see device_test).
   following->set_tolerance(1e-10);
   cpu.set_tolerance(1e-10);
   leader->solve(problem);

@@ -1,5 +1,4 @@
-// Groups of conductors that all but touch or are coupled, solved by the device's algorithms on the CPU, item after
-// item.
+// Tests of nearly touching or coupled groups of conductors. The CPU executes the device's algorithms item by item.
 
 #include <doctest/doctest.h>
 
@@ -22,7 +21,7 @@ using namespace lichtenberg::laplace::device_scenes;
 
 namespace {
 
-/// Counts how often the host waits for the device, and how often it records kernels.
+/// Counts how often the host waits for the device and how often it records kernels.
 struct Counting : parallel::HostExecutor {
   static inline int waits = 0, recordings = 0;
   struct Recording {
@@ -57,7 +56,8 @@ namespace device_groups_test {
 
 namespace {
 
-/// Disks of 8 m in a row, so far apart, the first charged, beside an electrode.
+/// Problem of disks of radius 8 m in a row with the given gap. The first disk has a charge, and the left side is an
+/// electrode.
 LaplaceProblem chain(int count, double gap) {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {256, 128};
@@ -69,7 +69,7 @@ LaplaceProblem chain(int count, double gap) {
   return problem;
 }
 
-/// How far the device's potentials are from the CPU's, of the largest.
+/// Largest difference between the potentials of device and CPU, relative to the largest potential.
 double difference(const LaplaceSolution& device, const LaplaceSolution& cpu) {
   double worst = 0, largest = 0;
   for (std::size_t g = 0; g < cpu.group_potential.size(); ++g) {
@@ -81,26 +81,27 @@ double difference(const LaplaceSolution& device, const LaplaceSolution& cpu) {
 
 }  // namespace
 
-TEST_CASE("chains of conductors that all but touch are solved on the device about as fast as on the CPU") {
-  // One after the other, relaxed by Jacobi's sweeps, the twelve keep what they have in common: 43 iterations and more.
+TEST_CASE("device: chains with tiny gaps take about the CPU's iterations") {
+  // Separate Jacobi relaxation of the twelve disks would not change their common mode: at least 43 iterations.
   CutCellOptions options;
   options.cells = 256;
   options.tolerance = 1e-8;
   const LaplaceProblem apart = chain(12, 1), problem = chain(12, 1e-6);
   const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
-  device->solve(apart);  // the host has no part in the set-up until there is such a link
+  device->solve(apart);  // The host takes no part in the set-up until there is such a link.
   const LaplaceSolution a = CutCellSolver(options).solve(problem), b = device->solve(problem);
   device->forget();
   const LaplaceSolution again = device->solve(problem);
   for (const LaplaceSolution& found : {b, again}) {
     CHECK(found.iterations <= a.iterations + 2 + a.iterations / 3);
-    CHECK(difference(found, a) < 1000 * options.tolerance);  // as in cutcell_test
+    CHECK(difference(found, a) < 1000 * options.tolerance);  // As in cutcell_test.
   }
 }
 
-TEST_CASE("on a device, too, coarse grids keep the links of conductors that all but touch") {
-  // The row of cutcell_grids_test, of disks below the coarse grids' cells, each alone or in one of six groups. Without
-  // clusters the device took 77 to 165 iterations, with clusters alone 38. 200 are in more clusters than one.
+TEST_CASE("device: coarse grids keep the gap conductances of nearly touching disks") {
+  // The row of disks of cutcell_grids_test, which coarse grids do not resolve, each alone or in one of six groups.
+  // Without clusters the device takes 77 to 165 iterations, with clusters alone 38. 200 disks form more than one
+  // cluster.
   CutCellOptions options;
   options.tolerance = 1e-8;
   struct Row {
@@ -118,13 +119,12 @@ TEST_CASE("on a device, too, coarse grids keep the links of conductors that all 
       problem.bodies.push_back({Disk{{10 + (1.6 + 1e-5) * k, 64.3}, 0.8}, k % row.groups});
     const LaplaceSolution a = CutCellSolver(options).solve(problem);
     const LaplaceSolution b = device::make_host_solver(options)->solve(problem);
-    CHECK(b.iterations <= a.iterations + 4 + a.iterations / 3);  // one sweep on coarse grids in place of two
+    CHECK(b.iterations <= a.iterations + 4 + a.iterations / 3);  // Coarse grids use one sweep instead of two.
     CHECK(difference(b, a) < 1000 * options.tolerance);
   }
 }
 
-TEST_CASE(
-    "the host waits for a device once a solve, and where clusters are made three times, whatever the iterations") {
+TEST_CASE("device: the host waits once per solve, or three times with clusters") {
   CutCellOptions options;
   options.cells = 256;
   options.tolerance = 1e-8;
@@ -136,7 +136,7 @@ TEST_CASE(
   };
   for (const Scene& scene : {Scene{chain(12, 8), 1}, Scene{chain(12, 1e-6), 3}, Scene{coupled, 3}}) {
     device::CutCell<Counting> solver(options);
-    for (int k = 0; k < 4; ++k) {  // until there is room for all
+    for (int k = 0; k < 4; ++k) {  // Repeats until the capacity suffices.
       Counting::waits = 0;
       solver.forget();
       CHECK(solver.solve(scene.problem).iterations > 4);
@@ -147,14 +147,14 @@ TEST_CASE(
 
 namespace {
 
-/// Half of the groups coupled, each but the first to the one before it, or to the first.
+/// Problem in which half of the groups are coupled, each to the previous group or to the first one.
 LaplaceProblem with_couplings(LaplaceProblem problem, double capacitance, bool chain) {
   for (int g = 1; g <= static_cast<int>(problem.groups.size()) / 2; ++g)
     problem.couplings.push_back({chain ? g - 1 : 0, g, capacitance * problem.permittivity});
   return problem;
 }
 
-/// The same, and all that grounds it is a supply behind a coupling to the last group.
+/// Problem whose only ground is a supply coupled to the last group.
 LaplaceProblem with_supply(LaplaceProblem problem, double capacitance) {
   problem.couplings.push_back(
       {static_cast<int>(problem.groups.size()) - 1, static_cast<int>(problem.groups.size()), capacitance});
@@ -164,7 +164,7 @@ LaplaceProblem with_supply(LaplaceProblem problem, double capacitance) {
 
 }  // namespace
 
-TEST_CASE("couplings of any strength are solved on the device as on the CPU") {
+TEST_CASE("device: couplings of any strength are solved as on the CPU") {
   CutCellOptions options;
   options.cells = 96;
   options.tolerance = 1e-9;
@@ -183,11 +183,11 @@ TEST_CASE("couplings of any strength are solved on the device as on the CPU") {
       options.cells = static_cast<int>(problem.size.x);
       CutCellSolver cpu(options);
       const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
-      for (int step = 0; step < 3; ++step) {  // the second and third from the past, of another capacitance
+      for (int step = 0; step < 3; ++step) {  // The second and third solve use a history of another capacitance.
         CAPTURE(step);
         const LaplaceSolution a = cpu.solve(problem), b = device->solve(problem);
-        CHECK(b.iterations <= a.iterations + 4 + a.iterations / 3);  // one sweep on coarse grids in place of two
-        CHECK(difference(b, a) < 2e-7);                              // as above
+        CHECK(b.iterations <= a.iterations + 4 + a.iterations / 3);  // Coarse grids use one sweep instead of two.
+        CHECK(difference(b, a) < 2e-7);                              // As above.
         double largest = 0;
         for (const double q : a.body_charge) largest = std::max(largest, std::abs(q));
         for (std::size_t k = 0; k < a.body_charge.size(); ++k)
@@ -198,14 +198,14 @@ TEST_CASE("couplings of any strength are solved on the device as on the CPU") {
   }
 }
 
-TEST_CASE("whatever the tolerance, charges of coupled groups on the device add up to what they were given") {
+TEST_CASE("device: charges of coupled groups are exact for any tolerance") {
   for (const double capacitance : {1e-3, 1.0, 1e12}) {
     CAPTURE(capacitance);
     CutCellOptions options;
     options.cells = 96;
     options.tolerance = 1e-2;
     LaplaceProblem problem = with_couplings(crowd(35, 0.01), capacitance, true);
-    problem.couplings.erase(problem.couplings.begin());  // the ground's
+    problem.couplings.erase(problem.couplings.begin());  // The coupling of the ground.
     const LaplaceSolution found = device::make_host_solver(options)->solve(problem);
     double given = 0, sum = 0, largest = 0;
     for (std::size_t g = 1; g < problem.groups.size(); ++g) given += problem.groups[g].charge;
@@ -213,11 +213,11 @@ TEST_CASE("whatever the tolerance, charges of coupled groups on the device add u
       sum += found.body_charge[body];
       largest = std::max(largest, std::abs(found.body_charge[body]));
     }
-    CHECK(std::abs(sum - given) < 1e-11 * largest);  // rounding, as above
+    CHECK(std::abs(sum - given) < 1e-11 * largest);  // Rounding, as above.
   }
 }
 
-TEST_CASE("couplings may come and go from solve to solve on a device") {
+TEST_CASE("device: couplings may change from solve to solve") {
   CutCellOptions options;
   options.cells = 96;
   options.tolerance = 1e-10;
@@ -228,8 +228,7 @@ TEST_CASE("couplings may come and go from solve to solve on a device") {
     CHECK(difference(device->solve(problem), CutCellSolver(options).solve(problem)) < 2e-8);
 }
 
-TEST_CASE(
-    "kernels are recorded once, whatever merges, parts and is coupled, also where a coupling is the only ground") {
+TEST_CASE("device: kernels are recorded once through merges, splits and couplings") {
   CutCellOptions options;
   options.cells = 96;
   const LaplaceProblem apart = insulated();
@@ -237,7 +236,7 @@ TEST_CASE(
     CAPTURE(has_supply);
     device::CutCell<Counting> solver(options);
     for (int step = 0; step < 30; ++step) {
-      if (step == 15) {  // by then there is room for all, and each guess was made once
+      if (step == 15) {  // Here the capacity suffices, and each initial guess has been made once.
         CHECK(Counting::recordings > 0);
         Counting::recordings = 0;
       }
@@ -257,7 +256,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("strong links that come and go record kernels once; the host has no part long after the last of them") {
+TEST_CASE("device: changing strong links record kernels once; the host stays out") {
   CutCellOptions options;
   options.cells = 64;
   options.tolerance = 1e-2;
@@ -267,7 +266,7 @@ TEST_CASE("strong links that come and go record kernels once; the host has no pa
     Counting::waits = Counting::recordings = 0;
     for (int k = 0; k < times; ++k) solver.solve(problem);
   };
-  solve(close, 10);  // until there is room for all, and each guess was made once
+  solve(close, 10);  // Repeats until the capacity suffices and each initial guess has been made once.
   for (int k = 0; k < 3; ++k) {
     solve(apart, device::solves_to_forget_strong_links - 1);
     CHECK(Counting::recordings == 0);
@@ -283,15 +282,15 @@ TEST_CASE("strong links that come and go record kernels once; the host has no pa
   CutCellOptions exact = options;
   exact.tolerance = 1e-8;
   solver.set_tolerance(exact.tolerance);
-  CHECK(difference(solver.solve(close), CutCellSolver(exact).solve(close)) < 1000 * exact.tolerance);  // as above
+  CHECK(difference(solver.solve(close), CutCellSolver(exact).solve(close)) < 1000 * exact.tolerance);  // As above.
   solve(close, 10);
   solve(close, 1);
   CHECK(Counting::recordings == 0);
   CHECK(Counting::waits == 3);
 }
 
-TEST_CASE("a cluster's inverse is that of its links, whatever their strength") {
-  // Three in a row, the links from 1e12 to 1e-3; the fourth stands alone.
+TEST_CASE("cluster: its inverse is that of its links for any strength") {
+  // Three nodes in a row with links of 1e12 and 8; the fourth node is isolated.
   const std::vector<double> ground{1, 0.5, 2, 3};
   const std::vector<NetworkLink> links{{1, 0, 1e12}, {1, 2, 8}};
   const std::vector<double> diagonal{1 + 1e12, 0.5 + 8 + 1e12, 2 + 8, 3};
@@ -299,24 +298,25 @@ TEST_CASE("a cluster's inverse is that of its links, whatever their strength") {
   CHECK(clusters.row == std::vector<int>{0, 1, 2, -1});
   CHECK(clusters.group == std::vector<int>{0, 1, 2});
   REQUIRE(clusters.inverse.size() == 9);
-  // One node of 1.5 to the ground, a link of 8 and one of 2: from the first to the first, (8 + 2) / (1.5 * 10 + 16).
-  // Ground is what diagonals leave: 1e12 keeps four digits of it.
+  // The equivalent network has one node with 1.5 to the ground, a link of 8 and one of 2: (8 + 2) / (1.5 * 10 + 16)
+  // between the first node and itself. The ground conductance is a difference from the diagonals; 1e12 leaves four
+  // digits of it.
   CHECK(clusters.inverse[0] == doctest::Approx(10.0 / 31).epsilon(1e-3));
   CHECK(clusters.inverse[8] == doctest::Approx(9.5 / 31).epsilon(1e-3));
   for (int k = 0; k < 3; ++k)
-    for (int m = 0; m < 3; ++m)  // rounding
+    for (int m = 0; m < 3; ++m)  // Rounding.
       CHECK(clusters.inverse[3 * k + m] == doctest::Approx(clusters.inverse[3 * m + k]).epsilon(1e-14));
   const device::Clusters pairs = device::clusters_of({diagonal, links}, 2);
   CHECK(pairs.row == std::vector<int>{0, 1, -1, -1});
 }
 
-TEST_CASE("clusters of the groups that are linked are those of all groups") {
-  // Of nine groups the second has no potential of its own, and with the fifth and the last none is linked.
+TEST_CASE("clusters: those of the linked groups are those of all groups") {
+  // Among nine groups the second has no unknown, and the fifth and the last have no links.
   const std::vector<double> diagonal{3, 0, 1 + 1e3, 2 + 40, 5, 2 + 1e3 + 40, 1 + 7, 6 + 7, 4};
   const std::vector<NetworkLink> links{{5, 2, 1e3}, {0, 1, 50}, {3, 5, 40}, {7, 6, 7}};
   const device::Clusters all = device::clusters_of({diagonal, links}, 64);
   std::vector<int> place;
-  for (int k = 0; k < 2; ++k) {  // in the same memory
+  for (int k = 0; k < 2; ++k) {  // the same memory
     device::LinkedGroups linked = device::LinkedGroups::of(diagonal, links, place);
     CHECK(linked.group == std::vector<int>{2, 3, 5, 6, 7});
     device::Clusters clusters = device::clusters_of(std::move(linked.network), 64);
@@ -331,8 +331,8 @@ TEST_CASE("clusters of the groups that are linked are those of all groups") {
 
 namespace {
 
-/// So many disks, a tenth of a cell in radius on a grid of 8 x 8, in three groups that lie across each other; the first
-/// group's potential is given.
+/// Problem of `count` disks of radius 0.1 cells on a grid of 8 x 8, in three groups that interpenetrate. The potential
+/// of the first group is given.
 LaplaceProblem three_thin_groups(int count) {
   crowds::Random random(7);
   LaplaceProblem problem{.permittivity = 1};
@@ -343,7 +343,7 @@ LaplaceProblem three_thin_groups(int count) {
   return problem;
 }
 
-/// A coarse grid of its own, as the V-cycle has it.
+/// Coarse grid as in the V-cycle.
 struct CoarseGrid {
   CoarseGrid(const LaplaceProblem& problem, int n)
       : on_device(run), grid(run, n, n, problem.size.x / n, LinkFormula::log_fitted, false) {
@@ -363,7 +363,7 @@ struct CoarseGrid {
 
 }  // namespace
 
-TEST_CASE("thin conductors of one group between the same four cells are one") {
+TEST_CASE("device: a group's subgrid conductors between four cells form one") {
   const LaplaceProblem problem = three_thin_groups(600);
   const int n = 8;
   const CoarseGrid coarse(problem, n);
@@ -381,7 +381,7 @@ TEST_CASE("thin conductors of one group between the same four cells are one") {
   for (int m = 0; m < grid.number[device::Of::links]; ++m) {
     const int at = grid.links.group[m] * cells + grid.links.slot[m];
     links[at] += grid.links.conductance[m];
-    CHECK(++of_cell[at] <= 4);  // from the four bins around a cell, where 600 disks would have some ten
+    CHECK(++of_cell[at] <= 4);  // From the four bins around a cell; 600 disks would have about ten.
   }
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i)
@@ -391,20 +391,20 @@ TEST_CASE("thin conductors of one group between the same four cells are one") {
       });
   double largest = 0;
   for (const double c : expected) largest = std::max(largest, c);
-  for (std::size_t k = 0; k < expected.size(); ++k) {  // single precision, sums of at most some thirty
+  for (std::size_t k = 0; k < expected.size(); ++k) {  // Single precision, sums of at most about 30 terms.
     REQUIRE(std::abs(links[k] - expected[k]) <= 30 * 6e-8 * largest);
     REQUIRE(std::abs(seen_from_cells[k] - links[k]) <= 30 * 6e-8 * largest);
   }
 }
 
-TEST_CASE("a coarsest grid beyond one block's memory is inverted in panels") {
+TEST_CASE("device: a coarsest grid beyond one block's memory is inverted in panels") {
   parallel::HostExecutor run;
   crowds::Random random(3);
   for (const int n : {1, 32, 33, 200}) {
     CAPTURE(n);
     const int room = n + 7;
     std::vector<double> matrix(room * room, 7.0), inverse(room * room, 7.0), scratch(device::Panel::scratch(room));
-    for (int a = 0; a < n; ++a) matrix[a * n + a] = 0.5;  // to the ground
+    for (int a = 0; a < n; ++a) matrix[a * n + a] = 0.5;  // Conductance to the ground.
     for (int a = 0; a < n; ++a)
       for (int b = 0; b < a; ++b) {
         const double conductance = random(0, 1);
@@ -433,18 +433,18 @@ TEST_CASE("a coarsest grid beyond one block's memory is inverted in panels") {
             sum += matrix[a * n + c] * (pin && a == n - 1 && c == n - 1 ? 2 : 1) * inverse[c * n + b];
           worst = std::max(worst, std::abs(sum));
         }
-      // Eigenvalues are between .5 and n: rounding of sums of n terms, n / .5 times.
+      // The eigenvalues lie between 0.5 and n: rounding of sums of n terms, times n / 0.5.
       CHECK(worst < 1.1e-16 * n * n / 0.5 + 1e-15);
     }
-    matrix[0] = 0;  // nothing that holds the first
+    matrix[0] = 0;  // The first node has no connection.
     for (int b = 1; b < n; ++b) matrix[b] = matrix[b * n] = 0;
     device::invert_in_panels(run, grid, coarsest, room, false);
     CHECK(is_singular == 1);
   }
 }
 
-TEST_CASE("links are as strong as they like where the coarsest grid has more cells than one block has memory for") {
-  // 60, 30 and 15 cells a side.
+TEST_CASE("device: a coarsest grid beyond one block's memory permits strong links") {
+  // 60, 30 and 15 cells per side.
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {60, 60};
   problem.sides[left].kind = Side::Kind::electrode;
@@ -457,11 +457,11 @@ TEST_CASE("links are as strong as they like where the coarsest grid has more cel
   options.tolerance = 1e-8;
   const LaplaceSolution a = CutCellSolver(options).solve(problem);
   const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
-  for (int k = 0; k < 2; ++k) {  // the second with clusters
+  for (int k = 0; k < 2; ++k) {  // The second solve uses clusters.
     device->forget();
     const LaplaceSolution b = device->solve(problem);
     CHECK(b.iterations <= a.iterations + 2 + a.iterations / 3);
-    CHECK(difference(b, a) < 1000 * options.tolerance);  // as above
+    CHECK(difference(b, a) < 1000 * options.tolerance);  // As above.
   }
 }
 

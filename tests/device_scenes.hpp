@@ -1,12 +1,12 @@
 #pragma once
 
-// Scenes that tests of the device's algorithms share.
+// Scenes for tests of the device's algorithms.
 
 #include "tests/crowd.hpp"
 
 namespace lichtenberg::laplace::device_scenes {
 
-/// Disks of several sizes in a box of 96 x 64, surfaces at least `least_gap` apart, charges of either sign; the first
+/// Disks of several sizes in a box of 96 x 64, with gaps of at least `least_gap` and charges of both signs. The first
 /// is a grounded half-disk on the bottom.
 inline LaplaceProblem crowd(int count, double least_gap) {
   crowds::Random random(11);
@@ -25,7 +25,7 @@ inline LaplaceProblem crowd(int count, double least_gap) {
   return problem;
 }
 
-/// Nothing grounded, charges that sum to zero.
+/// Problem without ground whose charges sum to zero.
 inline LaplaceProblem insulated() {
   LaplaceProblem problem = crowd(12, 0.4);
   problem.sides = {};
@@ -38,7 +38,7 @@ inline LaplaceProblem insulated() {
   return problem;
 }
 
-/// So narrow a box that its finest grid is the coarsest, of few cells.
+/// Narrow box whose finest grid is also the coarsest, with few cells.
 inline LaplaceProblem narrow_box() {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {16, 8};

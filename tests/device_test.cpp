@@ -1,4 +1,4 @@
-// The device's algorithms, run by the CPU item after item, against the CPU's solver.
+// Tests of the device's algorithms, executed by the CPU item by item, against the CPU's solver.
 
 #include <doctest/doctest.h>
 
@@ -41,7 +41,7 @@ namespace device_test {
 
 namespace {
 
-/// The problem with some of the groups merged: a few large ones, numbered out of order.
+/// Problem with some of the groups merged: a few large groups with unordered numbers.
 LaplaceProblem merged(LaplaceProblem problem) {
   const int groups = static_cast<int>(problem.groups.size());
   for (Body& body : problem.bodies)
@@ -50,7 +50,7 @@ LaplaceProblem merged(LaplaceProblem problem) {
   return problem;
 }
 
-/// A dish with a bar on the ground and a few disks, one of them far smaller than a cell.
+/// Problem of a dish with a bar on the ground and a few disks, one of them far smaller than a cell.
 LaplaceProblem dish() {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 64};
@@ -60,7 +60,8 @@ LaplaceProblem dish() {
   return problem;
 }
 
-/// Disks in cells of their own, several in one cell, and touching neighbours, on a grid of one cell a metre.
+/// Problem of disks in their own cells, several disks in one cell, and touching neighbours, on a grid of one cell per
+/// metre.
 LaplaceProblem shared_cells() {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {32, 32};
@@ -73,7 +74,7 @@ LaplaceProblem shared_cells() {
     problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
     problem.groups.push_back({true, 0.1 * static_cast<double>(problem.groups.size()) - 0.3, 0});
   }
-  problem.bodies[1].group = 6;  // later than the group of the disk whose cell it is in
+  problem.bodies[1].group = 6;  // Larger than the group of the disk whose cell it shares.
   problem.groups[1] = {false, 0, 0.2};
   return problem;
 }
@@ -81,7 +82,7 @@ LaplaceProblem shared_cells() {
 struct Case {
   const char* name;
   LaplaceProblem problem{.permittivity = 1};
-  int cells;  // along the longer side
+  int cells;  // Number of cells along the longer side.
 };
 
 std::vector<Case> cases() {
@@ -94,7 +95,7 @@ struct Discretized {
   Discretized(const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
       : on_device(run), grid(run, nx, ny, problem.size.x / nx, formula, true) {
     on_device.upload(problem, nx, ny);
-    do {  // until there is room for all
+    do {  // Repeats until the capacity suffices.
       grid.enlarge(on_device.view(), wanted);
       grid.make_room(on_device.view(), {.has_medium = false, .number = number.data(), .wanted = wanted.data()});
       grid.outline(on_device.view(), nullptr);
@@ -108,7 +109,7 @@ struct Discretized {
   device::DeviceGrid<parallel::HostExecutor> grid;
 };
 
-/// The inverse of `Layout`'s numbering, in cells.
+/// Centre of a cell, from the inverse of the numbering of `Layout`.
 Vec2 centre_of(std::ptrdiff_t slot, const Layout& at) {
   const int colour = static_cast<int>(slot / at.colour_size());
   const std::ptrdiff_t place = slot % at.colour_size() - Layout::pad;
@@ -116,9 +117,9 @@ Vec2 centre_of(std::ptrdiff_t slot, const Layout& at) {
   return {2 * n + Layout::parity(colour, j) + 0.5, j + 0.5};
 }
 
-/// By what share of it a link beside a disk may differ from that of the CPU, which takes several at once by series of
-/// their own: either has r^2 - R^2 to the rounding of R^2, over some cells times R, or a ten-thousandth if the cut is
-/// short. All other links are computed by the same functions of the same arguments.
+/// Relative difference permitted between a link at a disk and the CPU's, which computes several links at once by its
+/// own series. Both have r^2 - R^2 with the rounding of R^2, divided by some cells times R, or by 1e-4 for a short cut.
+/// Equal functions of equal arguments compute all other links.
 double rounding_of(const FluidLink& link, const LaplaceProblem& problem, const Level& level) {
   const Disk* disk = std::get_if<Disk>(&problem.bodies[link.body].shape);
   if (!disk) return 0;
@@ -127,7 +128,7 @@ double rounding_of(const FluidLink& link, const LaplaceProblem& problem, const L
   return 1e-15 * (1 + radius / std::max(cut, smallest_cut));
 }
 
-/// The same of the sums of links of each cell, then of each group.
+/// Permitted differences of the sums of links of each cell, followed by those of each group.
 std::vector<double> rounding_of_sums(const LaplaceProblem& problem, const Level& level) {
   const std::size_t cells = level.layout.size();
   std::vector<double> sums(cells + problem.groups.size());
@@ -139,12 +140,12 @@ std::vector<double> rounding_of_sums(const LaplaceProblem& problem, const Level&
   return sums;
 }
 
-/// -1: fluid.
+/// Body index; -1 for fluid.
 int body_at(Cover cover) { return cover.is_fluid() ? -1 : cover.body(); }
 
 }  // namespace
 
-TEST_CASE("the device covers the same cells and makes the same links as the CPU") {
+TEST_CASE("device: cells and links are the CPU's") {
   for (const Case& c : cases())
     for (const LinkFormula formula : {LinkFormula::log_fitted, LinkFormula::plain}) {
       CAPTURE(std::string(c.name));
@@ -167,7 +168,7 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
         auto& links = expected[{view.links.slot[m], view.links.end[m].body()}];
         const auto found = std::find_if(links.begin(), links.end(), [&](const FluidLink& link) {
           const double share = rounding_of(link, c.problem, level);
-          // gradients: rounding of a few terms that may cancel, each at most conductance squared
+          // Gradients: rounding of a few terms that may cancel, each at most the conductance squared.
           const double of_terms = 1e-14 * (1 + link.conductance * link.conductance);
           return std::abs(link.conductance - view.links.conductance[m]) <= share * link.conductance &&
                  norm(link.gradient - view.links.gradient[m]) <= of_terms + 2 * share * norm(link.gradient);
@@ -179,16 +180,17 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       const std::vector<double> rounding = rounding_of_sums(c.problem, level);
       for (int k = 0; k < device.number_of(device::Of::boundary); ++k) {
         const double exact = level.diagonal[view.boundary.slot[k]];
-        // the CPU adds c - 1 to 4 face by face: rounding of at most 4 such sums of terms not larger than the sum + 4
+        // The CPU adds c - 1 to 4 for each face: rounding of at most four such sums of terms not larger than the sum +
+        // 4.
         REQUIRE(std::abs(view.boundary.diagonal[k] - exact) <= 16 * 1.1e-16 * exact + rounding[view.boundary.slot[k]]);
       }
       for (std::ptrdiff_t slot = 0; slot < at.size(); ++slot) {
         const double exact = level.diagonal[slot] > 0 ? 1 / level.diagonal[slot] : 0;
-        if (std::abs(view.cells.inverse_diagonal[slot] - exact) > 2e-7 * exact) ++different;  // two roundings to float
+        if (std::abs(view.cells.inverse_diagonal[slot] - exact) > 2e-7 * exact) ++different;  // Two roundings to float.
       }
       CHECK(different == 0);
 
-      // Each pair is a direct link of either body, each side link of a body one.
+      // Each pair is a gap conductance of both bodies, and each side link of a body is one.
       std::size_t side_links = 0;
       for (const SideLink& link : level.side_links) side_links += link.body >= 0;
       CHECK(static_cast<std::size_t>(device.number_of(device::Of::direct_links)) ==
@@ -198,11 +200,11 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       for (const SideLink& link : level.side_links) sum += link.body >= 0 ? link.conductance : 0;
       for (int m = 0; m < device.number_of(device::Of::direct_links); ++m)
         device_sum += view.direct.link[m].conductance;
-      CHECK(device_sum == doctest::Approx(sum).epsilon(1e-13));  // rounding of a sum of some 100 terms
+      CHECK(device_sum == doctest::Approx(sum).epsilon(1e-13));  // Rounding of a sum of about 100 terms.
     }
 }
 
-TEST_CASE("the cases hold what they are there for") {
+TEST_CASE("test cases: they contain the intended situations") {
   bool pairs = false, shared_cell = false, cross = false, body_at_side = false, large_group = false;
   for (const Case& c : cases()) {
     const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
@@ -224,7 +226,7 @@ TEST_CASE("the cases hold what they are there for") {
   CHECK(large_group);
 }
 
-TEST_CASE("the device's operator and right-hand side are the CPU's") {
+TEST_CASE("device: operator and right-hand side are the CPU's") {
   for (const Case& c : cases()) {
     CAPTURE(std::string(c.name));
     const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
@@ -246,7 +248,7 @@ TEST_CASE("the device's operator and right-hand side are the CPU's") {
     device::right_hand_side(device.run, device.on_device.view(), device.grid.view(), device_b.data());
     const std::vector<double> of_links = rounding_of_sums(c.problem, level);
     for (std::size_t k = 0; k < op.size(); ++k) {
-      // rounding: sums of at most some 200 terms, each at most the diagonal; links times differences of at most 2
+      // Rounding of sums of at most about 200 terms, each at most the diagonal; links times differences of at most 2.
       const double diagonal = k < cells ? level.diagonal[k] : device.grid.view().groups.diagonal[k - cells];
       const double rounding = 200 * 1.1e-16 * (1 + diagonal) + 2 * of_links[k];
       REQUIRE(std::abs(y[k] - device_y[k]) <= rounding);
@@ -257,8 +259,8 @@ TEST_CASE("the device's operator and right-hand side are the CPU's") {
 
 namespace {
 
-/// Three bars above a half-disk, with sides between cells of 8 m and of all smaller ones, but for an end each that
-/// reaches so much farther. On the coarsest grid, of cells 8 m wide, no two are neighbours.
+/// Problem of three bars above a half-disk. Their sides lie between cells of 8 m and of all smaller ones, except for
+/// one end each that extends farther. On the coarsest grid, of cells 8 m wide, no two are neighbours.
 LaplaceProblem bars(double farther) {
   LaplaceProblem problem = crowd(0, 20);
   const double ends[3][4] = {{8, 32, 24, 32}, {40, 32, 56, 32}, {72, 48, 88, 48}};
@@ -275,14 +277,14 @@ std::size_t bound_cells(const LaplaceProblem& problem, int nx, int ny) {
   return level.bound.cells.size();
 }
 
-/// How far the device's V-cycle for random residuals is from the CPU's, of the largest potential.
+/// Largest difference between the V-cycles of device and CPU for random residuals, relative to the largest potential.
 double difference_of_cycles(const LaplaceProblem& problem, int nx, int ny) {
   Level level(problem, nx, ny);
   level.build(problem, LinkFormula::log_fitted);
   CutCellOperator op;
   op.build(problem, level);
   Multigrid multigrid(LinkFormula::log_fitted, parallel::Team::single(),
-                      1);  // launches are dear on the device: one sweep
+                      1);  // One sweep, because kernel launches on the device are expensive.
   multigrid.prepare(problem, level.layout);
   multigrid.build_coarse(problem, level);
   multigrid.build_finest(problem, level);
@@ -298,7 +300,7 @@ double difference_of_cycles(const LaplaceProblem& problem, int nx, int ny) {
   std::vector<double> r(op.size(), 0.0), z(op.size()), device_z(op.size(), -7.0);
   const std::size_t cells = level.layout.size();
   for (std::size_t k = 0; k < op.size(); ++k) r[k] = k >= cells || level.diagonal[k] > 0 ? random(-1, 1) : 0;
-  r[cells] = 0;  // fixed
+  r[cells] = 0;  // The potential is given.
   multigrid.apply(r.data(), z.data());
   device.apply(r.data(), device_z.data());
   double worst = 0, largest = 0;
@@ -309,19 +311,20 @@ double difference_of_cycles(const LaplaceProblem& problem, int nx, int ny) {
   return worst / largest;
 }
 
-// single precision, a few hundred roundings deep, added at random
+// Single precision with a few hundred roundings of random sign.
 constexpr double rounding_of_cycles = 20 * 6e-8;
 
 }  // namespace
 
-TEST_CASE("one V-cycle on the device is the CPU's where no groups are coupled directly") {
+TEST_CASE("device V-cycle: it is the CPU's without gap conductances") {
   const LaplaceProblem problem = bars(0);
   REQUIRE(bound_cells(problem, 96, 64) == 0);
   CHECK(difference_of_cycles(problem, 96, 64) < rounding_of_cycles);
 }
 
-TEST_CASE("the device's V-cycle eliminates bound cells as the CPU's does") {
-  // Ends a tenth of a cell from a column of centres: on the finest grid of 96 cells; on 192, the second of three.
+TEST_CASE("device V-cycle: it eliminates near-surface cells as the CPU does") {
+  // The ends lie 0.1 cells from a column of centres: on the finest grid of 96 cells, or on 192 cells, the second of
+  // three grids.
   const LaplaceProblem on_finest = bars(0.4), on_second = bars(0.2);
   REQUIRE(bound_cells(on_finest, 96, 64) == 3 * 16);
   CHECK(difference_of_cycles(on_finest, 96, 64) < rounding_of_cycles);
@@ -330,7 +333,7 @@ TEST_CASE("the device's V-cycle eliminates bound cells as the CPU's does") {
   CHECK(difference_of_cycles(on_second, 384, 256) < rounding_of_cycles);
 }
 
-TEST_CASE("the device's solution is the CPU's to solver tolerance") {
+TEST_CASE("device: the solution is the CPU's within the tolerance") {
   for (Case& c : cases()) {
     CAPTURE(std::string(c.name));
     CutCellOptions options;
@@ -340,18 +343,18 @@ TEST_CASE("the device's solution is the CPU's to solver tolerance") {
     to_rounding.tolerance = 1e-12;
     CutCellSolver alike(options), cpu(to_rounding);
     const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
-    for (int step = 0; step < 3; ++step) {  // the second and third from the past
+    for (int step = 0; step < 3; ++step) {  // The second and third solve use the history.
       const LaplaceSolution a = cpu.solve(c.problem), b = device->solve(c.problem);
       CHECK(b.unknowns == a.unknowns);
-      // Where groups are coupled directly the two smooth differently.
+      // With gap conductances the two smoothers differ.
       const int iterations = alike.solve(c.problem).iterations;
       CHECK(b.iterations <= iterations + 2 + iterations / 3);
       double potential = 0, charge = 0, force = 0;
       for (const double v : a.group_potential) potential = std::max(potential, std::abs(v));
       for (const double q : a.body_charge) charge = std::max(charge, std::abs(q));
       for (const Vec2 f : a.body_force) force = std::max(force, norm(f));
-      // The tolerance bounds the energy norm; single values may be wrong by that times sqrt(energy / conductance),
-      // across a narrow gap by the root of its conductance more: 1e-10 times some 100.
+      // The tolerance bounds the energy norm. Single values may have an error of the tolerance times sqrt(energy /
+      // conductance), increased across a narrow gap by the root of its conductance: 1e-10 times about 100.
       const double accuracy = 1e-8;
       for (std::size_t g = 0; g < a.group_potential.size(); ++g)
         CHECK(std::abs(b.group_potential[g] - a.group_potential[g]) < accuracy * potential);
@@ -373,7 +376,7 @@ TEST_CASE("the device's solution is the CPU's to solver tolerance") {
   }
 }
 
-TEST_CASE("whatever the tolerance, the device's charges are exact, and so is their sum") {
+TEST_CASE("device: charges and their sum are exact for any tolerance") {
   for (const Case& c : cases()) {
     CAPTURE(std::string(c.name));
     CutCellOptions options;
@@ -388,18 +391,19 @@ TEST_CASE("whatever the tolerance, the device's charges are exact, and so is the
       largest = std::max(largest, std::abs(found.body_charge[body]));
     }
     for (const double q : found.side_charge) sum += q;
-    // rounding: sums of some thousand fluxes that cancel, each at most a conductance of some 100 times the potentials
+    // Rounding of sums of some thousand fluxes that cancel, each at most a conductance of about 100 times the
+    // potentials.
     for (std::size_t g = 0; g < charge.size(); ++g)
       if (c.problem.groups[g].floating) CHECK(std::abs(charge[g] - c.problem.groups[g].charge) < 1e-11 * largest);
     CHECK(std::abs(sum) < 1e-11 * largest);
   }
 }
 
-TEST_CASE("where a scene in motion comes to have more links, direct links or groups, the device makes room for them") {
+TEST_CASE("device: it increases capacity for more links, gaps or groups") {
   LaplaceProblem small = crowd(30, 2), large = small;
   for (std::size_t body = 1; body < large.bodies.size(); ++body) {
-    std::get<Disk>(small.bodies[body].shape).radius *= 0.3;   // a quarter of the links
-    std::get<Disk>(large.bodies[body].shape).radius += 0.98;  // gaps of a twenty-fifth of a cell and more
+    std::get<Disk>(small.bodies[body].shape).radius *= 0.3;   // A quarter of the links.
+    std::get<Disk>(large.bodies[body].shape).radius += 0.98;  // Gaps of at least 0.04 cells.
   }
   CutCellOptions options;
   options.cells = 96;
@@ -413,11 +417,11 @@ TEST_CASE("where a scene in motion comes to have more links, direct links or gro
     double largest = 0;
     for (const double v : a.group_potential) largest = std::max(largest, std::abs(v));
     for (std::size_t g = 0; g < a.group_potential.size(); ++g)
-      CHECK(std::abs(b.group_potential[g] - a.group_potential[g]) < 2e-8 * largest);  // as above
+      CHECK(std::abs(b.group_potential[g] - a.group_potential[g]) < 2e-8 * largest);  // As above.
   }
 }
 
-TEST_CASE("a device without memory for a scene says how much it needs") {
+TEST_CASE("device memory: too little is refused with the need") {
   CutCellOptions options;
   options.cells = 192;
   device::CutCell<Cramped> solver(options);
@@ -428,7 +432,7 @@ TEST_CASE("a device without memory for a scene says how much it needs") {
 }
 
 #ifndef LICHTENBERG_WITH_CUDA
-TEST_CASE("without CUDA in the build the device is refused in one sentence") {
+TEST_CASE("device: without CUDA in the build it is refused with a message") {
   CutCellOptions options;
   options.device = CutCellOptions::Device::cuda;
   CHECK_THROWS_WITH_AS(CutCellSolver{options},
@@ -438,15 +442,15 @@ TEST_CASE("without CUDA in the build the device is refused in one sentence") {
 }
 #endif
 
-TEST_CASE("a step that is foreseen to be the last is the last") {
+TEST_CASE("iterations: one predicted to reach the tolerance is the last") {
   device::Iterations iterations{};
   iterations.begin(1e-2, 100);
   iterations.energy_norm = 1;
-  iterations.judge(1e-2);  // r'z: the norm is .1, more than .01 sqrt(1 + .01)
+  iterations.judge(1e-2);  // From r'z the norm is 0.1, more than 0.01 sqrt(1 + 0.01).
   CHECK(iterations.go_on == 1);
   iterations.set_step(1);
-  CHECK(iterations.go_on == 1);  // nothing is foreseen of the first
-  iterations.judge(3e-4);        // to .17 of it: the next one is foreseen to take it to a half, .0087
+  CHECK(iterations.go_on == 1);  // The first step makes no prediction.
+  iterations.judge(3e-4);        // The norm falls to 0.17 of it; the next step is predicted to halve this, to 0.0087.
   CHECK(iterations.go_on == 1);
   iterations.set_step(1);
   CHECK(iterations.go_on == 0);

@@ -6,16 +6,16 @@
 
 namespace lichtenberg {
 
-/// Two dielectric spheres of radius 1 and relative permittivity k, charges 1 and -1 spread evenly, eps = 1, in
-/// bispherical coordinates (the first with eta > 0): V = sqrt(cosh eta - mu) sum F_n P_n(mu) f_n(eta), f_n = sinh((n +
-/// 1/2) eta) / sinh((n + 1/2) eta_0) outside and exp((n + 1/2) (eta_0 - eta)) inside. That the flux jumps by the
-/// charge,
+/// Two dielectric spheres of radius 1 and relative permittivity k with uniform charges 1 and -1, eps = 1, in
+/// bispherical coordinates (the first with eta > 0). The potential is V = sqrt(cosh eta - mu) sum F_n P_n(mu) f_n(eta),
+/// with f_n = sinh((n + 1/2) eta) / sinh((n + 1/2) eta_0) outside and exp((n + 1/2) (eta_0 - eta)) inside. The jump of
+/// the flux by the charge,
 ///   sigma c / sqrt(cosh eta_0 - mu) = sinh(eta_0) (1 - k)/2 sum F_n P_n + (cosh eta_0 - mu) sum (n + 1/2) (coth + k)
 ///   F_n P_n,
-/// is three-term in F by mu P_n = ((n+1) P_(n+1) + n P_(n-1)) / (2n+1).
+/// gives a three-term recurrence in F by mu P_n = ((n+1) P_(n+1) + n P_(n-1)) / (2n+1).
 struct BisphericalPair {
-  double potential = 0;   ///< mean over the first
-  double attraction = 0;  ///< by Maxwell's stress on the middle plane
+  double potential = 0;   ///< Mean over the first sphere.
+  double attraction = 0;  ///< By Maxwell's stress on the middle plane.
 };
 
 inline BisphericalPair dielectric_pair(double k, double gap) {
@@ -37,8 +37,8 @@ inline BisphericalPair dielectric_pair(double k, double gap) {
   f[terms - 1] /= diagonal[terms - 1];
   for (int n = terms - 2; n >= 0; --n) f[n] = (f[n] - upper[n] * f[n + 1]) / diagonal[n];
   BisphericalPair pair;
-  // Of the mean over the sphere: dA = 2 pi c^2 dmu / (cosh eta - mu)^2, and sqrt(cosh eta - mu)^-3 is
-  // 2 sqrt(2) / sinh(eta) sum (n + 1/2) exp(-(n + 1/2) eta) P_n.
+  // Mean over the sphere: dA = 2 pi c^2 dmu / (cosh eta - mu)^2, and sqrt(cosh eta - mu)^-3 is 2 sqrt(2) / sinh(eta)
+  // sum (n + 1/2) exp(-(n + 1/2) eta) P_n.
   for (int n = 0; n < terms; ++n)
     pair.potential += 0.5 * c * c * f[n] * 2 * std::sqrt(2.0) / c * std::exp(-(n + 0.5) * eta);
   std::vector<double> field(terms);

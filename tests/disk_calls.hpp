@@ -11,15 +11,15 @@
 #include <functional>
 #include <new>
 
-/// The calls by which results change the disk. A test that includes this has functions of its own in place of the C
-/// library's, so that a run can be ended at the same one of them on any machine: what is on the disk changes by nothing
-/// else, so a kill between two of them leaves what a kill before the second leaves.
+/// Calls by which results change the disk. A test with this header replaces the C library's functions, so that a run
+/// can be ended at a given call on any machine. Only these calls change the disk, so a kill between two of them leaves
+/// the state of a kill before the second.
 namespace lichtenberg::disk_calls {
 
-/// What is to be done before the call of this number, from 0, of this process.
+/// Called with the number of each disk call of this process, from 0, before the call.
 inline std::function<void(long)> before = [](long) {};
 
-/// How many there were; of this process and of children alike.
+/// Number of disk calls of this process and its children.
 inline std::atomic<long>& done() {
   static auto* const count =
       new (mmap(nullptr, sizeof(std::atomic<long>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0))
@@ -27,7 +27,7 @@ inline std::atomic<long>& done() {
   return *count;
 }
 
-/// This process sends itself the signal before its call of this number.
+/// Makes this process send itself the signal before its call of this number.
 inline void interrupt_before(long call, int signal) {
   done() = 0;
   before = [call, signal](long number) {
@@ -35,7 +35,7 @@ inline void interrupt_before(long call, int signal) {
   };
 }
 
-/// The C library's function of this name, after what is to be done before it.
+/// Calls the C library's function of this name after the callback.
 template <class Result, class... Arguments>
 Result call(const char* name, Arguments... arguments) {
   before(done()++);

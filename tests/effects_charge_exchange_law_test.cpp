@@ -22,7 +22,7 @@ constexpr int many = 200000;
 
 Random pair_random(std::uint64_t count) { return Random({1, RandomPurpose::exchange, 3, 8, count}); }
 
-/// Mean and mean square over many collisions, and five standard deviations of either.
+/// Mean and mean square over many collisions, and five standard deviations of each.
 struct Sample {
   double mean = 0, square = 0, mean_error = 0, square_error = 0;
 };
@@ -39,7 +39,7 @@ Sample sample(const std::function<double(Random&)>& draw) {
   return s;
 }
 
-/// <(Psi_1 energy)^(2 (eta + Psi_2))>: exact in Psi_1, by the midpoints of a hundred intervals in Psi_2.
+/// <(Psi_1 energy)^(2 (eta + Psi_2))>: exact in Psi_1, and by the midpoint rule with 100 intervals in Psi_2.
 double impact_square(double eta, double energy) {
   const double low = 0.1, high = std::sqrt(10.0);
   double sum = 0;
@@ -52,7 +52,7 @@ double impact_square(double eta, double energy) {
 
 }  // namespace
 
-TEST_CASE("an impact moves charge of either sign and of the mean square of its law") {
+TEST_CASE("impact exchange: both signs, and the mean square of its law") {
   const ImpactExchange law{2, 0.83};
   for (const double speed : {0.1, 3.0}) {
     const Sample s = sample([&](Random& random) { return law(0.5, speed, random); });
@@ -61,12 +61,12 @@ TEST_CASE("an impact moves charge of either sign and of the mean square of its l
   }
 }
 
-TEST_CASE("an impact's noise has the ends of G 4.3") {
+TEST_CASE("impact exchange: its noise has the limits of G 4.3") {
   double least = 1e9, most = 0;
   const ImpactExchange law{1, 2};
   for (int k = 0; k < many; ++k) {
     Random random = pair_random(k);
-    // With m_eff v^2 = 1 it is Psi_1^(2 + Psi_2), Psi_2 within +-.1.
+    // With m_eff v^2 = 1 the charge is Psi_1^(2 + Psi_2), with Psi_2 within +-0.1.
     const double dq = std::abs(law(0.5, std::sqrt(2.0), random));
     least = std::min(least, dq), most = std::max(most, dq);
   }
@@ -76,7 +76,7 @@ TEST_CASE("an impact's noise has the ends of G 4.3") {
   CHECK(most > 10);
 }
 
-TEST_CASE("random walks move the same in one step as in many") {
+TEST_CASE("random walks: one step or many steps have the same distribution") {
   const RandomWalkExchange walk{2, 5};
   const ContactAreaExchange area{2, 5};
   for (const double dt : {0.01, 0.04}) {
@@ -88,14 +88,14 @@ TEST_CASE("random walks move the same in one step as in many") {
   }
 }
 
-TEST_CASE("spheres meet in a circle") {
+TEST_CASE("contact area: two spheres intersect in a circle") {
   for (const double overlap : {0.0, 1e-9, 0.1, 0.4})
     CHECK(contact_area(0.5, 0.5, overlap) == Approx(pi * overlap / 2 * (1 - overlap / 2)).epsilon(1e-14));
-  // Radii 3 and 4 at distance 5: the circle's radius is the height of a right triangle, 12/5.
+  // For radii 3 and 4 at distance 5 the circle's radius is the height of a right triangle, 12/5.
   CHECK(contact_area(3, 4, 2) == Approx(pi * 5.76).epsilon(1e-14));
 }
 
-TEST_CASE("charges sum to exactly nothing after a million transfers, in any order") {
+TEST_CASE("charge quanta: charges sum to exactly zero after a million transfers") {
   const double strength = 4.5e-3, quantum = charge_quantum(strength);
   CHECK(quantum == std::ldexp(1.0, -38));  // 2^-8 <= Q < 2^-7
   CHECK(charge_quantum(2) == std::ldexp(1.0, -29));
@@ -117,7 +117,7 @@ TEST_CASE("charges sum to exactly nothing after a million transfers, in any orde
   CHECK(down == 0);
 }
 
-TEST_CASE("charges scale with their strength bit for bit") {
+TEST_CASE("charges: scaling with their strength is exact") {
   for (int k = 0; k < 1000; ++k) {
     Random one = pair_random(k), other = pair_random(k);
     const double whole = ImpactExchange{4.5e-3, 0.83}(0.5, 1.7, one);
@@ -128,13 +128,13 @@ TEST_CASE("charges scale with their strength bit for bit") {
   }
 }
 
-TEST_CASE("a capacity refuses a transfer or discharges the grain, and says what is lost") {
+TEST_CASE("capacity: it refuses a transfer or discharges, and states the loss") {
   const auto refused = exchange_charges(0.75, -0.5, 0.5, 1, OverCapacity::refuse);
   CHECK(refused.i == 0.75);
   CHECK(refused.j == -0.5);
   CHECK(refused.lost == 0);
   CHECK(exchange_charges(0, 0.75, -0.5, 1, OverCapacity::refuse).j == 0.75);
-  CHECK(exchange_charges(0.75, -0.5, 0.25, 1, OverCapacity::refuse).i == 1);  // as much as it can hold
+  CHECK(exchange_charges(0.75, -0.5, 0.25, 1, OverCapacity::refuse).i == 1);  // Up to the capacity.
   CHECK(exchange_charges(-0.75, 0.5, -0.5, 1, OverCapacity::refuse).i == -0.75);
   CHECK(exchange_charges(0.5, 0.75, -0.25, 1, OverCapacity::refuse).j == 1);
   const auto reset = exchange_charges(0.75, -0.75, 0.5, 1, OverCapacity::reset);

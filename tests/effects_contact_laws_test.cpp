@@ -21,18 +21,19 @@ namespace {
 
 const ViscoelasticLaw viscoelastic{278.6, 27.7};
 const LinearSpringLaw linear{278.6, 10};
-constexpr double half = 0.5;  // the effective mass of two grains of mass 1
+constexpr double half = 0.5;  // Effective mass of two grains of mass 1.
 
 struct Collision {
-  double restitution = 0, duration = 0;  ///< duration: of the force
+  double restitution = 0, duration = 0;  ///< Duration of the force.
   double dissipated = 0;
 };
 
-/// Two grains that touch at this speed, by Runge and Kutta's fourth order in sqrt(t), in which sqrt(overlap) is smooth.
-/// Where the clamp sets in the acceleration (slope 600) has a kink in a step of some 2e-5: an error of 1e-7.
+/// Collision of two grains at the given speed by a fourth-order Runge-Kutta method in sqrt(t), in which sqrt(overlap)
+/// is smooth. At the non-attractive cut-off the acceleration (slope 600) has a kink in a step of about 2e-5: an error
+/// of 1e-7.
 template <class Law>
 Collision collide(const Law& law, double speed) {
-  using State = std::array<double, 3>;  // overlap, closing, dissipated
+  using State = std::array<double, 3>;  // Overlap, approach speed, dissipated energy.
   const auto rate = [&](double sigma, const State& y) {
     const ContactForce contact = contact_at(law, y[0], y[1]);
     return State{2 * sigma * y[1], -2 * sigma * contact.force / half, 2 * sigma * contact.dissipated};
@@ -57,7 +58,7 @@ template <class Law>
 void check_derivatives(const Law& law, double overlap, double closing, double scale) {
   const ContactForce here = contact_at(law, overlap, closing, scale);
   const auto elastic = [&](double at) { return contact_at(law, at, 0, scale); };
-  const double h = 1e-6;  // truncation h^2 f'''/6 < 1e-8, rounding 1e-14 / h
+  const double h = 1e-6;  // Truncation h^2 f'''/6 < 1e-8, rounding 1e-14 / h.
   CHECK(law.parts(overlap, scale).elastic_slope ==
         Approx((elastic(overlap + h).force - elastic(overlap - h).force) / (2 * h)).epsilon(1e-7));
   CHECK(elastic(overlap).force ==
@@ -67,7 +68,7 @@ void check_derivatives(const Law& law, double overlap, double closing, double sc
 
 }  // namespace
 
-TEST_CASE("a contact's derivatives, stored energy and dissipated power belong to its force") {
+TEST_CASE("contact law: derivatives, stored energy and dissipation fit the force") {
   for (const double closing : {-5.0, -0.1, 0.0, 0.7, 3.0})
     for (const double scale : {1.0, 0.7}) {
       check_derivatives(viscoelastic, 0.08, closing, scale);
@@ -75,8 +76,8 @@ TEST_CASE("a contact's derivatives, stored energy and dissipated power belong to
     }
 }
 
-TEST_CASE("a contact never pulls, and what its spring has left is lost") {
-  // E xi = .04 * 278.6 = 11.1 < D |xi'|, and A xi = 11.1 < B |xi'| = 20.
+TEST_CASE("contact: it never attracts, and the remaining spring energy is lost") {
+  // E xi = 0.04 * 278.6 = 11.1 < D |xi'|, and A xi = 11.1 < B |xi'| = 20.
   const ContactForce soft = contact_at(viscoelastic, 0.04, -2), spring = contact_at(linear, 0.04, -2);
   CHECK(soft.force == 0);
   CHECK(soft.dissipated == Approx(278.6 * 0.008 * 2));
@@ -89,7 +90,7 @@ TEST_CASE("a contact never pulls, and what its spring has left is lost") {
   }
 }
 
-TEST_CASE("spheres of any radii have Hertz's force") {
+TEST_CASE("spheres of any radii: Hertz's force") {
   // E of two grains of diameter 1 is 4/3 E* sqrt(1/4).
   const ViscoelasticLaw elastic{278.6, 0};
   for (const double radius : {0.5, 0.2, 3.0}) {
@@ -103,22 +104,22 @@ TEST_CASE("spheres of any radii have Hertz's force") {
   CHECK(elastic.scale(0.5, 0.5) == 1);
 }
 
-TEST_CASE("energy that a collision loses is what the contact dissipates") {
+TEST_CASE("collision: the lost energy is that dissipated in the contact") {
   for (const Collision& collision :
        {collide(viscoelastic, 1), collide(linear, 1), collide(LinearSpringLaw{278.6, 27.7}, 1)})
     CHECK(half * half * (1 - collision.restitution * collision.restitution) ==
           Approx(collision.dissipated).epsilon(1e-6).scale(0));
 }
 
-TEST_CASE("restitution and duration of viscoelastic grains at E = 278.6, D = 27.7") {
+TEST_CASE("viscoelastic grains: restitution and duration at E = 278.6, D = 27.7") {
   // To the digits of an independent solution of the same equation.
   CHECK(collide(viscoelastic, 1).restitution == Approx(0.330835).epsilon(2e-6).scale(0));
   CHECK(collide(viscoelastic, 0.01).restitution == Approx(0.597185).epsilon(2e-6).scale(0));
   CHECK(collide(viscoelastic, 1).duration == Approx(0.213).epsilon(3e-3).scale(0));
 }
 
-TEST_CASE("restitution of linear springs, in closed form") {
-  // A = 278.6 and z = 1 at B = 2 sqrt(A / 2) = 23.6: both branches. Digits of a numerical solution.
+TEST_CASE("linear springs: restitution in closed form") {
+  // A = 278.6, and z = 1 at B = 2 sqrt(A / 2) = 23.6: both branches. Digits of a numerical solution.
   const double known[][2] = {{1, .8784330594}, {10, .3464297011}, {20, .1675527592}, {27.7, .1086084758}};
   for (const auto& [damping, restitution] : known) {
     CHECK(LinearSpringLaw{278.6, damping}.collision(half).restitution == Approx(restitution).epsilon(1e-9).scale(0));
@@ -128,7 +129,7 @@ TEST_CASE("restitution of linear springs, in closed form") {
     const HeadOnCollision theory = LinearSpringLaw{278.6, damping}.collision(half);
     const Collision measured = collide(LinearSpringLaw{278.6, damping}, 2);
     CHECK(measured.restitution == Approx(theory.restitution).epsilon(1e-6).scale(0));
-    CHECK(measured.duration == Approx(theory.duration).epsilon(3e-4).scale(0));  // a step, 1e-5
+    CHECK(measured.duration == Approx(theory.duration).epsilon(3e-4).scale(0));  // One step is 1e-5.
   }
   const double critical = 2 * std::sqrt(278.6 / 2);
   CHECK(LinearSpringLaw{278.6, critical}.collision(half).restitution == Approx(std::exp(-2)).epsilon(1e-9).scale(0));

@@ -27,7 +27,7 @@ Box<d> periodic_box(double length) {
   return box;
 }
 
-/// Particles of radius .3 to .5 at random places of a periodic box, and their pairs.
+/// Particles of radius 0.3 to 0.5 at random positions of a periodic box, and their pairs.
 template <int d>
 struct Crowd {
   Crowd(int n, double length) : box(periodic_box<d>(length)) {
@@ -64,7 +64,7 @@ void check_law(const Law& law, const Crowd<d>& crowd) {
     std::int64_t energy = 0;
     const PairQuanta quanta{0x1p-44, 0x1p-44};
     PairPart<Law, parallel::HostExecutor>(run, law, {}).add_forces(grains, quanta, force.data(), &energy);
-    // Some ten terms of a sum, each rounded to a quantum and at 1e-16 of the largest.
+    // About ten terms of a sum, each rounded to a quantum and by 1e-16 of the largest.
     double largest = 0;
     for (const double f : alone) largest = std::max(largest, std::abs(f));
     for (int i = 0; i < spheres.size(); ++i)
@@ -77,7 +77,7 @@ void check_law(const Law& law, const Crowd<d>& crowd) {
 
 }  // namespace
 
-TEST_CASE("any number of threads adds the same bits, and an executor the same forces") {
+TEST_CASE("pair forces: threads give identical bits, an executor equal forces") {
   const Crowd<2> plane(6000, 60);
   const Crowd<3> space(6000, 16);
   REQUIRE(space.pairs.size() > 6000);
@@ -88,7 +88,7 @@ TEST_CASE("any number of threads adds the same bits, and an executor the same fo
   check_law(ScreenedCoulombLaw{1, 0.5, 0.9}, space);
 }
 
-TEST_CASE("a law's quick way is the law") {
+TEST_CASE("quick form of a law: it equals the law") {
   const effects::ContactPotentialLaw law{3};
   for (double q = 0.8; q < 1; q += 0.01) {
     const PairSeen seen{.distance = 2 * q, .reach = 2};
@@ -99,7 +99,7 @@ TEST_CASE("a law's quick way is the law") {
   CHECK_FALSE(law.quick_holds({.distance = 1.5, .reach = 2}));
 }
 
-TEST_CASE("two spheres push each other across the faces of a periodic box as they do inside") {
+TEST_CASE("Hertz force: across periodic faces it equals that inside") {
   const effects::HertzLaw law{1e3};
   const std::vector<double> radius = {0.5, 0.5};
   const std::vector<Pair> pairs = {{0, 1}};
@@ -108,7 +108,7 @@ TEST_CASE("two spheres push each other across the faces of a periodic box as the
     add_pair_forces(law, Spheres<3>{position, radius, periodic_box<3>(8)}, pairs, force, parallel::Team::single());
     return force;
   };
-  // Places and their differences are sums of powers of two, so that no bit is lost by wrapping.
+  // Positions and differences are sums of powers of two, so wrapping loses no bit.
   const std::vector<double> inside = forces({4, 4, 4, 4.5, 4.25, 3.75});
   CHECK(inside[0] < 0);
   CHECK(forces({7.75, 7.875, 0.125, 0.25, 0.125, 7.875}) == inside);
@@ -116,7 +116,7 @@ TEST_CASE("two spheres push each other across the faces of a periodic box as the
   CHECK(inside[3] == -inside[0]);
 }
 
-TEST_CASE("Hertz across periodic sides: forces are minus the energy's derivatives") {
+TEST_CASE("Hertz across periodic sides: forces are energy derivatives") {
   Crowd<3> crowd(400, 6.5);
   const effects::HertzLaw law{5};
   const auto energy = [&] {
@@ -127,7 +127,7 @@ TEST_CASE("Hertz across periodic sides: forces are minus the energy's derivative
   std::vector<double> force(crowd.position.size());
   const PairSum sum = add_pair_forces(law, crowd.spheres(), crowd.pairs, force, parallel::Team::single());
   CHECK(sum.energy == doctest::Approx(energy()).epsilon(1e-13));
-  const double h = 1e-6;  // truncation: h^2 times a third derivative of 10 to 1000 N/m^2; rounding 1e-16 * 1e3 / h
+  const double h = 1e-6;  // Truncation: h^2 times a third derivative of 10 to 1000 N/m^2; rounding 1e-16 * 1e3 / h.
   for (int k = 0; k < 60; ++k) {
     const double at = std::exchange(crowd.position[k], crowd.position[k] + h), above = energy();
     crowd.position[k] = at - h;

@@ -40,8 +40,8 @@ std::vector<double> forces_of(const Effect& effect, const Bodies& bodies, const 
   return force;
 }
 
-/// Largest difference between the analytic derivatives and central differences of the forces, as a fraction of the
-/// largest derivative.
+/// Largest difference between analytic derivatives and central differences of the forces, relative to the largest
+/// derivative.
 double jacobian_error(const Effect& effect, Bodies bodies, double step, const std::vector<Pair>& pairs = {}) {
   const std::size_t n = bodies.position.size();
   ForceJacobian jacobian(bodies.dimension);
@@ -68,7 +68,7 @@ double jacobian_error(const Effect& effect, Bodies bodies, double step, const st
 
 }  // namespace
 
-TEST_CASE("surfaces: distance as the field's geometry has it, its gradient, and how that turns") {
+TEST_CASE("surfaces: distance, gradient and curvature match the field's geometry") {
   const std::vector<Shape> shapes = {Disk{{0.01, 0.02}, 0.003}, Ring{{0.02, 0.02}, 0.02},
                                      Bar{{0.01, 0.01}, {0.03, 0.02}, 0.004}};
   std::mt19937 random(1);
@@ -78,31 +78,32 @@ TEST_CASE("surfaces: distance as the field's geometry has it, its gradient, and 
       const Vec2 p = {place(random), place(random)};
       const View seen = view(surface_of(shape), in_space(p));
       CHECK(seen.distance == near(signed_distance(shape, p)));
-      if (seen.distance < 1e-4) continue;  // the bar's medial axis, where the gradient jumps, is inside
+      if (seen.distance < 1e-4) continue;  // The bar's medial axis, where the gradient jumps, is inside.
       const double h = 1e-8;
       const Vec2 gradient = {
           (signed_distance(shape, p + Vec2{h, 0}) - signed_distance(shape, p - Vec2{h, 0})) / (2 * h),
           (signed_distance(shape, p + Vec2{0, h}) - signed_distance(shape, p - Vec2{0, h})) / (2 * h)};
-      CHECK(norm(in_space(gradient) - seen.normal) < 1e-6);  // rounding: 1e-2 * 1e-16 / 1e-8
+      CHECK(norm(in_space(gradient) - seen.normal) < 1e-6);  // Rounding: 1e-2 * 1e-16 / 1e-8.
       const Vec2 side = perpendicular(plane(seen.normal));
       const Vec2 turned = plane(view(surface_of(shape), in_space(p + h * side)).normal - seen.normal);
-      CHECK(std::abs(dot(turned, side) / h - seen.turning) < 1e-5 / 1e-4);  // of the largest, 1 / 0.1 mm
+      // Relative to the largest curvature, 1 / 0.1 mm.
+      CHECK(std::abs(dot(turned, side) / h - seen.turning) < 1e-5 / 1e-4);
     }
 }
 
-TEST_CASE("surfaces: the sides of the domain look inward") {
+TEST_CASE("surfaces: normals of the domain's sides point inward") {
   const auto sides = sides_of({.size = {3, 2}, .sides = {}});
   REQUIRE(sides.size() == 4);
   const Vec3 p = {0.5, 0.25, 0};
-  const std::vector<double> distance = {0.5, 2.5, 0.25, 1.75};  // left, right, bottom, top
+  const std::vector<double> distance = {0.5, 2.5, 0.25, 1.75};  // Left, right, bottom, top.
   for (int s = 0; s < 4; ++s) CHECK(view(sides[s], p).distance == distance[s]);
   CHECK(view(sides[0], p).normal == Vec3{1, 0, 0});
   CHECK(view(sides[3], p).normal == Vec3{0, -1, 0});
 }
 
 TEST_CASE("Hertz: the force between two steel spheres") {
-  // E* = 200e9 / (2 * 0.91) = 1.0989e11 Pa, R_eff = 1 mm / 2, overlap 1 um:
-  // F = 4/3 * 1.0989e11 * sqrt(5e-4) * 1e-9 = 3.27629 N
+  // E* = 200e9 / (2 * 0.91) = 1.0989e11 Pa, R_eff = 1 mm / 2, overlap 1 um: F = 4/3 * 1.0989e11 * sqrt(5e-4) * 1e-9 =
+  // 3.27629 N.
   Bodies bodies{.position = {0, 0, 2 * radius - 1e-6, 0}, .mass = {1, 1}, .radius = {radius, radius}};
   const effects::HertzContact hertz({.young = 200e9, .poisson = 0.3});
   const std::vector<double> force = forces_of(hertz, bodies, {{0, 1}});
@@ -113,8 +114,8 @@ TEST_CASE("Hertz: the force between two steel spheres") {
   CHECK(forces_of(hertz, bodies, {{0, 1}}) == std::vector<double>(4, 0.0));
 }
 
-TEST_CASE("Hertz: derivatives agree with central differences, in two and three dimensions") {
-  // Steps of 1e-10 m in an overlap of some 1e-5: truncation (1e-5)^2 / 8, rounding 1e-18 / 1e-10 of 1e-5.
+TEST_CASE("Hertz: derivatives agree with central differences, in 2D and 3D") {
+  // Steps of 1e-10 m in an overlap of about 1e-5: truncation (1e-5)^2 / 8, rounding 1e-18 / 1e-10 of 1e-5.
   const effects::HertzContact hertz({.young = 1e9, .poisson = 0.3});
   Bodies plane{.position = {0, 0, 1.5e-3, 1.3e-3, -1.2e-3, 1.55e-3}, .mass = {1, 1, 1}, .radius = {1e-3, 1e-3, 1e-3}};
   CHECK(jacobian_error(hertz, plane, 1e-10, {{0, 1}, {0, 2}, {1, 2}}) < 1e-6);
@@ -122,7 +123,7 @@ TEST_CASE("Hertz: derivatives agree with central differences, in two and three d
   CHECK(jacobian_error(hertz, space, 1e-10, {{0, 1}}) < 1e-6);
 }
 
-TEST_CASE("Hertz: more than a radius deep is no contact but a failure") {
+TEST_CASE("Hertz: an overlap above one radius is a failure") {
   Bodies bodies{.position = {0, 0, 1.01 * radius, 0}, .mass = {1, 1}, .radius = {radius, radius}};
   const effects::HertzContact hertz({.young = 1e6, .poisson = 0.3});
   CHECK_NOTHROW(forces_of(hertz, bodies, {{0, 1}}));
@@ -137,7 +138,7 @@ TEST_CASE("Hertz: more than a radius deep is no contact but a failure") {
   CHECK_THROWS_AS(forces_of(walls, make_bodies(scene)), Failure);
 }
 
-TEST_CASE("walls push along their normals, with the radius that both surfaces make") {
+TEST_CASE("walls: the force is normal, with the effective radius of both surfaces") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.effects.add<effects::WallContactOptions>();
   const auto push_at = [&](Vec2 p) {
@@ -147,7 +148,7 @@ TEST_CASE("walls push along their normals, with the radius that both surfaces ma
     return Vec2{force[0], force[1]};
   };
   const double overlap = 1e-6;
-  // Between equal spheres R_eff = R/2, above: 3.27629 N. Against a flat wall R_eff = R: sqrt(2) times that.
+  // Between equal spheres R_eff = R/2, as above: 3.27629 N. At a flat wall R_eff = R: sqrt(2) times that.
   const double flat = 3.27629 * std::sqrt(2.0);
   CHECK(norm(push_at({0.05, 0.05})) == 0);
   CHECK(push_at({radius - overlap, 0.05}).x == near(flat, 1e-5));
@@ -161,15 +162,15 @@ TEST_CASE("walls push along their normals, with the radius that both surfaces ma
   const double diagonal = std::sqrt(0.5) * (radius - overlap);
   CHECK(norm(push_at({0.06 + diagonal, 0.055 + diagonal}) - std::sqrt(0.5) * flat * Vec2{1, 1}) < 1e-4 * flat);
 
-  // Inside a ring of 5 mm the curvatures subtract: 1/R_eff = 1/R - 1/5R, R_eff = 5/4 R. It pushes inward.
+  // Inside a ring of 5 mm the curvatures subtract: 1/R_eff = 1/R - 1/5R, R_eff = 5/4 R. The force points inward.
   scene.electrodes = {electrode_of("ring", Ring{{0.05, 0.05}, 5 * radius}, 0)};
   const Vec2 inward = push_at({0.05 + 4 * radius + overlap, 0.05});
   CHECK(inward.x == near(-flat * std::sqrt(1.25), 1e-5));
   CHECK(inward.y == 0);
 }
 
-TEST_CASE("wall contact: unlike materials give the modulus of both") {
-  // 1/E* = .96 / 4 MPa + .96 / 6 MPa = 1 / 2.5 MPa; F = 4/3 E* sqrt(R_eff) overlap^(3/2)
+TEST_CASE("wall contact: different materials give the modulus of both") {
+  // 1/E* = 0.96 / 4 MPa + 0.96 / 6 MPa = 1 / 2.5 MPa; F = 4/3 E* sqrt(R_eff) overlap^(3/2).
   Scene scene = scene_of({{0.05, 0.05}});
   scene.effects.add(effects::WallContactOptions{.young = 6e6, .poisson = 0.2});
   const double overlap = 1e-5;
@@ -181,7 +182,7 @@ TEST_CASE("wall contact: unlike materials give the modulus of both") {
   const auto force = [&](double modulus, double effective) {
     return 4.0 / 3 * modulus * std::sqrt(effective) * std::pow(overlap, 1.5);
   };
-  CHECK(push_at({radius - overlap, 0.05}) == near(force(6e6 / 1.92, radius), 1e-9));  // of one material
+  CHECK(push_at({radius - overlap, 0.05}) == near(force(6e6 / 1.92, radius), 1e-9));  // Both of one material.
   scene.effects.add(effects::HertzContactOptions{.young = 4e6, .poisson = 0.2});
   CHECK(push_at({radius - overlap, 0.05}) == near(force(2.5e6, radius), 1e-9));
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};
@@ -191,8 +192,8 @@ TEST_CASE("wall contact: unlike materials give the modulus of both") {
   CHECK(push_at({radius - overlap, 0.05}) == near(force(6e6 / 1.92, radius), 1e-9));
 }
 
-TEST_CASE("Hertz: pairs of unlike materials have the modulus of both") {
-  // 1/E* = .96 / 4 MPa + .96 / 6 MPa = 1 / 2.5 MPa
+TEST_CASE("Hertz: pairs of different materials have the modulus of both") {
+  // 1/E* = 0.96 / 4 MPa + 0.96 / 6 MPa = 1 / 2.5 MPa.
   const effects::Elasticity soft{4e6, 0.2}, hard{6e6, 0.2};
   const effects::HertzContact hertz({.young = 4e6, .poisson = 0.2, .bodies = {soft, hard, hard}});
   const double overlap = 1e-5, step = 2 * radius - overlap;
@@ -204,7 +205,7 @@ TEST_CASE("Hertz: pairs of unlike materials have the modulus of both") {
   CHECK(std::abs(found[0] + found[2] + found[4]) < 1e-12 * found[4]);
   Bodies plane{.position = {0, 0, 1.5e-3, 1.3e-3, -1.2e-3, 1.55e-3}, .mass = {1, 1, 1}, .radius = {1e-3, 1e-3, 1e-3}};
   Bodies pierced = bodies;
-  pierced.position[2] = 0;  // the centres of the first two coincide
+  pierced.position[2] = 0;  // The centres of the first two coincide.
   CHECK_THROWS_WITH_AS(forces_of(hertz, pierced, {{0, 1}, {1, 2}}), doctest::Contains("conductors 0 and 1 overlap"),
                        Failure);
   pierced.position[2] = 0.9 * radius;
@@ -213,8 +214,9 @@ TEST_CASE("Hertz: pairs of unlike materials have the modulus of both") {
   CHECK(jacobian_error(stiff, plane, 1e-10, {{0, 1}, {0, 2}, {1, 2}}) < 1e-6);
 }
 
-TEST_CASE("Hertz: a collision of unlike materials takes Hertz's time") {
-  // Largest overlap (15 m* v^2 / (16 sqrt(R*) E*))^(2/5); the time is that over v, times 4/5 sqrt(pi) G(2/5) / G(9/10).
+TEST_CASE("Hertz: a collision of different materials takes Hertz's time") {
+  // The largest overlap is (15 m* v^2 / (16 sqrt(R*) E*))^(2/5). The duration is that over v, times 4/5 sqrt(pi) G(2/5)
+  // / G(9/10).
   const double v = 0.1, mass = 1e-3, modulus = 2.5e6;
   const double deepest = std::pow(15 * (mass / 2) * v * v / (16 * std::sqrt(radius / 2) * modulus), 0.4);
   const double expected = 0.8 * std::sqrt(pi) * std::tgamma(0.4) / std::tgamma(0.9) * deepest / v;
@@ -222,13 +224,13 @@ TEST_CASE("Hertz: a collision of unlike materials takes Hertz's time") {
   for (const auto& materials : {std::vector{soft, hard}, std::vector{hard, soft}}) {
     const effects::HertzContact hertz({.bodies = materials});
     Bodies bodies{.position = {0, 0, 2 * radius, 0}, .mass = {mass, mass}, .radius = {radius, radius}};
-    double time = 0, speed = v, lowest_speed = v;  // of approach
+    double time = 0, speed = v, lowest_speed = v;  // Speed of approach.
     for (const double dt = 1e-4 * expected; bodies.position[2] - bodies.position[0] <= 2 * radius; time += dt) {
       speed -= dt / mass * (forces_of(hertz, bodies, {{0, 1}})[2] - forces_of(hertz, bodies, {{0, 1}})[0]);
       bodies.position[2] -= dt * speed;
       lowest_speed = std::min(lowest_speed, speed);
     }
-    CHECK(time == near(expected, 1e-3));  // ten steps
+    CHECK(time == near(expected, 1e-3));  // Ten steps.
     CHECK(lowest_speed == near(-v, 1e-3));
   }
 }
@@ -247,8 +249,8 @@ TEST_CASE("walls: each body has the modulus of its own material") {
   CHECK(forces()[2] == near(force(6e6 / 1.92), 1e-9));
 }
 
-TEST_CASE("walls: forces on bodies that wander are those of walls that see them for the first time") {
-  // One goes across the box time and again, past a ball, and back at once; one goes up from the bottom and comes back.
+TEST_CASE("walls: cached gaps give the forces of a new search") {
+  // One body crosses the box repeatedly past a ball and returns at once; the other rises from the bottom and returns.
   Scene scene = scene_of({{0.05, 0.05}, {0.08, 0.05}});
   scene.effects.add<effects::WallContactOptions>();
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.02}, 2 * radius}, 0)};
@@ -272,7 +274,7 @@ TEST_CASE("walls: forces on bodies that wander are those of walls that see them 
 }
 
 TEST_CASE("walls: derivatives agree with central differences") {
-  // A side, a ball, a ring from within, a bar's face and its corner; overlaps of some 10 um as for the spheres.
+  // A side, a ball, a ring from inside, and a bar's face and corner, with overlaps of about 10 um as for the spheres.
   const Shape nothing = Disk{{0.09, 0.09}, 1e-3}, ball = Disk{{0.05, 0.05}, 2e-3}, ring = Ring{{0.05, 0.05}, 8e-3},
               bar = Bar{{0.02, 0.02}, {0.03, 0.02}, 2e-3};
   for (const auto& [shape, p] : {std::pair{nothing, Vec2{0.99e-3, 0.06}}, std::pair{ball, Vec2{0.0521, 0.0521}},
@@ -285,12 +287,12 @@ TEST_CASE("walls: derivatives agree with central differences") {
   }
 }
 
-TEST_CASE("Stokes drag: the model's forces and their derivatives are those of 6 pi viscosity R") {
+TEST_CASE("Stokes drag: forces and derivatives follow 6 pi viscosity R") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.conductors[0].radius = 0.775e-3;
   scene.effects.add<effects::StokesDragOptions>();
   Model model = effects::make_model(scene);
-  // 6 pi * 0.7 * 0.775e-3 = 1.022588e-2 kg/s
+  // 6 pi * 0.7 * 0.775e-3 = 1.022588e-2 kg/s.
   CHECK(model.drag.linear()[0] == near(1.022588e-2, 1e-6));
   CHECK(model.drag.is_linear());
   const double mass = model.bodies.mass[0];
@@ -305,7 +307,7 @@ TEST_CASE("Stokes drag: the model's forces and their derivatives are those of 6 
   CHECK(jacobian.by_momentum[1].value * model.bodies.momentum[1] == near(force[1]));
 }
 
-TEST_CASE("the field problem of a scene: bodies, groups, charges per metre of depth, sides") {
+TEST_CASE("field problem of a scene: bodies, groups, charge per depth, sides") {
   Scene scene = scene_of({{0.01, 0.01}, {0.02, 0.01}, {0.03, 0.01}, {0.04, 0.01}});
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, 1e-3}, 7)};
   scene.domain.sides[1] = {.electrode = true, .potential = 2};
@@ -328,7 +330,7 @@ TEST_CASE("the field problem of a scene: bodies, groups, charges per metre of de
   CHECK(problem.sides[1].potential == 2);
 }
 
-TEST_CASE("field forces, charges and energies are SI: per metre of depth times the depth") {
+TEST_CASE("field forces, charges and energies: SI values are per depth times depth") {
   // Two line charges q at distance d repel with q^2 / (2 pi eps d) per metre.
   Scene scene = scene_of({{0.04, 0.05}, {0.05, 0.05}});
   auto log = std::make_shared<SolverLog>();
@@ -348,10 +350,10 @@ TEST_CASE("field forces, charges and energies are SI: per metre of depth times t
   std::vector<double> force(4);
   field.add_forces({4.0, bodies, {}}, force);
   CHECK(force == std::vector<double>{2, 2, 3, 3});
-  CHECK(log->solves == 1);  // held forces cost no solve
+  CHECK(log->solves == 1);  // Constant forces need no solve.
 }
 
-TEST_CASE("the field solver is the one that the scene asks for") {
+TEST_CASE("field solver: it is the one of the scene") {
   CHECK(dynamic_cast<laplace::CutCellSolver*>(make_field_solver({.method = &cut_cell_method()}).get()));
   CHECK(dynamic_cast<laplace::RelaxationSolver*>(make_field_solver({.method = &relaxation_method()}).get()));
   CHECK(dynamic_cast<laplace::MultipoleSolver*>(make_field_solver({.method = &multipole_method()}).get()));
@@ -359,7 +361,7 @@ TEST_CASE("the field solver is the one that the scene asks for") {
   CHECK_THROWS_AS(make_field_solver({.method = &relaxation_method(), .device = FieldDevice::cuda}), InputError);
 }
 
-TEST_CASE("the multipole method moves only what contact forces keep apart") {
+TEST_CASE("multipole method: motion requires contact forces") {
   Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.03}});
   scene.field().method = &multipole_method();
   CHECK_THROWS_AS(make_model(scene), InputError);
@@ -369,7 +371,7 @@ TEST_CASE("the multipole method moves only what contact forces keep apart") {
   CHECK_NOTHROW(make_model(scene));
 }
 
-TEST_CASE("different potentials that touch end a run, if no discharge makes them one") {
+TEST_CASE("contact of different potentials: without a discharge it ends the run") {
   Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.02}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.domain.sides[0] = {true, 0};
@@ -378,17 +380,17 @@ TEST_CASE("different potentials that touch end a run, if no discharge makes them
   const effects::NodeCharges charges{.charge = {1e-10, 0}};
   const ElectricalGroups apart = electrical_groups(scene, {});
   bodies.position[2] = 0.02 + 1.99 * radius;
-  CHECK_THROWS_AS(field.solve(bodies, apart, charges), InputError);  // the first instant
+  CHECK_THROWS_AS(field.solve(bodies, apart, charges), InputError);  // The first instant.
   bodies.position[2] = 0.02 + 2.01 * radius;
   CHECK_NOTHROW(field.solve(bodies, apart, charges));
   bodies.position[2] = 0.02 + 1.99 * radius;
   CHECK_THROWS_AS(field.solve(bodies, apart, charges), Failure);
   CHECK_NOTHROW(field.solve(bodies, electrical_groups(scene, std::vector{Contact{0, 1}}), charges));
-  bodies.position[2] = 0.99 * radius;  // in the left side, an electrode
+  bodies.position[2] = 0.99 * radius;  // In the left side, an electrode.
   CHECK_THROWS_AS(field.solve(bodies, apart, charges), Failure);
 }
 
-TEST_CASE("a model has the effects whose tables stand in the scene, and nothing of the others") {
+TEST_CASE("model: it has the effects of the scene's tables and no others") {
   Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.03}});
   scene.effects = {};
   const Model nothing = make_model(scene);
@@ -412,10 +414,10 @@ TEST_CASE("a model has the effects whose tables stand in the scene, and nothing 
   const Model all = make_model(scene);
   CHECK(all.effects.size() == 6);
   CHECK(all.bodies.charge == std::vector<double>{0, 0});
-  CHECK(!parallel::petsc_started());  // not before the first solve
+  CHECK(!parallel::petsc_started());  // PETSc starts with the first solve.
 }
 
-TEST_CASE("effects can be listed with what they are and what they need") {
+TEST_CASE("effects: they are listed with descriptions and needs") {
   Scene scene = scene_of({{0.02, 0.02}});
   scene.effects = {};
   scene.effects.add<effects::HertzContactOptions>();
@@ -426,7 +428,7 @@ TEST_CASE("effects can be listed with what they are and what they need") {
     CHECK(effect.needs.field == (effect.name == "contact_discharge"));
     CHECK(effect.needs.neighbour_range.has_value() == (effect.name == "hertz_contact"));
   }
-  // No scene file may have all of them beside each other, but the list does not know.
+  // No scene may combine all of them, but the list does not check this.
   scene.effects = {};
   for (const EffectKind* kind : effects::all_kinds())
     if (!kind->grains) scene.effects.add(*kind, kind->options);

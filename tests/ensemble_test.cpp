@@ -1,4 +1,4 @@
-// The command ensemble, as a user meets it: the built program on scenes of a few conductors that take a moment.
+// Tests of the command ensemble with the built program on short scenes of a few conductors.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -25,7 +25,7 @@ using namespace lichtenberg::ensembles;
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-TEST_CASE("all combinations are run, each into a file of its own") {
+TEST_CASE("ensemble: all combinations run, each into its own file") {
   const ScenesFolder folder;
   const Ended result = ensemble(folder, "neutral.toml --vary medium.viscosity=0.5,1.0 --conductors 1,2 --seeds 2");
   INFO(result.err);
@@ -46,7 +46,7 @@ TEST_CASE("all combinations are run, each into a file of its own") {
   }
 }
 
-TEST_CASE("means and slopes are those of the members") {
+TEST_CASE("ensemble: means and slopes are those of the members") {
   const ScenesFolder folder;
   const Ended result = ensemble(folder, "charged.toml --conductors 4,7 --seeds 3 --json");
   INFO(result.err);
@@ -72,16 +72,17 @@ TEST_CASE("means and slopes are those of the members") {
   CHECK(solves["sample"] == 3);
   CHECK(solves["value"].get<double>() == doctest::Approx(mean));
   CHECK(solves["deviation"].get<double>() == doctest::Approx(deviation));
-  CHECK(solves["half_width"].get<double>() == doctest::Approx(4.303 * deviation / std::sqrt(3)).epsilon(2e-4));  // t, 2
-  REQUIRE(found["proportions"].size() == 5);  // and three Strahler numbers
+  // Student's t for 2 degrees of freedom.
+  CHECK(solves["half_width"].get<double>() == doctest::Approx(4.303 * deviation / std::sqrt(3)).epsilon(2e-4));
+  REQUIRE(found["proportions"].size() == 5);  // Endpoints, branch points and three Strahler numbers.
   CHECK(found["proportions"][0]["quantity"] == "endpoints");
   CHECK(found["proportions"][0]["slope"]["value"].get<double>() == doctest::Approx(endpoints / conductors));
 }
 
-TEST_CASE("other readings of the degree") {
-  // 0 stands on the ground, 1 and 2 on it and beside each other, 3 on 2. It starts within the contact gap of 0.6 mm, at
-  // 32.6 mm/s, which drag stops after 0.03 mm (tau = 2 R^2 density / 9 viscosity = 0.92 ms), in the hysteresis band.
-  // Degrees are 3 (with the ground), 2, 3 and 1; 0 1, 0 2 and 2 3 are the tree.
+TEST_CASE("degree: readings with ground, tree and hysteresis") {
+  // 0 touches the ground; 1 and 2 touch 0 and each other; 3 touches 2. Conductor 3 starts within the contact gap of 0.6
+  // mm at 32.6 mm/s. Drag stops it in the hysteresis band after 0.03 mm (tau = 2 R^2 density / 9 viscosity = 0.92 ms).
+  // The degrees are 3 (with the ground), 2, 3 and 1; the tree has the edges 0-1, 0-2 and 2-3.
   const ScenesFolder folder;
   const auto conductor = [](const std::string& position) {
     return "[[conductor]]\nradius = 0.6e-3\nposition = " + position + "\n";
@@ -89,7 +90,7 @@ TEST_CASE("other readings of the degree") {
   std::string loop = replaced(charged_scene, "[[population]]\ncount = 6\nradius = 0.6e-3\nmin_gap = 0.1e-3\n", "");
   loop = replaced(loop, "time = 0.2", "time = 0.01") + "[material]\ndensity = 8050.0\n";
   loop += conductor("[4e-3, 1.7e-3]") + conductor("[3.25e-3, 3.0e-3]") + conductor("[4.75e-3, 3.0e-3]");
-  loop += conductor("[6.3002e-3, 3.895e-3]") + "velocity = [28.23e-3, 16.3e-3]\n";  // 1.79 mm from 2
+  loop += conductor("[6.3002e-3, 3.895e-3]") + "velocity = [28.23e-3, 16.3e-3]\n";  // 1.79 mm from 2.
   folder.write("charged.toml", loop);
   const Ended result = ensemble(folder, "charged.toml --json");
   INFO(result.err);
@@ -110,7 +111,7 @@ TEST_CASE("other readings of the degree") {
   CHECK(quantities["strahler_fraction_1"] == 0.75);
 }
 
-TEST_CASE("the table is on the screen") {
+TEST_CASE("ensemble: the table is printed") {
   const ScenesFolder folder;
   const Ended result = ensemble(folder, "charged.toml --conductors 4,5 --seeds 2");
   CHECK(result.status == 0);
@@ -118,7 +119,7 @@ TEST_CASE("the table is on the screen") {
     CHECK(contains(result.out, part));
 }
 
-TEST_CASE("the scene of a member is whole, and runs to the same end alone") {
+TEST_CASE("ensemble: a member's scene is complete and reproduces its run") {
   const ScenesFolder folder;
   REQUIRE(ensemble(folder, "charged.toml --vary population.count=5").status == 0);
   REQUIRE(run_program(folder, "run charged-ensemble/count-5.toml --out alone.h5 --quiet").status == 0);
@@ -129,13 +130,14 @@ TEST_CASE("the scene of a member is whole, and runs to the same end alone") {
   CHECK(hdf5::get<double>(alone, positions) == hdf5::get<double>(member, positions));
 }
 
-TEST_CASE("what is finished is not run again") {
+TEST_CASE("ensemble: completed members are not run again") {
   const ScenesFolder folder;
   REQUIRE(ensemble(folder, "neutral.toml --seeds 2").status == 0);
   const fs::path out = folder / "neutral-ensemble";
   const std::string before = text_of(out / "seed-3.h5");
-  const auto scene_written = fs::last_write_time(out / "seed-3.toml");  // as each run's is before it starts
-  REQUIRE(ensemble(folder, "neutral.toml --seeds 3").status == 0);      // one more
+  // Each run's scene is written before the run starts.
+  const auto scene_written = fs::last_write_time(out / "seed-3.toml");
+  REQUIRE(ensemble(folder, "neutral.toml --seeds 3").status == 0);  // One more member.
   CHECK(text_of(out / "seed-3.h5") == before);
   CHECK(fs::last_write_time(out / "seed-3.toml") == scene_written);
   CHECK(summary(folder, "neutral-ensemble")["members"].size() == 3);
@@ -150,12 +152,12 @@ TEST_CASE("ensemble --json=FILE: only the sweep that wrote it writes it again") 
   const Ended refused = ensemble(folder, arguments);
   CHECK(refused.status == 2);
   CHECK(contains(refused.err, "table.json exists"));
-  CHECK_FALSE(contains(refused.err, "--overwrite"));  // which ensemble does not have
+  CHECK_FALSE(contains(refused.err, "--overwrite"));  // ensemble does not have this option.
 }
 
-TEST_CASE("what is half done is resumed") {
+TEST_CASE("ensemble: incomplete members are resumed") {
   const ScenesFolder folder;
-  const std::string shorter = replaced(charged_scene, "time = 0.2", "time = 0.08");  // the 8th frame has a checkpoint
+  const std::string shorter = replaced(charged_scene, "time = 0.2", "time = 0.08");  // The 8th frame has a checkpoint.
   folder.write("charged.toml", shorter);
   REQUIRE(ensemble(folder, "charged.toml --seeds 2").status == 0);
   folder.write("charged.toml", charged_scene);
@@ -166,10 +168,10 @@ TEST_CASE("what is half done is resumed") {
   }
 }
 
-TEST_CASE("packings that were given too few iterations go on with more") {
+TEST_CASE("ensemble: packings stopped at max_iterations continue with more") {
   const ScenesFolder folder;
   const std::string packing =
-      "[domain]\nsize = [6.4, 6.4]\n[effects.contact_potential]\n[output]\npicture = false\n"
+      "[domain]\nsize = [6.4, 6.4]\n[effects.soft_repulsion]\n[output]\npicture = false\n"
       "[[population]]\ncount = 50\nradius = [0.4, 0.6]\noverlapping = true\n[minimize]\n";
   const auto at_rest = [&] { return summary(folder, "packing-ensemble")["members"][0]["quantities"]["at_rest"]; };
   folder.write("packing.toml", packing + "max_iterations = 20\n");
@@ -180,9 +182,9 @@ TEST_CASE("packings that were given too few iterations go on with more") {
   CHECK(at_rest() == 1);
 }
 
-TEST_CASE("a run that is past the stop of now is reported and its file stays") {
+TEST_CASE("ensemble: a member past the new stop is reported and its file stays") {
   const ScenesFolder folder;
-  const std::string stop = "time = 0.08";  // the 8th frame has a checkpoint
+  const std::string stop = "time = 0.08";  // The 8th frame has a checkpoint.
   folder.write("charged.toml", replaced(charged_scene, "time = 0.2", stop));
   REQUIRE(ensemble(folder, "charged.toml").status == 0);
   const fs::path file = folder / "charged-ensemble" / "charged.h5";
@@ -198,7 +200,7 @@ TEST_CASE("a run that is past the stop of now is reported and its file stays") {
   check_past();
   CHECK(text_of(file) == before);
 
-  // As if it had been interrupted at its 8th frame, on the way to a later end: nothing is left to run but to say so.
+  // The file is that of a run interrupted at its 8th frame before a later end. Nothing is left to run.
   namespace hdf5 = lichtenberg::hdf5;
   const auto interrupted = std::make_shared<hdf5::Pages>(hdf5::pages_of(lichtenberg::OpenFile(file.string())));
   hdf5::check(H5Ldelete(hdf5::open_in_memory(interrupted), "summary", H5P_DEFAULT));
@@ -208,7 +210,7 @@ TEST_CASE("a run that is past the stop of now is reported and its file stays") {
   CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>{"finished"});
 }
 
-TEST_CASE("a member whose file is of other settings is reported and its file stays") {
+TEST_CASE("ensemble: a member with other settings is reported and its file stays") {
   const ScenesFolder folder;
   REQUIRE(ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1").status == 0);
   const std::string before = text_of(folder / "neutral-ensemble" / "count-1.h5");
@@ -220,7 +222,7 @@ TEST_CASE("a member whose file is of other settings is reported and its file sta
   CHECK(states(summary(folder, "neutral-ensemble")) == std::vector<std::string>{"failed", "finished"});
 }
 
-TEST_CASE("files that are no results are reported, stay, and the rest go on") {
+TEST_CASE("ensemble: files that are no results are reported and stay") {
   const ScenesFolder folder;
   REQUIRE(ensemble(folder, "neutral.toml --seeds 1 --vary population.count=2").status == 0);
   const fs::path out = folder / "neutral-ensemble";
@@ -239,7 +241,7 @@ TEST_CASE("files that are no results are reported, stay, and the rest go on") {
   CHECK(fs::exists(out / "count-4.h5"));
 }
 
-TEST_CASE("a result with an empty dataset is damaged") {
+TEST_CASE("ensemble: a result with an empty dataset is reported as damaged") {
   const ScenesFolder folder;
   REQUIRE(ensemble(folder, "charged.toml").status == 0);
   const fs::path result = folder / "charged-ensemble" / "charged.h5";
@@ -258,7 +260,7 @@ TEST_CASE("a result with an empty dataset is damaged") {
   }
 }
 
-TEST_CASE("an impossible member is one sentence, and the rest go on") {
+TEST_CASE("ensemble: an impossible member is one message and the others run") {
   const ScenesFolder folder;
   const Ended result =
       ensemble(folder, "neutral.toml --vary population.count=1,1000 --vary population.min_gap=0.0,1.0");
@@ -271,7 +273,7 @@ TEST_CASE("an impossible member is one sentence, and the rest go on") {
   CHECK(contains(text_of(folder / "neutral-ensemble" / "count-1000_min_gap-0.toml"), "count = 1000"));
 }
 
-TEST_CASE("members may ask for an accuracy of the field") {
+TEST_CASE("ensemble: members may request an accuracy of the field") {
   const ScenesFolder folder;
   folder.write("asked.toml", replaced(charged_scene, "cells = 32", "accuracy = 0.05"));
   const Ended result = ensemble(folder, "asked.toml --seeds 2 --set stop.time=0.01");
@@ -279,9 +281,10 @@ TEST_CASE("members may ask for an accuracy of the field") {
   CHECK(states(summary(folder, "asked-ensemble")) == std::vector<std::string>{"finished", "finished"});
 }
 
-TEST_CASE("a member that fails on its way is reported in its own words, and the rest go on") {
+TEST_CASE("ensemble: a member that fails during its run is reported") {
   const ScenesFolder folder;
-  // 10 m/s into a wall that nothing makes it feel: drag stops it after 10 m/s m / gamma = 9 mm, which is outside.
+  // The conductor moves at 10 m/s towards a wall without contact force. Drag would stop it after 10 m/s m / gamma = 9
+  // mm, which is outside.
   const std::string no_walls = replaced(charged_scene, "[effects.wall_contact]\n", "");
   folder.write("charged.toml",
                no_walls + "[[conductor]]\nposition = [1e-3, 7e-3]\nvelocity = [0.0, 0.0]\nradius = 0.6e-3\n");
@@ -293,7 +296,7 @@ TEST_CASE("a member that fails on its way is reported in its own words, and the 
   CHECK(contains(result.err, "1 of 2 members failed"));
 }
 
-TEST_CASE("a command that cannot be used is one sentence and status 2, before anything is made") {
+TEST_CASE("ensemble: an invalid command is one message and status 2") {
   const ScenesFolder folder;
   const auto check_refused = [&](const std::string& arguments, const std::string& part) {
     const Ended result = ensemble(folder, arguments);
@@ -329,7 +332,7 @@ TEST_CASE("ensemble: names of scene and folder may begin with a dash") {
   CHECK(states(summary(folder, "-out")) == std::vector<std::string>{"finished"});
 }
 
-TEST_CASE("a folder has one ensemble at a time") {
+TEST_CASE("ensemble: a folder has one ensemble at a time") {
   const ScenesFolder folder;
   REQUIRE(ensemble(folder, "neutral.toml").status == 0);
   const int lock = open((folder / "neutral-ensemble" / ".lock").c_str(), O_RDWR);
@@ -341,7 +344,7 @@ TEST_CASE("a folder has one ensemble at a time") {
   CHECK(ensemble(folder, "neutral.toml").status == 0);
 }
 
-TEST_CASE("two sweeps in one folder each keep their table, and a sweep that grows has one") {
+TEST_CASE("ensemble: sweeps in one folder have separate tables") {
   const ScenesFolder folder;
   const std::string in_one = "ensemble charged.toml --out both --quiet --set stop.time=0.01 ";
   const auto members = [&](const std::string& table) {
@@ -358,7 +361,7 @@ TEST_CASE("two sweeps in one folder each keep their table, and a sweep that grow
   CHECK_FALSE(fs::exists(folder / "both/ensemble-3.json"));
 }
 
-TEST_CASE("shares of an ensemble are run one by one, and the same command without shares gathers them") {
+TEST_CASE("ensemble --share: shares run one by one and are then gathered") {
   const ScenesFolder folder;
   const std::string command = "ensemble charged.toml --seeds 5 --out parts --quiet --set stop.time=0.01";
   const auto results = [&] {
@@ -366,7 +369,7 @@ TEST_CASE("shares of an ensemble are run one by one, and the same command withou
                                  [](const auto& entry) { return entry.path().extension() == ".h5"; });
   };
   REQUIRE(run_program(folder, command + " --share 2/3").status == 0);
-  CHECK(results() == 2);  // the second and the fifth
+  CHECK(results() == 2);  // The second and the fifth member.
   CHECK_FALSE(fs::exists(folder / "parts/ensemble.json"));
   for (const std::string share : {"1/3", "3/3"})
     REQUIRE(run_program(folder, command + " --share " + share).status == 0);
@@ -379,10 +382,10 @@ TEST_CASE("shares of an ensemble are run one by one, and the same command withou
     CHECK(run_program(folder, command + " --share " + share).status == 2);
 }
 
-TEST_CASE("an interruption stops all at their checkpoints, and the same command goes on") {
+TEST_CASE("ensemble: an interruption stops members at checkpoints for resuming") {
   const ScenesFolder folder;
   folder.write("charged.toml",
-               replaced(charged_scene, "time = 0.2", "time = 20"));  // a thousand times what we wait for
+               replaced(charged_scene, "time = 0.2", "time = 20"));  // A thousand times the duration of this test.
   const fs::path out = folder / "charged-ensemble";
   const pid_t process = fork();
   if (process == 0) {
@@ -406,7 +409,7 @@ TEST_CASE("an interruption stops all at their checkpoints, and the same command 
   CHECK(contains(text_of(folder / "err"), "the same command goes on"));
   CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>(4, "stopped"));
   const std::vector<fs::path> interrupted = started();
-  REQUIRE(interrupted.size() == 2);  // those that waited were not started
+  REQUIRE(interrupted.size() == 2);  // Waiting members were not started.
   for (const fs::path& result : interrupted) CHECK(last_time(result) < 20);
 
   const double stop = std::max(last_time(interrupted[0]), last_time(interrupted[1])) + 0.1;
@@ -419,8 +422,8 @@ TEST_CASE("an interruption stops all at their checkpoints, and the same command 
   }
 }
 
-TEST_CASE("--device is that of every run, whatever the scene says") {
-  // Where there is no device, a run that asks for one is refused.
+TEST_CASE("ensemble --device: it overrides the scenes") {
+  // Without a device, a run that requests one is refused.
   const Folder folder;
   const std::string on_device = replaced(charged_scene, "cells = 32", "cells = 32\ndevice = \"cuda\"");
   folder.write("charged.toml", replaced(on_device, "time = 0.2", "time = 0.01"));

@@ -8,10 +8,10 @@
 #include "src/record/hdf5.hpp"
 #include "tests/program.hpp"
 
-/// Scenes that take milliseconds a run, and what tests ask of ensembles of them.
+/// Scenes with runs of milliseconds, and queries of their ensembles.
 namespace lichtenberg::ensembles {
 
-/// Three conductors fall through the fluid: no field, milliseconds a run.
+/// Scene of three conductors that fall through the fluid without a field.
 inline const std::string neutral_scene = R"(
 seed = 3
 [domain]
@@ -34,7 +34,7 @@ checkpoint_every = 1
 time = 0.1
 )";
 
-/// Conductors that a source charges, and one electrode: 20 frames with a checkpoint at every fourth.
+/// Scene of conductors charged by a current source, and one electrode: 20 frames with a checkpoint at every fourth.
 inline const std::string charged_scene = R"(
 seed = 3
 [domain]
@@ -53,7 +53,7 @@ count = 6
 radius = 0.6e-3
 min_gap = 0.1e-3
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = 0.2e-9
 [effects.stokes_drag]
 [effects.hertz_contact]
@@ -69,7 +69,7 @@ time = 0.2
 stationary = false
 )";
 
-/// A folder with both scenes in it.
+/// Folder with both scenes.
 struct ScenesFolder : Folder {
   ScenesFolder() {
     write("neutral.toml", neutral_scene);
@@ -91,12 +91,12 @@ inline std::vector<std::string> states(const nlohmann::json& summary) {
   return all;
 }
 
-/// s, of the last frame in a result file.
+/// Time (s) of the last frame in a result file.
 inline double last_time(const std::filesystem::path& result) {
   return hdf5::get<double>(hdf5::load(result.string()), "particles/conductors/position/time").back();
 }
 
-/// How many times a run was started or resumed.
+/// Number of times that a run was started or resumed.
 inline int sessions(const std::filesystem::path& result) {
   const hdf5::Handle file = hdf5::load(result.string());
   return static_cast<int>(hdf5::names(hdf5::open_group(file, "provenance")).size());

@@ -1,4 +1,4 @@
-// What happens at instants: contacts made and lost, charges that move, checkpoints.
+// Tests of events: contacts that open and close, charges that move, checkpoints.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ using namespace lichtenberg::steel_spheres;
 
 namespace {
 
-/// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
+/// Approximate value with a relative tolerance. The default scale of doctest, 1, would accept all small values.
 doctest::Approx near(double value, double tolerance = 1e-9) {
   return doctest::Approx(value).epsilon(tolerance).scale(0);
 }
@@ -29,9 +29,9 @@ doctest::Approx near(double value, double tolerance = 1e-9) {
 
 // ---- contacts and charges
 
-TEST_CASE("split and monolithic coupling agree through contacts made and lost") {
-  // Conductors of many charges round a grounded ball: in a tenth of a second groups merge, part and drain. Errors grow
-  // with each event, so both are asked for more than they give.
+TEST_CASE("split and monolithic coupling: they agree through contact events") {
+  // Conductors with various charges surround a grounded ball. Within 0.1 s groups merge, split and discharge. Errors
+  // grow with each event, so both runs have finer tolerances than the comparison.
   Scene scene = crowd();
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = (i % 3 - 1.0) * 3e-10;
   scene.mechanics.relative_tolerance = 1e-8;
@@ -53,8 +53,9 @@ TEST_CASE("split and monolithic coupling agree through contacts made and lost") 
   CHECK(split.charge_drained == near(monolithic.charge_drained, 1e-3));
 }
 
-TEST_CASE("contacts are located where the gap says, not where steps end") {
-  // A constant force until contact with the grounded ball, none after it: v = sqrt(2 a s) remembers where that was.
+TEST_CASE("contacts: they are located at the gap, not at the ends of steps") {
+  // A constant force acts until contact with the grounded ball, and no force after it. v = sqrt(2 a s) measures the
+  // position of the contact.
   for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic}) {
     Scene scene = conductor_scene({{0.02, 0.05}});
     scene.effects.remove<effects::StokesDragOptions>();
@@ -71,13 +72,14 @@ TEST_CASE("contacts are located where the gap says, not where steps end") {
     const ConductorFrame frame = simulation.now();
     CHECK(frame.group[0] == -1);
     CHECK(simulation.counters().contacts_made == 1);
-    // Accuracy of CVODE: 1e-6 of the momentum a step
+    // The accuracy of CVODE is 1e-6 of the momentum per step.
     CHECK(frame.velocity[0].x == near(std::sqrt(2 * force / mass * way), 1e-4));
   }
 }
 
-TEST_CASE("a contact that is made and lost on the way is not missed, however long steps could be") {
-  // Straight past a grounded ball, the least gap 1 % below the contact gap; no force, so nothing else ends a step.
+TEST_CASE("contacts: one that closes and opens between steps is not missed") {
+  // The path passes a grounded ball with a smallest gap 1 % below the contact gap. Without a force no other event ends
+  // a step.
   for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic})
     for (const double start : {0.02, 0.0203, 0.0206}) {
       Scene scene = conductor_scene({{start, 0.05 + 2.99 * radius}});
@@ -92,13 +94,14 @@ TEST_CASE("a contact that is made and lost on the way is not missed, however lon
     }
 }
 
-TEST_CASE("a step that leads to a contact by a force far off is judged like any other") {
-  // In a trap that turns it round half a contact gap before contact; at rest, its force would lead it there.
+TEST_CASE("step control: a distant force that leads to a contact is no exception") {
+  // In a harmonic trap the body reverses half a contact gap before contact. From rest the force would lead it to the
+  // contact.
   Scene scene = conductor_scene({{0.05 - 6 * radius, 0.05}});
   scene.effects.remove<effects::StokesDragOptions>();
   scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
   scene.mechanics.largest_step = 10;
-  const double middle = 0.05 - 4.75 * radius;  // it swings from 6 to 3.5 R
+  const double middle = 0.05 - 4.75 * radius;  // The body oscillates between 6 and 3.5 R.
   Simulation simulation(scene, scripted([&](const laplace::LaplaceProblem& problem) {
                           return std::vector<Vec2>{{-1e-3 * (centre(problem, 0).x - middle), 0}, {0, 0}};
                         }));
@@ -106,9 +109,9 @@ TEST_CASE("a step that leads to a contact by a force far off is judged like any 
   CHECK(simulation.counters().contacts_made == 0);
 }
 
-TEST_CASE("an event is taken as it comes up to half a step after the last solve, later the step is judged there") {
-  // Without forces the first step is as long as it may be. One solve at the start, one of those that have merged, one
-  // at the end; and one to judge.
+TEST_CASE("event: before half a step it is accepted, later it needs another solve") {
+  // Without forces the first step has the maximum length. There is one solve at the start, one after the merge, one at
+  // the end, and one to assess the step.
   const auto solves = [](double share) {
     Scene scene = conductor_scene({{0.04, 0.05}, {0.06, 0.05}});
     scene.effects.remove<effects::StokesDragOptions>();
@@ -123,7 +126,7 @@ TEST_CASE("an event is taken as it comes up to half a step after the last solve,
   CHECK(solves(0.51) == 4);
 }
 
-TEST_CASE("events at the same instant are one event") {
+TEST_CASE("events: simultaneous ones are one event") {
   Scene scene = conductor_scene({{0.04, 0.05}, {0.05, 0.05}, {0.06, 0.05}});
   scene.effects.remove<effects::StokesDragOptions>();
   scene.conductors[0].velocity = {0.01, 0};
@@ -138,10 +141,10 @@ TEST_CASE("events at the same instant are one event") {
   for (const double charge : frame.charge) CHECK(charge == near(1e-12));
 }
 
-TEST_CASE("mergers wait for those that come soon, and what they are late by is made up for") {
-  // Three pairs far from each other, driven together by a force that falls by a tenth when they meet: the first, which
-  // tells how long the next may wait, at some .01 s, the others .2 ms apart at some .02 s. With forces that are
-  // constant between their jumps nothing is left of having waited.
+TEST_CASE("deferred merge: it waits for later ones, and its delay is corrected") {
+  // Three distant pairs are driven together by a force that decreases by 10 % at contact. The first pair, whose contact
+  // sets the deferral, meets at about 0.01 s; the others meet 0.2 ms apart at about 0.02 s. With piecewise constant
+  // forces the correction is exact.
   Scene scene = conductor_scene({{0.02, 0.05}, {0.02, 0}, {0.05, 0.05}, {0.05, 0}, {0.08, 0.05}, {0.08, 0}});
   const double speed = 0.01, force = speed * drag, ways[] = {2e-4, 4e-4, 4e-4 + 2 * speed * 2e-4};
   for (int pair = 0; pair < 3; ++pair)
@@ -166,25 +169,25 @@ TEST_CASE("mergers wait for those that come soon, and what they are late by is m
   const auto split = run(FieldCoupling::split), exact = run(FieldCoupling::monolithic);
   CHECK(exact->counters().regroupings == 3);
   CHECK(split->counters().regroupings == 2);
-  // .1 force / drag, for the 2 ms and more that the second waits: 2e-6 m.
+  // 0.1 force / drag over the deferral of at least 2 ms is 2e-6 m.
   CHECK(largest_distance(split->now(), exact->now()) < 1e-8);
 }
 
-TEST_CASE("a pair that is driven together and apart by its own contact neither stalls the run nor loses charge") {
-  // Attraction A until contact, repulsion A after it: the gap swings between the two thresholds, h = 7.75 um apart. At
-  // the terminal speed A / drag = 1 mm/s one way takes 7.75 ms and turning round some relaxation times more, so in 1 s
-  // there are at least 1 / (7.75 + 3 * 1.5) ms = 80 changes and at most 1 / 7.75 ms = 129.
+TEST_CASE("alternating contact: the run does not stall and conserves charge") {
+  // The attraction A before contact becomes the repulsion A after it. The gap oscillates between the thresholds, which
+  // are h = 7.75 um apart. At the terminal speed A / drag = 1 mm/s one crossing takes 7.75 ms, and each reversal a few
+  // relaxation times. In 1 s there are at least 1 / (7.75 + 3 * 1.5) ms = 80 changes and at most 1 / 7.75 ms = 129.
   for (const double hysteresis : {0.01, 0.0}) {
     Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 3.1 * radius, 0.05}});
     scene.effects.find<effects::ContactDischargeOptions>()->hysteresis = hysteresis;
     scene.effects.add(effects::CurrentSourceOptions{.current = 1e-10});
     scene.conductors[0].charge = 1e-11;
-    const double pull = 0.5 * 1e-3 * drag;  // on each: the gap changes by 1 mm/s
+    const double pull = 0.5 * 1e-3 * drag;  // Force on each body; the gap changes by 1 mm/s.
     Simulation simulation(scene, scripted([&](const laplace::LaplaceProblem& problem) {
                             const bool one = problem.bodies[0].group == problem.bodies[1].group;
                             return std::vector<Vec2>{{one ? -pull : pull, 0}, {one ? pull : -pull, 0}};
                           }));
-    simulation.advance_to(0.2);  // they have met
+    simulation.advance_to(0.2);  // The bodies have met.
     const std::int64_t before = simulation.counters().regroupings;
     simulation.advance_to(1.2);
     const std::int64_t changes = simulation.counters().regroupings - before;
@@ -192,8 +195,8 @@ TEST_CASE("a pair that is driven together and apart by its own contact neither s
       CHECK(changes >= 80);
       CHECK(changes <= 129);
     } else {
-      // The thresholds are one tolerance, 0.775 um, apart, far less than the way of turning round: each change takes a
-      // few relaxation times all the same.
+      // The thresholds are one tolerance, 0.775 um, apart, far less than the path of a reversal. Each change still
+      // takes a few relaxation times.
       CHECK(changes >= 129);
       CHECK(changes <= 1 / relaxation);
     }
@@ -204,9 +207,9 @@ TEST_CASE("a pair that is driven together and apart by its own contact neither s
   }
 }
 
-TEST_CASE("members of a group that splits keep the charge that they had") {
-  // The two repel and part. A charged third one behind the first makes their shares unequal: potentials are equal while
-  // they touch, which the field says and this test need not know; when they part, nothing may move.
+TEST_CASE("group split: its members keep their charges") {
+  // The two conductors repel each other and separate. A third, charged one behind the first makes their shares unequal
+  // at equal potentials. The field sets these shares; the split must not change them.
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2.9 * radius, 0.05}, {0.045, 0.05}});
   scene.groups = {{.name = "fixed", .potential = 2000.0}};
   scene.conductors[2].group = 0;
@@ -222,7 +225,7 @@ TEST_CASE("members of a group that splits keep the charge that they had") {
   }
   REQUIRE(after.group == std::vector<int>{0, 1, -1});
   CHECK(std::abs(before.charge[0] - before.charge[1]) > 0.05 * 6e-10);
-  CHECK(after.charge[0] == near(before.charge[0], 5e-3));  // in 1 ms the shares move by less
+  CHECK(after.charge[0] == near(before.charge[0], 5e-3));  // The shares change by less in 1 ms.
   CHECK(after.charge[0] + after.charge[1] == near(6e-10, 1e-15));
   const double kept = after.charge[0];
   simulation.advance_to(time + 5e-3);
@@ -230,9 +233,9 @@ TEST_CASE("members of a group that splits keep the charge that they had") {
   CHECK(simulation.now().charge[0] == kept);
 }
 
-TEST_CASE("the charges at the instant of a parting are those of that instant, not of the last solve") {
-  // The field gives conductor 0 a share of the pair's charge that falls by half over the way from the start to the
-  // release gap, in proportion to the gap. The pair parts at terminal speed, 0.5 mm/s each, somewhere within a step.
+TEST_CASE("group split: the charges are those at the instant of the split") {
+  // The field gives conductor 0 a share of the pair's charge that decreases linearly with the gap, by half from the
+  // start to the release gap. The pair separates at terminal speed, 0.5 mm/s each, at some time within a step.
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2.9 * radius, 0.05}});
   scene.conductors[0].charge = 1e-11;
   scene.mechanics.largest_step = 0.02;
@@ -255,12 +258,13 @@ TEST_CASE("the charges at the instant of a parting are those of that instant, no
   simulation.advance_to(0.2);
   const ConductorFrame frame = simulation.now();
   REQUIRE(frame.group == std::vector<int>{0, 1});
-  // They move 85 um: a solve 1 ms too early would find 1.2 % more. The gap may part one tolerance, 0.9 %, early or late.
+  // The bodies move by 85 um; a solve 1 ms too early would give 1.2 % more. The gap may open one tolerance, 0.9 %,
+  // early or late.
   CHECK(frame.charge[0] == near(0.5e-11, 0.01));
   CHECK(frame.charge[0] + frame.charge[1] == near(1e-11, 1e-15));
 }
 
-TEST_CASE("charge is balanced to 1e-12 over whole runs, whatever the integrator") {
+TEST_CASE("charge balance: 1e-12 over complete runs with every integrator") {
   for (const auto& [integrator, coupling, end] : {std::tuple{Integrator::cvode, FieldCoupling::split, 2.0},
                                                   {Integrator::cvode, FieldCoupling::monolithic, 0.1},
                                                   {Integrator::euler, FieldCoupling::split, 0.5}}) {
@@ -280,7 +284,7 @@ TEST_CASE("charge is balanced to 1e-12 over whole runs, whatever the integrator"
   }
 }
 
-TEST_CASE("current fed into a grounded conductor drains at once") {
+TEST_CASE("current source: current into a grounded conductor leaves at once") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.electrodes = {ball("ground", {0.05 + 2.5 * radius, 0.05}, 0)};
   scene.effects.add(effects::CurrentSourceOptions{.current = 1e-10});
@@ -293,7 +297,7 @@ TEST_CASE("current fed into a grounded conductor drains at once") {
   CHECK(simulation.stationary());
 }
 
-TEST_CASE("wires: a prescribed potential drains, a prescribed charge is shared") {
+TEST_CASE("wires: a prescribed potential collects, a prescribed charge is shared") {
   Scene scene = conductor_scene({{0.03, 0.03}, {0.07, 0.03}, {0.05, 0.07}, {0.02, 0.08}});
   scene.groups = {{.name = "held", .potential = 100.0}, {.name = "charged", .charge = 6e-12}};
   scene.conductors[0].group = 0;
@@ -303,14 +307,14 @@ TEST_CASE("wires: a prescribed potential drains, a prescribed charge is shared")
   simulation.advance_to(0.01);
   const ConductorFrame frame = simulation.now();
   CHECK(frame.group == std::vector<int>{-1, 1, 1, 3});
-  CHECK(frame.potential[0] == near(100, 1e-7));  // LineCharges: 1e-9 a solve
+  CHECK(frame.potential[0] == near(100, 1e-7));  // LineCharges drifts by 1e-9 per solve.
   CHECK(frame.potential[1] == frame.potential[2]);
   CHECK(frame.charge[1] + frame.charge[2] == near(6e-12, 1e-14));
   CHECK(frame.charge[0] > 0);
   CHECK(frame.charge_drained == near(-frame.charge[0]));
 }
 
-TEST_CASE("a short circuit is the user's at the start and a failure later") {
+TEST_CASE("short circuit: an input error at the start and a failure later") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.electrodes = {ball("a", {0.05 - 2.9 * radius, 0.05}, 0), ball("b", {0.05 + 2.9 * radius, 0.05}, 5)};
   CHECK_THROWS_AS(Simulation(scene, std::make_unique<LineCharges>()).advance_to(1), InputError);
@@ -328,8 +332,8 @@ TEST_CASE("a short circuit is the user's at the start and a failure later") {
 
 // ---- stationary state, checkpoints
 
-TEST_CASE("a run is stationary when all are grounded and at rest, not before") {
-  // One conductor starts near the ball, charged by the source, and is drawn to it.
+TEST_CASE("stationary: true only when all conductors are grounded and at rest") {
+  // The conductor starts near the ball; a current source charges it, and the ball attracts it.
   Scene scene = conductor_scene({{0.05 + 3.2 * radius, 0.05}});
   scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
   scene.effects.add(effects::CurrentSourceOptions{.current = 0.2e-9});
@@ -343,20 +347,20 @@ TEST_CASE("a run is stationary when all are grounded and at rest, not before") {
   CHECK(norm(frame.velocity[0]) < 1e-5);
 }
 
-TEST_CASE("a simulation restored from a checkpoint goes on bit for bit as the one that made it") {
+TEST_CASE("checkpoint: a restored simulation has identical bits") {
   for (const auto& [integrator, coupling, every] : {std::tuple{Integrator::cvode, FieldCoupling::split, 0.05},
                                                     {Integrator::cvode, FieldCoupling::monolithic, 0.005},
                                                     {Integrator::euler, FieldCoupling::split, 0.02}}) {
     Scene scene = crowd();
     scene.mechanics.integrator = integrator;
     scene.mechanics.coupling = coupling;
-    scene.mechanics.position_tolerance = 1e-5 * radius;  // strict, so that the error control has a say in the steps
+    scene.mechanics.position_tolerance = 1e-5 * radius;  // A strict tolerance makes the error control limit the steps.
     const auto log = std::make_shared<SolverLog>();
     Simulation whole(scene, std::make_unique<LineCharges>(log));
     std::vector<Checkpoint> checkpoints;
     for (int k = 1; k <= 10; ++k) {
       whole.advance_to(k * every);
-      whole.now();  // looking at it changes nothing
+      whole.now();  // Computing output changes no state.
       checkpoints.push_back(whole.checkpoint());
     }
     CHECK(log->forgets == 10);
@@ -379,14 +383,14 @@ TEST_CASE("a simulation restored from a checkpoint goes on bit for bit as the on
   }
 }
 
-TEST_CASE("a neutral simulation is restored bit for bit as well") {
+TEST_CASE("checkpoint: a restored neutral simulation has identical bits") {
   Scene scene = scene_of({{0.03, 0.05}, {0.05, 0.05}});
   scene.conductors[0].velocity = {0.1, 0};
   scene.effects.add<effects::HertzContactOptions>();
   check_restored(scene, 0.1, 0.3);
 }
 
-TEST_CASE("a checkpoint of another scene or program is refused with a sentence") {
+TEST_CASE("checkpoint: another scene or program is refused with an error message") {
   Simulation simulation(crowd(), std::make_unique<LineCharges>());
   Checkpoint checkpoint = simulation.checkpoint();
   Scene smaller = crowd();

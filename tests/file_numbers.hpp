@@ -9,7 +9,7 @@
 
 namespace lichtenberg {
 
-/// Adds all datasets below a group that are no text, by path.
+/// Adds all datasets below a group except texts, by path.
 inline void collect_numbers(hid_t group, const std::string& path,
                             std::map<std::string, std::vector<std::byte>>& bytes) {
   for (const std::string& name : hdf5::names(group)) {
@@ -25,7 +25,7 @@ inline void collect_numbers(hid_t group, const std::string& path,
   }
 }
 
-/// All that a result file holds but text, by path.
+/// All data of a result file except texts, by path.
 inline std::map<std::string, std::vector<std::byte>> numbers_in(const std::string& file) {
   std::map<std::string, std::vector<std::byte>> bytes;
   collect_numbers(hdf5::load(file), "", bytes);

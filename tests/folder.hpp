@@ -8,10 +8,10 @@
 #include <iterator>
 #include <string>
 
-/// What tests that leave files need: a folder, and what stands in them.
+/// Temporary folder for tests that write files, and access to their content.
 namespace lichtenberg {
 
-/// An empty folder of a test's own, gone with it.
+/// Temporary folder, initially empty and removed with this object.
 struct Folder {
   std::filesystem::path path;
 
@@ -30,7 +30,7 @@ struct Folder {
   }
 };
 
-/// Empty if there is no such file.
+/// Content of a file; empty if there is none.
 inline std::string text_of(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};

@@ -7,7 +7,7 @@
 
 namespace lichtenberg {
 
-/// What a run of conductors records of an instant.
+/// Recorded columns of a run of conductors at one instant.
 inline Frame columns_of(const ConductorFrame& state, const std::optional<analysis::ContactNetwork>& network) {
   Frame frame = columns_of(state);
   if (network) analysis::add_columns(*network, frame);

@@ -1,4 +1,4 @@
-// Bodies that touch nothing move in closed form (src/mechanics/free_flight.hpp).
+// Tests of the closed-form motion of bodies without contacts (src/mechanics/free_flight.hpp).
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ namespace {
 
 doctest::Approx near(double value, double tolerance) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
 
-/// Two fast conductors in oil with a held force that turns them round, and what CVODE needs to carry them on.
+/// Two fast conductors in oil with a constant force that reverses them, and the data for CVODE.
 struct Thrown {
   Thrown() : scene(conductor_scene({{0.01, 0.05}, {0.05, 0.05}})), model(with_contacts()) {
     model.bodies.momentum = {0.3 * mass, 0.1 * mass, -0.2 * mass, 0};
@@ -43,18 +43,18 @@ struct Thrown {
 
 }  // namespace
 
-TEST_CASE("without drag a body falls as Galilei says") {
+TEST_CASE("free fall: without drag it is uniformly accelerated") {
   const double t = 0.02, v = 0.3, f = 1e-3, rate = 0.7;
   const FreeFall fall(t, mass, 0);
   CHECK(fall.move(v, f, rate) == near(v * t + f * t * t / (2 * mass) + rate * t * t * t / (6 * mass), 1e-14));
   CHECK(fall.speed(v, f, rate) == near(v + f * t / mass + rate * t * t / (2 * mass), 1e-14));
 }
 
-TEST_CASE("with drag the fall solves m dv/dt = F + rate t - drag v, on both sides of the series' end") {
+TEST_CASE("free fall: with drag it solves m dv/dt = F + rate t - drag v") {
   const double v = 0.3, f = 1e-3, rate = 0.7;
   for (const double z : {1e-4, 0.03, 0.0999, 0.1, 1.0, 30.0}) {
     const double t = z * relaxation;
-    // Particular solution and decay, written out: cancels for small z, by 1/z^2 roundings.
+    // The particular solution and the decay in full: for small z they cancel with 1/z^2 roundings.
     const double slope = rate / drag, start = f / drag - slope * relaxation;
     const double speed = start + slope * t + (v - start) * std::exp(-z);
     const double way = start * t + slope * t * t / 2 - (v - start) * relaxation * std::expm1(-z);
@@ -65,7 +65,7 @@ TEST_CASE("with drag the fall solves m dv/dt = F + rate t - drag v, on both side
   }
 }
 
-TEST_CASE("free flight is what CVODE finds, in one step") {
+TEST_CASE("free flight: one step equals CVODE's motion") {
   Thrown exact, solved;
   mechanics::FreeFlight flight(exact.model);
   CHECK(flight.advance(1, 1.02, exact.held, {}) == 1.02);
@@ -76,11 +76,10 @@ TEST_CASE("free flight is what CVODE finds, in one step") {
   }
 }
 
-TEST_CASE("free flight ends at the first event in its direction") {
+TEST_CASE("free flight: it ends at the first event in the given direction") {
   Thrown pair;
   mechanics::FreeFlight flight(pair.model);
-  // The first conductor is thrown to the right and driven back: x - 0.0101 rises at 0.4 ms through zero and falls
-  // later.
+  // The first conductor moves to the right and is driven back: x - 0.0101 rises through zero at 0.4 ms and falls later.
   const double line = 0.0101;
   const auto first_passage = [&](int direction) {
     Thrown fresh;
@@ -94,7 +93,8 @@ TEST_CASE("free flight ends at the first event in its direction") {
                                    .longest_step = [](std::span<const double>) { return 1e-3; }};
     const double time = f.advance(1, 1.05, fresh.held, events);
     CHECK(direction * (fresh.model.bodies.position[0] - line) >= 0);
-    CHECK(std::abs(fresh.model.bodies.position[0] - line) < 1e-9 * 1e-3);  // 1e-9 of a look's 1 ms, at 1 m/s at most
+    // 1e-9 of an interval of 1 ms between checks, at most at 1 m/s.
+    CHECK(std::abs(fresh.model.bodies.position[0] - line) < 1e-9 * 1e-3);
     return time;
   };
   const double up = first_passage(+1), down = first_passage(-1);
@@ -103,7 +103,7 @@ TEST_CASE("free flight ends at the first event in its direction") {
   CHECK(down < 1.05);
 }
 
-TEST_CASE("CVODE moves the bodies that are pushed, and events look at those that fly beside them as well") {
+TEST_CASE("events: they also read free bodies while CVODE moves the others") {
   const double line = 0.0101;
   Thrown mixed, solved;
   const auto events_of = [&](Thrown& pair) {
@@ -122,14 +122,14 @@ TEST_CASE("CVODE moves the bodies that are pushed, and events look at those that
   const double expected = mechanics::make_cvode(solved.scene, solved.model).advance(1, 1.05, events_of(solved));
   CHECK(cvode.steps() > 0);
   CHECK(expected < 1.05);
-  CHECK(std::abs(time - expected) < 1e-8);  // 1e-7 of a radius at a fortieth of the speed or more
+  CHECK(std::abs(time - expected) < 1e-8);  // 1e-7 of a radius at 1/40 of the speed or more.
   for (int c = 0; c < 4; ++c) {
     CHECK(std::abs(mixed.model.bodies.position[c] - solved.model.bodies.position[c]) < 1e-7 * radius);
     CHECK(std::abs(mixed.model.bodies.momentum[c] - solved.model.bodies.momentum[c]) < 1e-5 * 0.3 * mass);
   }
 }
 
-TEST_CASE("free flight is for bodies out of reach of each other, of walls and electrodes, and no others") {
+TEST_CASE("free flight: only for bodies out of range of bodies, walls, electrodes") {
   Thrown pair;
   const mechanics::FreeFlight flight(pair.model);
   const double gap = 0.04 - 2 * radius, to_side = 0.01 - radius;

@@ -1,4 +1,4 @@
-// What the built program does with a scene of grains: run, analyse, plot, and what it has no answer to.
+// Tests of the built program on scenes of grains: run, analyse, plot and refused requests.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -23,18 +23,18 @@ namespace {
 
 const std::string scene = gas_text(60, 6, 1, 0.25);
 
-/// Changes a result `f` as another program might.
+/// Modifies a result, opened as `f`, outside the program.
 void damage_by(const Folder& folder, const std::string& file, const std::string& lines) {
   const std::string script = fmt::format("import h5py; f = h5py.File('{}', 'r+'); {}", file, lines);
   REQUIRE(run_shell(folder, fmt::format("/usr/bin/python3 -c \"{}\"", script)).status == 0);
 }
 
-/// Puts a text where a list of numbers was.
+/// Replaces a list of numbers by a text.
 void damage(const Folder& folder, const std::string& file, const std::string& dataset) {
   damage_by(folder, file, fmt::format("del f['{0}']; f['{0}'] = 'none'", dataset));
 }
 
-/// Whatever of a frame is no number, in lists too, has its reason.
+/// Checks that each missing number of a frame, in lists as well, has a reason.
 void check_reasons(const json& found) {
   for (const json& frame : found["frames"])
     for (const auto& [name, value] : frame.items()) {
@@ -45,7 +45,7 @@ void check_reasons(const json& found) {
 
 }  // namespace
 
-TEST_CASE("a gas is run, analysed and drawn") {
+TEST_CASE("gas: run, analyse and plot complete with consistent numbers") {
   const Folder folder;
   folder.write("gas.toml", scene);
   const Ended run = run_program(folder, "run gas.toml");
@@ -67,30 +67,30 @@ TEST_CASE("a gas is run, analysed and drawn") {
   CHECK(last["clusters"].get<int>() <= 60);
   double integral = 0;
   for (const double density : last["speed_density"]) integral += density * 5 / 50;
-  CHECK(integral == Approx(1).epsilon(1e-12));  // none is five times as fast as the rms
+  CHECK(integral == Approx(1).epsilon(1e-12));  // No grain is five times as fast as the rms.
   CHECK(found["frames"][0]["contact_persistence"].is_null());
   CHECK(contains(found["null"]["contact_persistence"].get<std::string>(), "the first frame"));
   CHECK(found["frames"][0]["mean_square_displacement"] == 0);
-  CHECK(last["mean_square_displacement"] > 0.1);  // t^2 <v^2> early
+  CHECK(last["mean_square_displacement"] > 0.1);  // Ballistic motion: t^2 <v^2>.
   CHECK(last["density_structure"].size() == 6);
   CHECK(last["shape_grains"].size() >= 1);
   CHECK(last["shape_grains"].size() == last["shape_gyration"].size());
   CHECK(last["charge_by_speed"].size() == 20);
-  // Energies are those that the run noted at the instant.
+  // The energies equal the history's at the same instant.
   CHECK(last["kinetic_energy"] == found["notes"]["kinetic_energy"].back());
   CHECK(last["dissipated_energy"].get<double>() > found["frames"][3]["dissipated_energy"].get<double>());
   CHECK(last["kinetic_energy"].get<double>() == Approx(1.5 * 60 * last["temperature"].get<double>()).epsilon(1e-12));
-  // Nothing is given for what the scene has not, and it is said why.
+  // Quantities that the scene does not have are left out with a reason.
   CHECK_FALSE(last.contains("induced_dipole"));
   CHECK(contains(found["null"]["induced_dipole"].get<std::string>(), "without [effects.induced_dipoles]"));
-  CHECK(last["charge_dipole"][0].is_null());  // no cluster has no grains
+  CHECK(last["charge_dipole"][0].is_null());  // There is no cluster without grains.
   CHECK(found["frames"][0]["aggregate_local_slope"].is_null());
   CHECK(contains(found["growth"]["dense_cells"]["missing"].get<std::string>(), "fewer than five frames"));
   const std::string csv = text_of(folder / "gas.csv");
   CHECK(csv.starts_with("time (t0),temperature (m0 v0^2),"));
   CHECK(std::ranges::count(csv, '\n') == 6);
 
-  // The run noted the same of the same instant, from momenta rather than velocities: the same to rounding.
+  // The history has the same values, computed from momenta instead of velocities: equal to rounding.
   const ResultFile file((folder / "gas.h5").string(), "read");
   for (const char* name : {"local_temperature", "temperature", "mean_square_charge", "mean_charge_magnitude"}) {
     const double noted = hdf5::get<double>(file.file(), std::string("gas/") + name).back();
@@ -100,10 +100,10 @@ TEST_CASE("a gas is run, analysed and drawn") {
   CHECK(contains(run_program(folder, "analyse gas.h5 --frame 2").out, "frame 2 at t = 0.5 t0"));
   CHECK(run_program(folder, "plot gas.h5 --frame 1").out == "gas-frame-1-charge.png shows frame 1 by charge\n");
   CHECK(run_program(folder, "plot gas.h5 --series --out curves.svg").status == 0);
-  CHECK(contains(text_of(folder / "curves.svg"), "relative to it"));  // too few grains for theory
+  CHECK(contains(text_of(folder / "curves.svg"), "relative to it"));  // There are too few grains for the theory.
 }
 
-TEST_CASE("what a gas without charges cannot have, it has not") {
+TEST_CASE("gas without charges: charge quantities are left out") {
   const Folder folder;
   std::string neutral = scene;
   for (const char* table : {"[effects.charge_exchange]\n", "[effects.coulomb]\n", "sum = \"minimum-image\"\n"})
@@ -124,7 +124,7 @@ TEST_CASE("what a gas without charges cannot have, it has not") {
   CHECK(found["null"]["bound_clusters"] == "no forces between charges");
 }
 
-TEST_CASE("clusters of polarized grains have the sum of their grains' dipoles") {
+TEST_CASE("polarized grains: a cluster's dipole is the sum of its grains' dipoles") {
   const Folder folder;
   folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false") +
                                "[effects.induced_dipoles]\npolarizability = 0.01\n");
@@ -137,7 +137,7 @@ TEST_CASE("clusters of polarized grains have the sum of their grains' dipoles") 
   const std::string grains = "particles/conductors/";
   const auto dipole = hdf5::get<double>(file.file(), grains + "dipole/value");
   const auto cluster = hdf5::get<std::int64_t>(file.file(), grains + "cluster/value");
-  std::map<std::int64_t, std::array<double, 4>> sums;  // of the last frame's: how many grains, and their dipole
+  std::map<std::int64_t, std::array<double, 4>> sums;  // Number of grains and dipole of each cluster in the last frame.
   for (int i = 0; i < 60; ++i) {
     auto& sum = sums[cluster[cluster.size() - 60 + i]];
     ++sum[0];
@@ -150,7 +150,7 @@ TEST_CASE("clusters of polarized grains have the sum of their grains' dipoles") 
   CHECK(last["induced_dipole"][2].get<double>() == Approx(expected / number).epsilon(1e-12).scale(0));
 }
 
-TEST_CASE("grains are coloured by charge or cluster, as asked for") {
+TEST_CASE("plot: --colour charge and cluster colour the grains") {
   const Folder folder;
   folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
@@ -160,7 +160,7 @@ TEST_CASE("grains are coloured by charge or cluster, as asked for") {
   CHECK(run_program(folder, "plot gas.h5 --colour size").status == 2);
 }
 
-TEST_CASE("an ensemble of gases has the means of what their summaries say") {
+TEST_CASE("ensemble: gases have the means of their summaries") {
   const Folder folder;
   folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));
   const Ended ended = run_program(folder, "ensemble gas.toml --seeds 3 --out gases --quiet");
@@ -181,15 +181,15 @@ TEST_CASE("an ensemble of gases has the means of what their summaries say") {
   }
 }
 
-// What the estimate leaves out: accelerations, and that charges keep a gas warmer than theory has it, whose <q^2> is a
-// third too low: some tenth of the steps each. Without charges that grow, and with them the frequency of bound pairs,
-// it had a third fewer steps than the run.
-TEST_CASE("explain foresees the steps of a gas that charges itself") {
+// The estimate neglects accelerations and the higher temperature of charged gases, whose <q^2> in theory is one third
+// too low: 10 % of the steps each. Without growing charges and the bound-pair frequency the estimate would have one
+// third fewer steps than the run.
+TEST_CASE("explain: predicted steps of a charging gas agree with the run's") {
   const Folder folder;
   const std::string charges = replaced(gas_text(200, 12, 30, 30), "sum = \"minimum-image\"", "accuracy = 1e-2");
   folder.write("gas.toml",
-               replaced(charges, "[effects.charge_exchange]", "[effects.charge_exchange]\nstrength = 0.12"));
-  /// The number after these words, and some blanks, and that after the comma that follows; 0 if there is none.
+               replaced(charges, "[effects.charge_exchange]", "[effects.charge_exchange]\ntransfer_prefactor = 0.12"));
+  /// Returns the number after the given words and the number after the next comma; 0 if absent.
   const auto numbers_after = [](const std::string& out, const std::string& words) {
     const std::size_t at = out.find(words);
     REQUIRE_MESSAGE(at != std::string::npos, out);
@@ -207,9 +207,9 @@ TEST_CASE("explain foresees the steps of a gas that charges itself") {
         Approx(numbers_after(explained, " s of smooth forces, ").first).epsilon(0.25));
 }
 
-// Grains of half the radius have an eighth of the mass: as warm as others they are sqrt(8) times as fast, and fly the
-// way that a step allows in as much less time.
-TEST_CASE("explain foresees that light grains are fast") {
+// Grains of half the radius have 1/8 of the mass. At the same temperature they are sqrt(8) times as fast and fly the
+// allowed path per step in a shorter time.
+TEST_CASE("explain: the predicted step accounts for the speed of light grains") {
   const Folder folder;
   folder.write("gas.toml", scene);
   const auto shortest = [&](const std::string& settings) {
@@ -218,14 +218,14 @@ TEST_CASE("explain foresees that light grains are fast") {
     REQUIRE_MESSAGE(at != std::string::npos, out);
     return out.substr(at + words.size(), out.find(' ', at + words.size()) - at - words.size());
   };
-  // At the same speeds their contacts are half as long: Hertz's t_c ~ (m_eff / E*)^(2/5) R^(-1/5) ~ R.
+  // At the same speed their contacts are half as long: Hertz's t_c ~ (m_eff / E*)^(2/5) R^(-1/5) ~ R.
   const auto number = [&](const std::string& settings) { return std::stod(shortest(settings)); };
   CHECK(number(" --set population.radius=0.25 --set population.temperature=0.125") ==
         Approx(0.5 * number("")).epsilon(0.01));
   CHECK_NE(shortest(" --set population.radius=0.25"), shortest(""));
 }
 
-TEST_CASE("explain says what a gas starts with, and how warm polarized grains may be") {
+TEST_CASE("explain: initial charges and the safe temperature of polarized grains") {
   const Folder folder;
   folder.write("gas.toml",
                replaced(scene, "temperature = 1", "temperature = 1\ncharge = 2\ncharge_distribution = \"gaussian\"") +
@@ -235,25 +235,26 @@ TEST_CASE("explain says what a gas starts with, and how warm polarized grains ma
   CHECK_MESSAGE(contains(ended.out, "charges              0 q0 in total, rms "), ended.out);
   CHECK_MESSAGE(contains(ended.out, "m0 v0 in total"), ended.out);
   CHECK_MESSAGE(contains(ended.out, "constant forces      for "), ended.out);
-  CHECK_MESSAGE(contains(ended.out, "memory               some 57 MiB\n"), ended.out);  // 60e6 bytes and 60 of 1510
+  // 60e6 bytes plus 1510 per grain.
+  CHECK_MESSAGE(contains(ended.out, "memory               some 57 MiB\n"), ended.out);
   CHECK_MESSAGE(contains(ended.out, "multirate, steps chosen by the accuracy of forces\n"), ended.out);
   CHECK_MESSAGE(contains(ended.out, "the fastest grain flies 0.2 d0, an error equal to that of forces to 0.01\n"),
                 ended.out);
   CHECK_MESSAGE(contains(ended.out, ": 16 steps, error of about 0.001 of a contact's energy, the minimum\n"),
                 ended.out);
   const Ended given =
-      run_program(folder, "explain gas.toml --set mechanics.step=0.001 --set mechanics.contact_steps=40");
+      run_program(folder, "explain gas.toml --set mechanics.step=0.001 --set mechanics.contact_substeps=40");
   CHECK_MESSAGE(
-      contains(given.out, ": 40 steps, error of about 0.0002 of a contact's energy: mechanics.contact_steps\n"),
+      contains(given.out, ": 40 steps, error of about 0.0002 of a contact's energy: mechanics.contact_substeps\n"),
       given.out);
   CHECK_MESSAGE(contains(given.out, "steps of at most 0.001 t0\n"), given.out);
   CHECK_MESSAGE(contains(given.out, " t0: mechanics.step\n"), given.out);
-  // sqrt(4 * .4 * 278.6) .4687^(5/4) = 8.19, and that squared over 4 ln 60: 4.1.
+  // sqrt(4 * 0.4 * 278.6) 0.4687^(5/4) = 8.19; its square over 4 ln 60 is 4.1.
   CHECK_MESSAGE(contains(ended.out, "closer than 0.53 d0, which impacts at 8.19 v0"), ended.out);
   CHECK_MESSAGE(contains(ended.out, "safe below T = 4.1"), ended.out);
 }
 
-TEST_CASE("explain and run say what becomes of accuracy: double precision, and parameters by hand that are no good") {
+TEST_CASE("explain and run: unreachable accuracy and poor parameters are reported") {
   const Folder folder;
   const auto said = [&](const std::string& command, const std::string& keys, const std::string& sentence) {
     folder.write("gas.toml",
@@ -267,11 +268,11 @@ TEST_CASE("explain and run say what becomes of accuracy: double precision, and p
   const std::string poor = "cutoff = 1.1\nalpha = 0.3\nmesh = 8\norder = 4";
   said("explain", poor, "with the given cutoff, mesh and order: at most 0.1 is allowed");
   said("run", poor, "lichtenberg: effects.coulomb: the estimated force error is ");
-  // The error of a mesh follows from its spacing. More points than these would take gigabytes.
+  // The error of a mesh follows from its spacing. More points would take gigabytes.
   said("explain", "cutoff = 2\nmesh = 256\norder = 4", "256 x 256 x 256 points");
 }
 
-TEST_CASE("numbers that there are not are not printed: one grain, grains at rest, contacts that lose nothing") {
+TEST_CASE("undefined numbers: one grain, rest and elastic contacts print no nan") {
   const Folder folder;
   const std::string quiet = replaced(scene, "[output]", "[output]\npicture = false");
   const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
@@ -295,7 +296,7 @@ TEST_CASE("numbers that there are not are not printed: one grain, grains at rest
   }
 }
 
-TEST_CASE("what cannot be done with grains is refused with a sentence") {
+TEST_CASE("grains: impossible requests are refused with an error message") {
   const Folder folder;
   folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
@@ -339,7 +340,7 @@ TEST_CASE("what cannot be done with grains is refused with a sentence") {
   folder.write("large.toml", replaced(scene, "count = 60", "count = 1\nradius = 1.6"));
   refused("run large.toml",
           "large.toml:5: domain.size = 6 d0 along its shortest side is not allowed with a grain of diameter 3.2 d0");
-  // K q^2 = 4: a quarter of 2 pi sqrt(.5 / (1.5 * 278.6^(2/3) 4^(1/3))) is .110.
+  // With K q^2 = 4 a quarter of 2 pi sqrt(0.5 / (1.5 * 278.6^(2/3) 4^(1/3))) is 0.110.
   folder.write("held.toml", replaced(replaced(scene, "temperature = 1", "temperature = 1\ncharge = 2"), "[output]",
                                      "[mechanics]\nstep = 0.2\n[output]"));
   for (const std::string command : {"run", "explain"})
@@ -358,17 +359,17 @@ TEST_CASE("what cannot be done with grains is refused with a sentence") {
           "effects.coulomb: no mesh of up to 1024 points along a side reaches an accuracy of 0.0001");
 }
 
-// 120 spheres in a cube of 5.2 fill .447 of it, a third more than random places can.
-TEST_CASE("run --from: a gas too dense for random places starts from a packing") {
+// 120 spheres in a cube of edge 5.2 have a volume fraction of 0.447, one third above the limit of random positions.
+TEST_CASE("run --from: a gas too dense for random positions starts from a packing") {
   const Folder folder;
   const std::string body = "count = 120\nradius = 0.5\n";
   folder.write("packing.toml", "[domain]\nsize = [5.2, 5.2, 5.2]\n[[population]]\n" + body +
-                                   "overlapping = true\n[effects.contact_potential]\n[output]\npicture = false\n");
+                                   "overlapping = true\n[effects.soft_repulsion]\n[output]\npicture = false\n");
   const auto write_gas = [&](const std::string& name, const std::string& edge, const std::string& population) {
     std::string sides;
     for (const char* side : {"left", "right", "bottom", "top", "front", "back"})
       sides += fmt::format("{} = \"periodic\"\n", side);
-    folder.write(name, fmt::format("[reference]\n[domain]\nsize = [{0}, {0}, {0}]\n{1}[[population]]\n{2}temperature = "
+    folder.write(name, fmt::format("[units]\n[domain]\nsize = [{0}, {0}, {0}]\n{1}[[population]]\n{2}temperature = "
                                    "1\n[effects.linear_contact]\n[stop]\ntime = 0.1\n[output]\nevery = 0.1\npicture "
                                    "= false\n",
                                    edge, sides, population));

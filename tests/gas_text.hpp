@@ -6,11 +6,11 @@
 
 namespace lichtenberg {
 
-/// The file of a scene of `count` grains at temperature 1 that exchange charge, in a periodic cube of this edge.
+/// Scene file of `count` grains at temperature 1 that exchange charge, in a periodic cube of the given edge.
 inline std::string gas_text(int count, int edge, double time, double every, const std::string& more = "") {
   return fmt::format(R"(
 title = "Few grains"
-[reference]
+[units]
 [domain]
 size = [{1}, {1}, {1}]
 left = "periodic"

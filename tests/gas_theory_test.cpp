@@ -1,4 +1,4 @@
-// `lichtenberg theory` as a user meets it: what it prints and writes, and what it has no answer to.
+// Tests of `lichtenberg theory`: printed and written results, and refused requests.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using nlohmann::json;
 namespace {
 
 std::string scene() {
-  const std::string stage = "[[stage]]\nduration = 0.5\ntemperature = 2\n", sum = "sum = \"minimum-image\"";
+  const std::string stage = "[[equilibration]]\nduration = 0.5\ntemperature = 2\n", sum = "sum = \"minimum-image\"";
   return replaced(replaced(gas_text(60, 6, 1.5, 0.25, stage), sum, "strength = 3\n" + sum), "[output]",
                   "[output]\npicture = false");
 }
@@ -37,7 +37,7 @@ double figure(const json& answer, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("theories of a scene: a table, JSON, CSV and a picture") {
+TEST_CASE("theory of a scene: a table, JSON, CSV and a picture") {
   const Folder folder;
   folder.write("gas.toml", scene());
   const Ended haff = run_program(folder, "theory haff --scene gas.toml --json haff.json --csv haff.csv --plot");
@@ -52,7 +52,7 @@ TEST_CASE("theories of a scene: a table, JSON, CSV and a picture") {
   CHECK(figure(answer, "temperature") == 2);
   CHECK(figure(answer, "collision_frequency") == near(theory::collision_frequency(density, 2), 1e-12));
   const json& columns = answer["tables"][0]["columns"];
-  CHECK(columns["time"]["values"].back() == 1);  // after the warm-up of .5
+  CHECK(columns["time"]["values"].back() == 1);  // The time after a stage of 0.5.
   CHECK(columns["temperature"]["unit"] == "m0 v0^2");
   const theory::ViscoelasticPair pair{278.6, 27.7};
   const theory::Impacts impacts{[&](double v) { return theory::collision(pair, v).restitution; }};
@@ -61,7 +61,7 @@ TEST_CASE("theories of a scene: a table, JSON, CSV and a picture") {
   CHECK(text_of(folder / "haff.csv").starts_with("time (t0),temperature (m0 v0^2),"));
 }
 
-TEST_CASE("theories beside a run: its scene, and what it has found") {
+TEST_CASE("theory of a result: it uses the scene and the measured values") {
   const Folder folder;
   folder.write("gas.toml", scene());
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
@@ -85,7 +85,7 @@ TEST_CASE("theories beside a run: its scene, and what it has found") {
   CHECK(analysed[4]["y"][0] <= 60 / 216.0);
 }
 
-TEST_CASE("coagulation of a scene goes at the pace of its mergers, and all theories stand beside each other") {
+TEST_CASE("theory smoluchowski: it follows the merge rate; theory all compares") {
   const Folder folder;
   folder.write("gas.toml", scene());
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
@@ -98,7 +98,7 @@ TEST_CASE("coagulation of a scene goes at the pace of its mergers, and all theor
   const json &numbers = paced["columns"]["paced_number_neutral"]["values"], &same = all["columns"]["number"]["values"];
   REQUIRE(numbers.size() == same.size());
   CHECK(numbers == all["columns"]["number_smoluchowski"]["values"]);
-  // As long as hardly any have merged, the two theories' numbers are each other's, to second order.
+  // While few clusters have merged, the numbers of the two theories agree to second order.
   const double merged = 1 - same.back().get<double>();
   CHECK(merged > 1e-6);
   CHECK(std::abs(numbers.back().get<double>() - same.back().get<double>()) < merged * merged + 1e-8);
@@ -109,7 +109,7 @@ TEST_CASE("coagulation of a scene goes at the pace of its mergers, and all theor
   for (const char* name : {"temperature", "square_charge", "number", "size", "bjerrum", "structure"})
     CHECK_MESSAGE(std::ranges::find(found, name) != found.end(), name);
 
-  // Another program may have left what no analysis finds.
+  // Another program may have written impossible values.
   const std::string none = "import h5py; h5py.File('gas.h5', 'r+')['analysis/bound_clusters'][...] = 0";
   REQUIRE(run_shell(folder, fmt::format("/usr/bin/python3 -c \"{}\"", none)).status == 0);
   const Ended damaged = run_program(folder, "theory all gas.h5");
@@ -117,21 +117,20 @@ TEST_CASE("coagulation of a scene goes at the pace of its mergers, and all theor
   CHECK_MESSAGE(contains(damaged.err, "gas.h5 is damaged: it has frames without bound clusters"), damaged.err);
 }
 
-TEST_CASE("hydrodynamics: a course with linear theory beside it, pictures, fields for ParaView") {
+TEST_CASE("hydrodynamics: time series, linear theory, pictures, ParaView files") {
   const Folder folder;
   const Ended flow = run_program(folder, "theory hydrodynamics --cells 16 --json h.json --field h.vtkhdf --plot");
   REQUIRE_MESSAGE(flow.status == 0, flow.err);
   CHECK(std::filesystem::file_size(folder / "theory-hydrodynamics.png") > 10'000);
   const json answer = read_json(folder, "h.json");
-  // 70 d0 of l_0 = .12467/n.
+  // 70 d0, with l_0 = 0.12467 / n.
   CHECK(figure(answer, "length") == near(70 / (0.12467 * 343000 / 50016), 1e-4));
   CHECK(figure(answer, "end") == near(1.19e12, 1e-9));
   const json& columns = answer["tables"][0]["columns"];
   for (const json& least : columns["coldest"]["values"]) CHECK(least.get<double>() > 0);
   for (const json& least : columns["thinnest"]["values"]) CHECK(least.get<double>() > 0);
-  // The longest shear waves grow at zeta*/4 - eta* k^2 while they are small, here .01 to .03: their squares, 1e-3, are
-  // what linear theory leaves out, a step's tolerance of 1e-5 is 1e-3 of them, and (kh)^4/90 of sixteen cells a wave is
-  // less.
+  // While the longest shear waves are small, here 0.01 to 0.03, they grow at zeta*/4 - eta* k^2. Linear theory neglects
+  // their squares, 1e-3. A step's tolerance of 1e-5 is 1e-3 of them, and (kh)^4/90 for 16 cells per wave is smaller.
   const json &found = columns["shear_1"]["values"], &linear = columns["linear_shear_1"]["values"];
   CHECK(found[3].get<double>() > 2 * found[0].get<double>());
   CHECK(found[3].get<double>() == near(linear[3], 0.02));
@@ -148,7 +147,7 @@ TEST_CASE("hydrodynamics: a course with linear theory beside it, pictures, field
   CHECK(mass == near(1, 1e-12));
 }
 
-TEST_CASE("hydrodynamics: it states what half the cells would change") {
+TEST_CASE("hydrodynamics: it states the change by half the number of cells") {
   const Folder folder;
   for (const std::string cells : {"8", "16"})
     REQUIRE(run_program(folder, "theory hydrodynamics --cells " + cells + " --json " + cells + ".json").status == 0);
@@ -165,7 +164,7 @@ TEST_CASE("hydrodynamics: it states what half the cells would change") {
   }
 }
 
-TEST_CASE("hydrodynamics is the same again, and another from another seed") {
+TEST_CASE("hydrodynamics: reproducible for a seed and different for another") {
   const Folder folder;
   const auto tables = [&](const std::string& options) {
     REQUIRE(run_program(folder, "theory hydrodynamics --cells 8 --overwrite --json h.json" + options).status == 0);
@@ -176,19 +175,19 @@ TEST_CASE("hydrodynamics is the same again, and another from another seed") {
   CHECK(tables(" --seed 2") != first);
 }
 
-TEST_CASE("hydrodynamics in space, and of a scene, whose charges last") {
+TEST_CASE("hydrodynamics: in space, and for a scene with constant charges") {
   const Folder folder;
   folder.write("gas.toml",
                replaced(replaced(scene(), "count = 60", "count = 2000"), "size = [6, 6, 6]", "size = [20, 20, 20]"));
   const Ended flow = run_program(folder, "theory hydrodynamics --scene gas.toml --space --cells 8 --json h.json");
   REQUIRE_MESSAGE(flow.status == 0, flow.err);
   const json answer = read_json(folder, "h.json");
-  CHECK(figure(answer, "charge_number") == 0);  // grains that charge each other have none in the mean
+  CHECK(figure(answer, "charge_number") == 0);  // Grains that exchange charge have a mean charge of zero.
   CHECK(figure(answer, "length") == near(20 / (0.12467 / 0.25), 1e-4));
   CHECK(answer["maps"][0]["fields"][0]["values"].size() == 64);
 }
 
-TEST_CASE("the source's own parameters, and stability") {
+TEST_CASE("stability: default parameters are the source's and can be changed") {
   const Folder folder;
   REQUIRE(run_program(folder, "theory stability --json stability.json").status == 0);
   const json stability = read_json(folder, "stability.json");
@@ -200,13 +199,13 @@ TEST_CASE("the source's own parameters, and stability") {
   CHECK(contains(run_program(folder, "theory restitution").out, "0.330835"));
 }
 
-TEST_CASE("the barrier of grains that repel each other is fitted to a run, or none is where none shows") {
+TEST_CASE("barrier of repelling grains: it is fitted to a run if it is measurable") {
   const Folder folder;
   const std::string repelling =
       replaced(replaced(replaced(replaced(scene(), "[effects.charge_exchange]\n", ""), "[effects.viscoelastic_contact]",
                                  "[effects.linear_contact]\nstiffness = 1000\nrestitution = 0.8"),
                         "temperature = 1\n", "temperature = 1\ncharge = 1\n"),
-               "[[stage]]\nduration = 0.5\ntemperature = 2\n", "") +
+               "[[equilibration]]\nduration = 0.5\ntemperature = 2\n", "") +
       "[mechanics]\nstep = 0.02\n";
   folder.write("strong.toml",
                replaced(replaced(repelling, "strength = 3", "strength = 0.5"), "time = 1.5", "time = 40"));
@@ -219,12 +218,12 @@ TEST_CASE("the barrier of grains that repel each other is fitted to a run, or no
     CHECK(contains(ended.out, "none from 1e-4 U to 10 U fits") == (name == "weak"));
   }
   const json strong = read_json(folder, "strong.json"), weak = read_json(folder, "weak.json");
-  // Neighbours on all sides push, too: U is below that of a pair (Scheffler and Wolf 2002).
+  // Neighbours on all sides repel as well: U is below that of a pair (Scheffler and Wolf 2002).
   CHECK(figure(strong, "fitted_barrier") > 0.05 * 0.5);
   CHECK(figure(strong, "fitted_barrier") < 0.5);
   const auto fitted = [](const json& answer) { return answer["tables"][0]["columns"].contains("temperature_fitted"); };
   CHECK(fitted(strong));
-  CHECK_FALSE(fitted(weak));  // no curve of nothing
+  CHECK_FALSE(fitted(weak));  // Without a barrier there is no fitted curve.
   for (const json& f : weak["figures"])
     if (f["name"] == "fitted_barrier") CHECK(f["value"].is_null());
 }
@@ -244,7 +243,7 @@ TEST_CASE("theory: --set without a scene file is refused, not ignored") {
   }
 }
 
-TEST_CASE("what is read, results and what is no plain file are never written over") {
+TEST_CASE("theory: inputs, results and special files are not overwritten") {
   const Folder folder;
   folder.write("gas.toml", scene());
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
@@ -276,7 +275,7 @@ TEST_CASE("what is read, results and what is no plain file are never written ove
   CHECK(text_of(folder / "gas.toml") == text);
 }
 
-TEST_CASE("theories outside of their range say what it is") {
+TEST_CASE("theory: parameters outside its range are refused with the range") {
   const Folder folder;
   folder.write("gas.toml", scene());
   const auto refused = [&](const std::string& arguments, const std::string& sentence) {
@@ -312,7 +311,8 @@ TEST_CASE("theories outside of their range say what it is") {
   refused("haff --scene large.toml", "equal grains of diameter and mass 1");
   folder.write("cold.toml", replaced(replaced(scene(), "temperature = 1", "temperature = 0"), "temperature = 2", ""));
   refused("haff --scene cold.toml", "for grains that move, T > 0");
-  for (const char* key : {"charge_exchange.exponent=10", "charge_exchange.strength=1e50", "coulomb.strength=1e90"}) {
+  for (const char* key :
+       {"charge_exchange.exponent=10", "charge_exchange.transfer_prefactor=1e50", "coulomb.coupling_constant=1e90"}) {
     const Ended ended = run_program(folder, fmt::format("theory kinetic --scene gas.toml --set effects.{}", key));
     CHECK(ended.status == 1);
     CHECK_MESSAGE(contains(ended.err, "kinetic theory has no course of a gas that charges so fast"), ended.err);

@@ -14,16 +14,16 @@ namespace geometry_test {
 using namespace lichtenberg;
 using doctest::Approx;
 
-TEST_CASE("products of vectors of the plane") {
+TEST_CASE("vectors of the plane: products") {
   const Vec2 a = {3, 4}, b = {-2, 5};
   CHECK(dot(a, b) == 14);    // -6 + 20
   CHECK(cross(a, b) == 23);  // 15 + 8
   CHECK(norm(a) == 5);       // 3, 4, 5
   CHECK(perpendicular(a) == Vec2{-4, 3});
-  CHECK(cross(a, perpendicular(a)) == norm2(a));  // +90 degrees: counterclockwise
+  CHECK(cross(a, perpendicular(a)) == norm2(a));  // +90 degrees: counterclockwise.
 }
 
-TEST_CASE("products of vectors of space") {
+TEST_CASE("vectors of space: products") {
   const Vec3 a = {1, 2, 3}, b = {4, 5, -6};
   CHECK(dot(a, b) == -4);                   // 4 + 10 - 18
   CHECK(cross(a, b) == Vec3{-27, 18, -3});  // -12 - 15, 12 + 6, 5 - 8
@@ -31,18 +31,18 @@ TEST_CASE("products of vectors of space") {
   CHECK(2.0 * a - b / 2.0 + -a == Vec3{-1, -0.5, 6});
 }
 
-TEST_CASE(
-    "the difference of two places in a periodic box is that of the nearest images, along its periodic axes only") {
+TEST_CASE("periodic box: a difference is that of nearest images on periodic axes") {
   Box<3> box{{10, 10, 10}};
   box.sides[0] = box.sides[1] = box.sides[4] = box.sides[5] = Boundary::periodic;  // x and z
   const Vec3 a = {9.5, 9.5, 0.25}, b = {0.5, 0.5, 9.75};
   CHECK(box.difference(a, b) == Vec3{-1, 9, 0.5});
   CHECK(box.difference(b, a) == Vec3{1, -9, -0.5});
-  CHECK(box.difference({35.5, 0, 0}, {0.5, 0, 0}) == Vec3{5 - 10, 0, 0});  // 3.5 lengths: to the even number of turns
+  // 3.5 lengths are rounded to the even number of images.
+  CHECK(box.difference({35.5, 0, 0}, {0.5, 0, 0}) == Vec3{5 - 10, 0, 0});
   CHECK(Box<3>{}.difference(a, b) == a - b);
 }
 
-TEST_CASE("what leaves a periodic box comes in on the other side, and its turns are counted") {
+TEST_CASE("wrap: points re-enter a periodic box and their images are counted") {
   Box<2> box{{4, 8}};
   box.sides.fill(Boundary::periodic);
   const auto wrapped = [&](Vec2 p) {
@@ -53,34 +53,34 @@ TEST_CASE("what leaves a periodic box comes in on the other side, and its turns 
   CHECK(wrapped({5, 7}) == std::tuple(Vec2{1, 7}, 1, 0));
   CHECK(wrapped({-9, -1}) == std::tuple(Vec2{3, 7}, -3, -1));
   CHECK(wrapped({4, 0}) == std::tuple(Vec2{0, 0}, 1, 0));
-  CHECK(wrapped({-1e-30, 0}) == std::tuple(Vec2{0, 0}, 0, 0));  // 4 - 1e-30 is 4, which is outside
+  CHECK(wrapped({-1e-30, 0}) == std::tuple(Vec2{0, 0}, 0, 0));  // 4 - 1e-30 is 4, which is outside.
   box.sides[2] = box.sides[3] = Boundary::wall;
   CHECK(wrapped({5, -1}) == std::tuple(Vec2{1, -1}, 1, 0));
 }
 
-TEST_CASE("distance to a disk is measured from its surface, negative inside") {
+TEST_CASE("disk: the distance is measured from its surface, negative inside") {
   const Shape disk = Disk{{1, 2}, 0.5};
-  CHECK(signed_distance(disk, {4, 6}) == Approx(4.5));  // 5 from the centre
+  CHECK(signed_distance(disk, {4, 6}) == Approx(4.5));  // 5 from the centre.
   CHECK(signed_distance(disk, {1, 2}) == Approx(-0.5));
 }
 
-TEST_CASE("a ring's conductor is the outside of its circle") {
+TEST_CASE("ring: its conductor is the outside of its circle") {
   const Shape ring = Ring{{0, 0}, 2};
   CHECK(signed_distance(ring, {0, 0.5}) == Approx(1.5));
   CHECK(signed_distance(ring, {3, 0}) == Approx(-1));
 }
 
-TEST_CASE("distance to a bar: beside it, beyond its end, off a corner and inside") {
-  // Axis from (0, 0) to (4, 0), so that the bar covers [0, 4] x [-1, 1].
+TEST_CASE("bar: distance at its side, beyond its end, at a corner and inside") {
+  // Axis from (0, 0) to (4, 0): the bar covers [0, 4] x [-1, 1].
   const Shape bar = Bar{{0, 0}, {4, 0}, 2};
   CHECK(signed_distance(bar, {2, 3}) == Approx(2));
   CHECK(signed_distance(bar, {-1.5, 0.5}) == Approx(1.5));
-  CHECK(signed_distance(bar, {7, 5}) == Approx(5));  // 3, 4, 5 from the corner (4, 1)
+  CHECK(signed_distance(bar, {7, 5}) == Approx(5));  // 3, 4, 5 from the corner (4, 1).
   CHECK(signed_distance(bar, {2, 0.25}) == Approx(-0.75));
   CHECK(signed_distance(bar, {3.75, 0}) == Approx(-0.25));
 }
 
-TEST_CASE("distance to a bar does not change when both are turned") {
+TEST_CASE("bar: a common rotation does not change a distance") {
   const double angle = 0.7;
   const auto turned = [&](Vec2 p) {
     return Vec2{std::cos(angle) * p.x - std::sin(angle) * p.y, std::sin(angle) * p.x + std::cos(angle) * p.y};
@@ -91,17 +91,17 @@ TEST_CASE("distance to a bar does not change when both are turned") {
     CHECK(signed_distance(oblique, turned(p)) == Approx(signed_distance(bar, p)));
 }
 
-TEST_CASE("gap between a disk and each shape, surface to surface") {
+TEST_CASE("gap: it is measured between the surfaces of a disk and each shape") {
   const Disk disk{{0, 0}, 1};
   CHECK(gap(disk, Disk{{3, 4}, 1.5}) == Approx(2.5));        // 5 - 1 - 1.5
-  CHECK(gap(disk, Disk{{0.5, 0}, 1}) == Approx(-1.5));       // they overlap by 1.5
-  CHECK(gap(disk, Bar{{-9, 3}, {9, 3}, 1}) == Approx(1.5));  // surface at y = 2.5
-  CHECK(gap(disk, Ring{{0.5, 0}, 4}) == Approx(2.5));        // rim at x = 4.5 and -3.5: nearest 3.5 - 1
+  CHECK(gap(disk, Disk{{0.5, 0}, 1}) == Approx(-1.5));       // An overlap of 1.5.
+  CHECK(gap(disk, Bar{{-9, 3}, {9, 3}, 1}) == Approx(1.5));  // The surface is at y = 2.5.
+  CHECK(gap(disk, Ring{{0.5, 0}, 4}) == Approx(2.5));        // The rim is at x = 4.5 and -3.5: the nearest is 3.5 - 1.
 }
 
-TEST_CASE("a circle's cut through a rectangle is closed") {
-  // The arc's normals and those of the edges' parts inside the circle sum to zero (divergence theorem); rounding of
-  // some ten operations on numbers of order 3.
+TEST_CASE("circle cut by a rectangle: its outline is closed") {
+  // The normals of the arc and of the edges' parts inside the circle sum to zero (divergence theorem). The bound is
+  // rounding of about ten operations on numbers of order 3.
   for (int k = 0; k < 200; ++k) {
     const Disk disk{{std::cos(1.7 * k), std::sin(2.9 * k)}, 0.1 + 0.01 * k};
     const Vec2 low{-0.6, -0.5}, high{0.7, 0.9};
@@ -113,7 +113,7 @@ TEST_CASE("a circle's cut through a rectangle is closed") {
   }
 }
 
-TEST_CASE("an arc has its length") {
+TEST_CASE("arc: its length inside a rectangle") {
   const double pi = std::numbers::pi;
   const Disk disk{{0, 0}, 2};
   CHECK(arc_inside(disk, {-3, -3}, {3, 3}).length == doctest::Approx(4 * pi).epsilon(1e-15));

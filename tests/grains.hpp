@@ -15,13 +15,13 @@
 #include "src/granular/integrator.hpp"
 #include "src/scene/scene.hpp"
 
-/// Scenes of grains of mass 1 and diameter 1 in reduced units, and runs of them.
+/// Scenes of grains of mass 1 and diameter 1 in reduced units, and their runs.
 namespace lichtenberg::grains {
 
 inline constexpr std::array all_integrators = {Integrator::multirate, Integrator::verlet, Integrator::gear,
                                                Integrator::gear_printed, Integrator::cvode};
 
-/// A periodic cube of this edge without grains.
+/// Periodic cube of the given edge without grains.
 inline Scene cube(double edge, Integrator integrator = Integrator::multirate) {
   Scene scene;
   scene.path = "scene";
@@ -31,7 +31,7 @@ inline Scene cube(double edge, Integrator integrator = Integrator::multirate) {
   scene.material.density = 6 / std::numbers::pi;
   scene.mechanics.integrator = integrator;
   scene.mechanics.step = integrator == Integrator::multirate || integrator == Integrator::cvode ? 0.05 : 0.005;
-  scene.mechanics.contact_steps = 45;  // an eighth of the error that gases have by default
+  scene.mechanics.contact_steps = 45;  // The error is 1/8 of a gas's default.
   scene.mechanics.relative_tolerance = 1e-13;
   scene.mechanics.threads = 1;
   return scene;
@@ -43,7 +43,7 @@ inline Scene viscoelastic(double edge, Integrator integrator = Integrator::multi
   return scene;
 }
 
-/// Charges attract by nearest images, and contacts move charge.
+/// Scene in which charges interact by the minimum image, and contacts exchange charge.
 inline Scene charged(double edge, Integrator integrator, double strength = 1, double exchange = 0.25) {
   Scene scene = viscoelastic(edge, integrator);
   scene.effects.add(effects::CoulombOptions{.strength = strength, .sum = effects::CoulombSum::minimum_image});
@@ -52,7 +52,7 @@ inline Scene charged(double edge, Integrator integrator, double strength = 1, do
   return scene;
 }
 
-/// Charges polarize each other, by the mesh.
+/// Scene in which charges polarize each other, with the mesh.
 inline Scene polarized(double edge, double strength = 1, double exchange = 0.25) {
   Scene scene = viscoelastic(edge);
   scene.effects.add(effects::CoulombOptions{.strength = strength, .accuracy = 1e-2});
@@ -61,7 +61,7 @@ inline Scene polarized(double edge, double strength = 1, double exchange = 0.25)
   return scene;
 }
 
-/// Two grains of charges 1 and -1, d0 / 2 in radius, in the middle of a large box; multipoles to the degree.
+/// Two grains of charges 1 and -1 and radius d0 / 2 in the middle of a large box, with multipoles up to the degree.
 inline Scene two_dielectric_grains(double distance, int degree) {
   Scene scene = viscoelastic(60);
   scene.conductors = {{.position = {30 - distance / 2, 30, 30}, .radius = 0.5, .charge = 1},
@@ -75,8 +75,8 @@ inline void add(Scene& scene, Vec3 position, Vec3 velocity = {}, double charge =
   scene.conductors.push_back({.position = position, .velocity = velocity, .radius = 0.5, .charge = charge});
 }
 
-/// Places at random, no two closer than 1.05, in the middle cube of edge `room`; velocities of variance `temperature`,
-/// of mean 0.
+/// Adds grains at random positions, at least 1.05 apart, in the middle cube of edge `room`. Velocities have the
+/// variance `temperature` and mean 0.
 inline void add_gas(Scene& scene, int count, double room, double temperature, std::uint64_t seed = 1) {
   Random random({.seed = seed, .purpose = RandomPurpose::population});
   const Box<3> box = scene.domain.box();
@@ -103,7 +103,7 @@ inline void charge_alternately(Scene& scene, double size) {
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 == 0 ? size : -size;
 }
 
-/// A gas and what moves it.
+/// A gas and its integrator.
 struct Run {
   explicit Run(const Scene& scene) : gas(scene), integrator(granular::make_integrator(scene.mechanics.integrator)) {}
 
@@ -131,14 +131,15 @@ struct Run {
   granular::Instant now = gas.look();
 };
 
-/// Two grains that meet along x at this relative speed, their surfaces `gap` apart, in the middle of the box.
+/// Adds two grains that approach each other along x at the given relative speed, with a gap between their surfaces, in
+/// the middle of the box.
 inline void add_pair(Scene& scene, double speed, double gap, double charge = 0) {
   const Vec3 middle = 0.5 * scene.domain.size, half = {0.5 * (1 + gap), 0, 0}, v = {0.5 * speed, 0, 0};
   add(scene, middle - half, v, charge);
   add(scene, middle + half, -1.0 * v, -charge);
 }
 
-/// Speed of separation over speed of approach, head-on, of grains that touch after `phase` steps of the integrator.
+/// Ratio of separation to approach speed in a head-on collision that begins after `phase` steps of the integrator.
 inline double restitution(Scene scene, double speed, double phase) {
   add_pair(scene, speed, 1e-9 + phase * scene.mechanics.step * speed);
   Run run(scene);
@@ -152,7 +153,7 @@ inline double momentum(const Bodies& b) {
   for (int i = 0; i < b.size(); ++i) sum += b.mass[i] * velocity<3>(b, i);
   return norm(sum);
 }
-/// What that would be if momenta pointed anywhere, of grains of mass 1.
+/// Total momentum expected for random directions, for grains of mass 1.
 inline double thermal_momentum(const granular::Gas& gas) {
   return std::sqrt(2 * gas.bodies().size() * std::max(gas.kinetic_energy(), 1e-300));
 }

@@ -1,4 +1,4 @@
-// What changes no bit of a gas: how pairs are looked for, threads, checkpoints, and K and Q where K Q^2 stays.
+// Tests of bitwise identity of a gas: pair searches, threads, checkpoints, and K and Q at constant K Q^2.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -39,8 +39,8 @@ void check_same_bits(const End& a, const End& b) {
   CHECK(a.collisions == b.collisions);
 }
 
-/// Runs to time 1 have the same bits, one from its start and one restored at 0.6 to so many threads. Returns the
-/// collisions of each.
+/// Checks that a run to time 1 is bitwise identical to one restored at 0.6 with the given threads. Returns the
+/// collisions of the run.
 std::int64_t check_restored(Scene scene, int threads = 1) {
   Run whole(scene);
   whole.to(0.6);
@@ -57,8 +57,8 @@ std::int64_t check_restored(Scene scene, int threads = 1) {
 
 int grains_for(Integrator integrator) { return integrator == Integrator::cvode ? 8 : 60; }
 
-// Pairs are waited for from one call to the next, or searched for in each, where velocities are said to have changed;
-// with forces and, in between, kicks, and with more steps a call than a search lasts.
+// Compares candidate pairs kept between calls with a search in each call, which a reported velocity change forces.
+// Forces and kicks act between calls, and a call has more steps than a search lasts.
 void check_waiting(const Scene& scene) {
   struct Left {
     Bodies bodies;
@@ -88,7 +88,7 @@ void check_waiting(const Scene& scene) {
     return now;
   };
   for (const int steps : {1, 40}) {
-    const double kick = 2 * steps * 0.005;  // the longest of the forces is sqrt(3) long at most
+    const double kick = 2 * steps * 0.005;  // The longest force vector is at most sqrt(3).
     const Left waited = end(kick, steps), searched = end(INFINITY, steps);
     CHECK(waited.begun > 300);
     CHECK(waited.begun == searched.begun);
@@ -99,7 +99,7 @@ void check_waiting(const Scene& scene) {
   }
 }
 
-/// K Q^2 is all that counts, and both are changed by powers of two. `end`: of a run with K and Q.
+/// Compares runs with equal K Q^2; K and Q change by powers of two. `end` returns the end of a run with K and Q.
 std::pair<End, End> check_scaled(const auto& end) {
   std::pair<End, End> ends{end(1, 0.25), end(4, 0.125)};
   CHECK(ends.first.position == ends.second.position);
@@ -110,14 +110,14 @@ std::pair<End, End> check_scaled(const auto& end) {
 
 }  // namespace
 
-TEST_CASE("which pairs are looked at, and since when they are waited for, changes no bit of a gas") {
+TEST_CASE("pair search: its time and its candidates change no bit of a gas") {
   Scene scene = viscoelastic(9);
   add_gas(scene, 200, 8.9, 4);
   check_waiting(scene);
 }
 
-// Where several pairs of a grain touch in one step, sums over them depend on their order.
-TEST_CASE("nor does it where a crowd of grains falls together") {
+// If several pairs of a grain touch in one step, their sum depends on their order.
+TEST_CASE("pair search: it changes no bit of a collapsing dense cluster") {
   Scene scene = viscoelastic(9);
   Random random({.seed = 3, .purpose = RandomPurpose::population});
   for (int n = 0; n < 125; ++n) {
@@ -128,7 +128,7 @@ TEST_CASE("nor does it where a crowd of grains falls together") {
   check_waiting(scene);
 }
 
-TEST_CASE("any number of threads gives the same bits") {
+TEST_CASE("gas: any number of threads gives identical bits") {
   Scene scene = charged(9, Integrator::multirate);
   add_gas(scene, 200, 8.9, 1);
   const auto end = [&](int threads) {
@@ -143,7 +143,7 @@ TEST_CASE("any number of threads gives the same bits") {
   check_same_bits(one, end(4));
 }
 
-TEST_CASE("a gas restored from a checkpoint goes on with the same bits") {
+TEST_CASE("gas: a run restored from a checkpoint has identical bits") {
   for (const Integrator integrator : all_integrators) {
     CAPTURE(name_of(integrator));
     Scene scene = charged(6, integrator);
@@ -154,13 +154,13 @@ TEST_CASE("a gas restored from a checkpoint goes on with the same bits") {
   }
 }
 
-TEST_CASE("a polarized gas, restored or on more threads, has the same bits") {
+TEST_CASE("polarized gas: restored or on more threads it has identical bits") {
   Scene scene = polarized(9);
   add_gas(scene, 100, 8.9, 1);
   CHECK(check_restored(scene, 2) > 20);
 }
 
-TEST_CASE("(K, Q) and (4 K, Q / 2) have the same trajectory, bit for bit") {
+TEST_CASE("charged gas: (K, Q) and (4 K, Q / 2) have identical trajectories") {
   for (const Integrator integrator : all_integrators) {
     CAPTURE(name_of(integrator));
     const auto end = [&](double strength, double exchange) {
@@ -175,7 +175,7 @@ TEST_CASE("(K, Q) and (4 K, Q / 2) have the same trajectory, bit for bit") {
   }
 }
 
-TEST_CASE("dipoles are as charges: (K, Q) and (4 K, Q / 2) have the same trajectory, bit for bit") {
+TEST_CASE("polarized gas: (K, Q) and (4 K, Q / 2) have identical trajectories") {
   const auto end = [](double strength, double exchange) {
     Scene scene = polarized(9, strength, exchange);
     add_gas(scene, 100, 8.9, 1);
@@ -187,15 +187,15 @@ TEST_CASE("dipoles are as charges: (K, Q) and (4 K, Q / 2) have the same traject
   CHECK(one.energy.potential == other.energy.potential);
 }
 
-TEST_CASE("a gas of dielectric grains goes on from a checkpoint with the same bits") {
+TEST_CASE("dielectric grains: a run restored from a checkpoint has identical bits") {
   Scene scene = two_dielectric_grains(1.6, 6);
   scene.effects.add(effects::CoulombOptions{.strength = 0.1, .sum = effects::CoulombSum::ewald});
   check_restored(scene);
 }
 
-// A fast grain elsewhere lets pairs be looked for soon again, but not so soon: the gap of .2 is closed after
-// sqrt(2 x .2 / 400) by two accelerations of 200, and later than the next search by what contacts might push with.
-TEST_CASE("a pair at rest that held forces press together is looked at in time") {
+// A distant fast grain causes a search soon, but two accelerations of 200 close the gap of 0.2 earlier, after sqrt(2 x
+// 0.2 / 400). The bound on contact forces alone would close it after that search.
+TEST_CASE("pair search: a pair at rest under constant forces is found in time") {
   Scene scene = grains::cube(20);
   grains::add(scene, {5, 5, 5});
   grains::add(scene, {6.2, 5, 5});
@@ -210,12 +210,12 @@ TEST_CASE("a pair at rest that held forces press together is looked at in time")
   CHECK(done.record.begun[0].since == doctest::Approx(std::sqrt(0.001)));
 }
 
-// Two at rest, each struck from behind by three heavy ones, meet within the call: sooner than a tenth of the hardest
-// push that there could be, which is thought of before contacts push, brings them together. The step in which they are
-// pushed harder is begun anew, with another search.
-TEST_CASE("a pair that others drive together harder than was foreseen is seen as if it were looked for in each step") {
+// Two grains at rest, each hit from behind by three heavy ones, meet within the call. They meet earlier than 10 % of
+// the maximum contact acceleration, estimated before contacts act, predicts. The step with the larger acceleration is
+// repeated with a new search.
+TEST_CASE("pair search: a pair driven together faster than predicted is found") {
   Scene scene = grains::cube(20);
-  const double behind = 1.01 * 0.766, aside = 1.01 * 0.643;  // 40 degrees
+  const double behind = 1.01 * 0.766, aside = 1.01 * 0.643;  // 40 degrees.
   for (const int side : {-1, 1}) {
     add(scene, {10 + 0.59 * side, 10, 10});
     for (int k = 0; k < 3; ++k) {
@@ -249,7 +249,7 @@ TEST_CASE("a pair that others drive together harder than was foreseen is seen as
   CHECK(touch(0, 20) == since);
 }
 
-TEST_CASE("steps that have grown by more than a quarter since the search ask for another") {
+TEST_CASE("pair search: steps grown by more than a quarter require another") {
   Scene scene = grains::cube(20);
   add(scene, {10, 10, 10});
   add(scene, {12, 10, 10});

@@ -1,4 +1,4 @@
-// Charges of grains: how long their forces are held, what collisions do to their sum, and multipoles above dipoles.
+// Tests of grain charges: the outer step of their forces, charge conservation in collisions, and higher multipoles.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -24,8 +24,7 @@ double sum(const std::vector<double>& values) {
   return all_of_them;
 }
 
-/// A hundred charges whose forces are right to rounding, followed for .4: where they are then, if forces are held as an
-/// accuracy says, or for so long.
+/// Positions of 100 charges with exact forces at time 0.4, for an outer step from the accuracy or of the given length.
 std::vector<double> places_of_charges(double accuracy, double step = INFINITY) {
   Scene scene = viscoelastic(9);
   scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = accuracy});
@@ -60,7 +59,7 @@ Felt felt(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("a box hardly longer than twice the cut-off of its charges is long enough") {
+TEST_CASE("periodic box: one slightly longer than twice the cutoff is accepted") {
   Scene scene = viscoelastic(4);
   scene.effects.add(effects::CoulombOptions{.accuracy = 1e-3});
   add(scene, {1, 1, 1}, {0.3, 0, 0}, 1);
@@ -70,12 +69,12 @@ TEST_CASE("a box hardly longer than twice the cut-off of its charges is long eno
   CHECK(run.gas.steps > 0);
 }
 
-TEST_CASE("the sum of charges is 0, as a number, after any number of exchanges") {
+TEST_CASE("charge exchange: the sum of charges stays exactly zero") {
   for (const auto model :
        {effects::ExchangeModel::impact, effects::ExchangeModel::random_walk, effects::ExchangeModel::contact_area}) {
     Scene scene = viscoelastic(5);
     scene.effects.add(effects::ChargeExchangeOptions{.model = model});
-    scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 5, .hold = 0.1});  // keeps them colliding
+    scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 5, .hold = 0.1});  // The wind maintains collisions.
     add_gas(scene, 60, 4.9, 1);
     Run run(scene);
     run.to(20);
@@ -85,10 +84,10 @@ TEST_CASE("the sum of charges is 0, as a number, after any number of exchanges")
   }
 }
 
-// An error e of the forces, rms over rms, leads a grain e F t^2 / 2 astray if it lasts; F^2 = 4 pi n at K = q = 1 and n
-// = .14, so 1.3^2. Held forces are of second order in the step, and the step goes with the root of the accuracy: so
-// their error goes with it.
-TEST_CASE("forces of charges are held as long as costs what their own error does") {
+// A lasting rms error e of the forces displaces a grain by e F t^2 / 2. F^2 = 4 pi n = 1.3^2 at K = q = 1 and n = 0.14.
+// The error of constant forces is of second order in the outer step, which is proportional to the root of the accuracy.
+// It is therefore proportional to the accuracy.
+TEST_CASE("outer step: its error equals the error of the charges' forces") {
   const std::vector<double> exact = places_of_charges(1e-9, 5e-4);
   const auto error = [&](double accuracy) {
     const std::vector<double> places = places_of_charges(accuracy);
@@ -103,7 +102,7 @@ TEST_CASE("forces of charges are held as long as costs what their own error does
   CHECK(coarse / fine == doctest::Approx(10).epsilon(0.5));
 }
 
-TEST_CASE("charges at rest that fall towards each other are not held as if they never moved") {
+TEST_CASE("outer step: charges at rest that attract each other limit it") {
   for (const double radius : {0.5, 0.25}) {
     Scene scene = viscoelastic(10);
     scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-6});
@@ -117,43 +116,44 @@ TEST_CASE("charges at rest that fall towards each other are not held as if they 
   }
 }
 
-TEST_CASE("multipoles above dipoles: grains in contact attract each other as dielectric spheres do") {
-  const double k = 5.5;  // (1 + 16 A) / (1 - 8 A) of A = .075
+TEST_CASE("multipoles: touching grains attract as dielectric spheres do") {
+  const double k = 5.5;  // (1 + 16 A) / (1 - 8 A) for A = 0.075
   const effects::InducedDipolesOptions options{.polarizability = 0.075};
   CHECK(options.relative_permittivity(0.5) == doctest::Approx(k).epsilon(1e-14));
-  for (const double gap : {0.4, 0.02, 0.002}) {  // radii; the pair's force for 4 pi eps = 1 and a radius of 1/2
+  for (const double gap : {0.4, 0.02, 0.002}) {  // In radii; the pair's force for 4 pi eps = 1 and a radius of 1/2.
     const double exact = dielectric_pair(k, gap).attraction * 4 * std::numbers::pi / 0.25;
     const Felt found = felt(two_dielectric_grains(1 + gap / 2, 40));
-    CHECK(found.force == doctest::Approx(exact).epsilon(1e-3));  // images: (dipole / 60^3) of 1
-    if (gap < 0.01) CHECK(felt(two_dielectric_grains(1 + gap / 2, 1)).force < 0.9 * exact);  // dipoles alone miss much
+    CHECK(found.force == doctest::Approx(exact).epsilon(1e-3));  // The images contribute (dipole / 60^3) of 1.
+    // Dipoles alone underestimate the force.
+    if (gap < 0.01) CHECK(felt(two_dielectric_grains(1 + gap / 2, 1)).force < 0.9 * exact);
     const double step = 1e-3, slope = (felt(two_dielectric_grains(1 + gap / 2 + step, 40)).energy -
                                        felt(two_dielectric_grains(1 + gap / 2 - step, 40)).energy) /
                                       (2 * step);
     if (gap > 0.1) CHECK(found.force == doctest::Approx(slope).epsilon(1e-4));
   }
-  // Far apart dipoles are enough: what is left falls with the seventh power of the distance.
+  // At large distances dipoles suffice: the remainder decreases with the seventh power of the distance.
   const Felt far = felt(two_dielectric_grains(6, 8)), dipoles = felt(two_dielectric_grains(6, 1));
   CHECK(far.force == doctest::Approx(dipoles.force).epsilon(1e-4));
   CHECK(far.energy == doctest::Approx(dipoles.energy).epsilon(1e-4));
   CHECK(far.dipole == doctest::Approx(dipoles.dipole).epsilon(1e-3));
 }
 
-TEST_CASE("explain: a degree above 1 gives multipoles in place of the sum, and their error") {
+TEST_CASE("explain: a degree above 1 states multipoles and their error") {
   Scene scene = two_dielectric_grains(1.6, 6);
-  scene.effects.add(effects::CoulombOptions{});  // a mesh
+  scene.effects.add(effects::CoulombOptions{});  // A mesh.
   const auto remarks = effects::CoulombOptions::kind().explain(scene);
   REQUIRE(remarks.size() == 2);
   CHECK(remarks[0].text.find("relative permittivity 5.5, multipoles to degree 6, to 1e-06") != std::string::npos);
   CHECK(remarks[1].text.find("effects.induced_dipoles.degree = 6 leaves forces at the start off by ") == 0);
 }
 
-TEST_CASE("truncation: the error said of a degree is that beside the bispherical force") {
+TEST_CASE("truncation: the stated error is the difference from bispherical forces") {
   for (const int degree : {1, 2, 4, 8}) {
     CAPTURE(degree);
     Scene scene = two_dielectric_grains(1.5, degree);
     const auto truncation = effects::multipole_truncation(scene);
     REQUIRE(truncation);
-    const auto off = [&](double gap) {  // radii; images: (dipole / 60^3) of 1
+    const auto off = [&](double gap) {  // In radii; the images contribute (dipole / 60^3) of 1.
       const double exact = dielectric_pair(5.5, gap).attraction * 4 * std::numbers::pi / 0.25;
       return std::abs(felt(two_dielectric_grains(1 + gap / 2, degree)).force / exact - 1);
     };
@@ -164,7 +164,7 @@ TEST_CASE("truncation: the error said of a degree is that beside the bispherical
   }
 }
 
-TEST_CASE("multipoles of a gas: forces are the slope of the energy at degrees 1 to 6") {
+TEST_CASE("multipoles of a gas: forces are energy derivatives at degrees 1 to 6") {
   Scene scene = cube(4);
   scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-12});
   for (int i = 0; i < 8; ++i)
@@ -180,8 +180,8 @@ TEST_CASE("multipoles of a gas: forces are the slope of the energy at degrees 1 
     std::vector<double> force(bodies.position.size());
     coulomb.add_forces(state, force);
     const double largest = std::abs(std::ranges::max(force, {}, [](double f) { return std::abs(f); }));
-    // The second difference of the force, h^2 / 6 over the square of the gap of .3, is 2e-6 of it at h = 1e-3, and is
-    // taken off by twice the step.
+    // The error of a central difference, h^2 / 6 over the square of the gap of 0.3, is 2e-6 of the force at h = 1e-3.
+    // The fourth-order difference with steps h and 2 h removes it.
     for (const int k : {0, 4, 23}) {
       const double place = bodies.position[k], h = 1e-3;
       const auto energy = [&](double way) {
@@ -195,8 +195,7 @@ TEST_CASE("multipoles of a gas: forces are the slope of the energy at degrees 1 
   }
 }
 
-TEST_CASE(
-    "a gas of dielectric grains stops at checkpoints of its frames alone, since one elsewhere would change its end") {
+TEST_CASE("dielectric grains: a run pauses only at checkpoints of its frames") {
   Scene scene = two_dielectric_grains(1.6, 6);
   scene.mechanics.integrator = Integrator::multirate;
   scene.stop.time = scene.output.every = 1;

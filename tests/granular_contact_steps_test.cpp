@@ -1,4 +1,4 @@
-// How many steps a contact has: as few as leave the accuracy that is asked, of a contact alone and of a whole gas.
+// Tests of the number of steps per contact for a given accuracy, for an isolated contact and for a gas.
 #include <doctest/doctest.h>
 
 #include "src/effects/linear_contact.hpp"
@@ -17,7 +17,7 @@ using namespace lichtenberg::grains;
 
 namespace {
 
-/// The law of contact of the gases here; without `dissipative` elastic.
+/// Scene with the contact law of this file; without `dissipative` it is elastic.
 Scene of_contacts(double edge, double dissipative, int contact_steps) {
   Scene scene = cube(edge);
   scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = dissipative});
@@ -25,7 +25,7 @@ Scene of_contacts(double edge, double dissipative, int contact_steps) {
   return scene;
 }
 
-/// The largest change, over the phases of a step at touch, of the energy of two elastic grains that meet alone.
+/// Largest change of the energy of two isolated elastic grains over the phases of a step at onset.
 double elastic_error(int contact_steps) {
   constexpr double speed = 1;
   Scene scene = of_contacts(10, 0, contact_steps);
@@ -37,9 +37,10 @@ double elastic_error(int contact_steps) {
   return worst;
 }
 
-/// Largest error of a head-on collision at the speed, over the phases of a step at touch.
+/// Largest errors of a head-on collision at the given speed over the phases of a step at onset.
 struct Wrong {
-  double restitution = 0, book = 0;  ///< from that of the law; of energy, over the kinetic energy before
+  /// Error of the restitution, and of the energy balance relative to the initial kinetic energy.
+  double restitution = 0, book = 0;
 };
 
 Wrong wrong_of(Scene scene, double speed) {
@@ -59,10 +60,11 @@ Wrong wrong_of(Scene scene, double speed) {
   return worst;
 }
 
-/// A gas in which a grain is in contact for more than half of its time (phi = .25, T = 1).
+/// Gas in which a grain is in contact for more than half of the time (phi = 0.25, T = 1).
 struct Crowd {
-  std::vector<double> momentum;  ///< after .3
-  double left_over = 0;  ///< of the energy book after 5, over what was dissipated; elastic: over the kinetic energy
+  std::vector<double> momentum;  ///< Momenta at time 0.3.
+  /// Residual of the energy balance at time 5, relative to the dissipated or, if elastic, the kinetic energy.
+  double left_over = 0;
 };
 
 Crowd crowd(double dissipative, int contact_steps) {
@@ -80,7 +82,7 @@ Crowd crowd(double dissipative, int contact_steps) {
   return found;
 }
 
-/// Over the rms momentum of each, of variance 1.
+/// RMS difference relative to the rms momentum, of variance 1.
 double rms_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double squares = 0;
   for (std::size_t k = 0; k < a.size(); ++k) squares += (a[k] - b[k]) * (a[k] - b[k]);
@@ -91,7 +93,7 @@ constexpr std::array accuracies = {1e-3, 1e-4};
 
 }  // namespace
 
-TEST_CASE("steps of contacts are the fewest whose error is what is asked") {
+TEST_CASE("contact steps: the smallest number whose error is within the accuracy") {
   for (const double accuracy : {1e-3, 3e-4, 1e-4, 1e-5, 1e-6}) {
     const int steps = contact_steps_for(accuracy);
     CHECK(contact_error(steps) <= accuracy);
@@ -102,23 +104,23 @@ TEST_CASE("steps of contacts are the fewest whose error is what is asked") {
   CHECK(contact_steps_for(1e-15) == contact_steps_for(1e-6));
 }
 
-TEST_CASE("an elastic contact keeps its energy to the accuracy asked, and not with half the steps") {
+TEST_CASE("elastic contact: energy keeps the accuracy, with half the steps not") {
   for (const double accuracy : accuracies) {
     CHECK(elastic_error(contact_steps_for(accuracy)) < accuracy);
     CHECK(elastic_error(contact_steps_for(accuracy) / 2) > accuracy);
   }
 }
 
-TEST_CASE("a crowd of elastic grains keeps its energy to the accuracy asked, and not with half the steps") {
+TEST_CASE("dense elastic gas: energy keeps the accuracy, with half the steps not") {
   for (const double accuracy : accuracies) {
     CHECK(crowd(0, contact_steps_for(accuracy)).left_over < accuracy);
     CHECK(crowd(0, contact_steps_for(accuracy) / 2).left_over > accuracy);
   }
 }
 
-// Momenta before the motion is chaotic (a grain has met two others), the book until nine tenths of the energy are gone.
-// Half the steps leave four times as much by the law; twice is asked for.
-TEST_CASE("a crowd that cools has momenta and a book as accurate as is asked, and half the steps are worse") {
+// The momenta are compared before the motion is chaotic (a grain has met two others), the energy until 90 % is
+// dissipated. Half the steps have four times the error by the law; the test requires a factor of two.
+TEST_CASE("dense cooling gas: momenta and energy keep the accuracy") {
   const Crowd reference = crowd(27.7, 400);
   for (const double accuracy : accuracies) {
     const int steps = contact_steps_for(accuracy);
@@ -130,7 +132,7 @@ TEST_CASE("a crowd that cools has momenta and a book as accurate as is asked, an
   }
 }
 
-TEST_CASE("contact steps: any damping is booked to 1e-3 by the default") {
+TEST_CASE("contact steps: the default resolves any damping to 1e-3") {
   for (const double restitution : {0.9, 0.5, 0.2, 0.1, 0.02, 1e-3}) {
     CAPTURE(restitution);
     Scene scene = cube(20);
@@ -150,7 +152,7 @@ TEST_CASE("contact steps: any damping is booked to 1e-3 by the default") {
     }
 }
 
-TEST_CASE("contact steps: small grains, whose contacts are shorter, have as many") {
+TEST_CASE("contact steps: small grains with shorter contacts have equally many") {
   for (const bool linear : {true, false}) {
     CAPTURE(linear);
     Scene scene = of_contacts(20, 27.7, contact_steps_for(usual_contact_accuracy));
@@ -170,7 +172,7 @@ TEST_CASE("contact steps: small grains, whose contacts are shorter, have as many
   }
 }
 
-TEST_CASE("contact steps: the damping of usual gases changes none") {
+TEST_CASE("contact steps: the damping of usual gases does not change the number") {
   for (const std::size_t grains : {200u, 8516u, 50016u}) {
     const granular::GrainsSeen seen{.typical = granular::typical_impact(grains)};
     const double fastest = 2 * granular::fastest_of(grains);
@@ -199,7 +201,7 @@ TEST_CASE("contact steps: a step that does not resolve the dashpot is refused") 
   }
 }
 
-TEST_CASE("a scene's steps of contacts follow its accuracy, or are what it says") {
+TEST_CASE("contact steps: they follow the scene's accuracy or its key") {
   const auto steps = [](const std::string& coulomb, const std::string& more = "") {
     std::string text = gas_text(2, 10, 1, 1, more);
     const std::string sum = "[effects.coulomb]\nsum = \"minimum-image\"\n";
@@ -208,7 +210,7 @@ TEST_CASE("a scene's steps of contacts follow its accuracy, or are what it says"
   const std::string to_1e_5 = "[effects.coulomb]\naccuracy = 1e-5\n";
   CHECK(steps(to_1e_5) == contact_steps_for(1e-5));
   CHECK(steps("[effects.coulomb]\naccuracy = 1e-4\n") == 50);
-  CHECK(steps(to_1e_5, "[mechanics]\ncontact_steps = 20\n") == 20);
+  CHECK(steps(to_1e_5, "[mechanics]\ncontact_substeps = 20\n") == 20);
   CHECK(steps("") == contact_steps_for(usual_contact_accuracy));
 }
 

@@ -1,4 +1,5 @@
-// The device's steps of a gas, run by the CPU item after item, against Multirate's.
+// Tests of the device kernels for a granular gas. The CPU executes the kernels item by item; the reference is
+// Multirate.
 
 #include <doctest/doctest.h>
 
@@ -50,7 +51,7 @@ Scene polarized_gas() {
   return scene;
 }
 
-/// The device's state as a gas.
+/// Checkpoint with the device's state.
 Checkpoint stored(const granular::device::DeviceGas& device, Checkpoint checkpoint) {
   device.store(checkpoint);
   return checkpoint;
@@ -65,7 +66,7 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 
 }  // namespace
 
-TEST_CASE("a gas too large for a device is refused with what it needs and how many grains would fit") {
+TEST_CASE("device memory: a gas too large is refused with the number that would fit") {
   granular::device::GasOptions options = granular::device::gas_options(gas(100, 12, 1));
   options.path = "gas.toml";
   options.bytes = 1 << 30;
@@ -76,17 +77,18 @@ TEST_CASE("a gas too large for a device is refused with what it needs and how ma
                        Failure);
 }
 
-TEST_CASE("a gas whose lists a device could not count is refused with what they would hold") {
+TEST_CASE("device lists: a gas with too many list entries is refused") {
   Scene scene = gas(100, 12, 1);
   scene.path = "gas.toml";
   scene.effects.add(effects::CoulombOptions{.accuracy = 1e-4});
   CHECK_NOTHROW(granular::device::check_scene(scene));
-  scene.conductors.resize(300000, scene.conductors.front());  // on top of each other: who is near is not looked at
+  // The grains coincide; check_scene() does not compare positions.
+  scene.conductors.resize(300000, scene.conductors.front());
   const std::string sentence = message_of([&] { granular::device::check_scene(scene); });
   CHECK_MESSAGE(sentence.starts_with("gas.toml: device = \"cuda\" has no lists for 300000 grains with "), sentence);
 }
 
-TEST_CASE("a step of a neutral gas on the device is the CPU's to rounding") {
+TEST_CASE("device: a step of a neutral gas equals the CPU's within rounding") {
   for (const bool linear : {false, true}) {
     Scene scene = gas(100, 8, 5);
     if (linear) {
@@ -108,27 +110,26 @@ TEST_CASE("a step of a neutral gas on the device is the CPU's to rounding") {
     CHECK(found.integers.at("counters") == expected.integers.at("counters"));
     CHECK(found.integers.at("contact_pairs") == expected.integers.at("contact_pairs"));
     CHECK(found.integers.at("image") == expected.integers.at("image"));
-    // The same operations, which compilers contract as they like: rounding, of which each collision makes ten times as
-    // much.
+    // Compilers contract the same operations differently. Each collision amplifies the rounding by a factor of ten.
     CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < 1e-8);
     CHECK(largest_difference(found.reals.at("momentum"), expected.reals.at("momentum")) < 1e-8);
     CHECK(largest_difference(found.reals.at("contact_touches"), expected.reals.at("contact_touches")) < 1e-8);
-    // dissipated energy in quanta of 2^-32, a few thousand of them rounded
+    // The dissipated energy is a multiple of 2^-32, summed over a few thousand rounded terms.
     CHECK(found.reals.at("book")[0] == doctest::Approx(expected.reals.at("book")[0]).epsilon(1e-9));
     CHECK(found.reals.at("book")[4] == doctest::Approx(expected.reals.at("book")[4]).epsilon(1e-9));
   }
 }
 
-TEST_CASE("device lists: cells of a large box are as many as its grains want") {
+TEST_CASE("device lists: the number of grains limits the cells of a large box") {
   const auto cells_in = [](double length, int n) {
     const Vec3 edge = granular::device::contact_cell_edges({length, length, length}, n);
     return length * length * length / (edge.x * edge.y * edge.z);
   };
   CHECK(cells_in(400, 2) < 5000);
   CHECK(cells_in(1e6, 1000) < 70'000);
-  // A gas of filling .03 keeps the cells that a collision wants.
+  // A gas of volume fraction 0.03 keeps the cell edge of the collision search.
   CHECK(granular::device::contact_cell_edges({260, 260, 260}, 1'000'000).x == 1);
-  // Grains in a box that would have had 10^9 cells take the CPU's steps.
+  // Grains in a box of 10^9 possible cells take the same steps as on the CPU.
   Scene scene = gas(8, 4, 5);
   scene.domain.size = {1000, 1000, 1000};
   grains::Run cpu(scene);
@@ -145,7 +146,7 @@ TEST_CASE("device lists: cells of a large box are as many as its grains want") {
   CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < 1e-8);
 }
 
-TEST_CASE("on a device, too, collisions of lone pairs are held against the restitution of their law") {
+TEST_CASE("device: isolated collisions are compared with the law's restitution") {
   for (const bool linear : {false, true}) {
     CAPTURE(linear);
     Scene scene = grains::cube(40);
@@ -153,8 +154,9 @@ TEST_CASE("on a device, too, collisions of lone pairs are held against the resti
       scene.effects.add(effects::LinearContactOptions{.stiffness = 278.6, .restitution = 0.8});
     else
       scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 27.7});
-    // Head on at nine speeds, each pair on a line of its own: the fastest fly 8 in the time and meet no other. One that
-    // passes at a distance does not count, nor does one that a third hits meanwhile.
+    // Nine pairs collide head-on at different speeds on parallel lines. The fastest grains travel 8 and meet no other
+    // pair. A grain that passes at a distance does not count, nor does a pair that a third grain hits during its
+    // contact.
     for (int k = 0; k < 9; ++k) {
       const double v = 0.02 * std::pow(2, k), y = 2 + 4.0 * k;
       grains::add(scene, {5, y, 5}, {v / 2, 0, 0});
@@ -173,8 +175,8 @@ TEST_CASE("on a device, too, collisions of lone pairs are held against the resti
                middle = stored(*device, start).reals.at("restitution_check");
     CHECK(cpu.gas.restitution.all().collisions == 9);
     CHECK(cpu.gas.restitution.all().collisions < cpu.gas.collisions);
-    CHECK(largest_difference(middle, expected) < 1e-8);  // rounding, and quanta of 1e-9
-    // What has been counted goes on from the checkpoint; a contact of an earlier stage does not count.
+    CHECK(largest_difference(middle, expected) < 1e-8);  // The bound covers rounding and the quantum of 1e-9.
+    // The statistics continue from the checkpoint. A contact of an earlier stage does not count.
     const auto again = granular::device::make_host_gas(scene), later = granular::device::make_host_gas(scene);
     again->load(stored(*device, start), cpu.gas.law(), false);
     CHECK(stored(*again, start).reals.at("restitution_check") == middle);
@@ -184,7 +186,7 @@ TEST_CASE("on a device, too, collisions of lone pairs are held against the resti
   }
 }
 
-TEST_CASE("drag, wind and weight act on a device as on the CPU, and what they do is booked") {
+TEST_CASE("device: drag, wind and weight act as on the CPU and enter the budget") {
   Scene scene = gas(100, 8, 5);
   scene.effects.add(effects::GasDragOptions{.stokes = 0.3, .speed = 2, .hold = 0.07});
   scene.effects.add(effects::UniformForceOptions{.acceleration = {{0.5, 0, -1}, 3}});
@@ -198,12 +200,12 @@ TEST_CASE("drag, wind and weight act on a device as on the CPU, and what they do
   CHECK(found.integers.at("counters") == expected.integers.at("counters"));
   CHECK(largest_difference(found.reals.at("momentum"), expected.reals.at("momentum")) < 1e-8);
   CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < 1e-8);
-  // 80 times 100 energies, each rounded to a multiple of 2^-32
+  // 80 kicks of 100 grains, each energy rounded to a multiple of 2^-32.
   CHECK(std::abs(found.reals.at("book")[2]) > 1);
   CHECK(std::abs(found.reals.at("book")[2] - expected.reals.at("book")[2]) < 1e-7);
 }
 
-TEST_CASE("a step of a charged gas on the device is the CPU's to the precision of its forces") {
+TEST_CASE("device: a step of a charged gas equals the CPU's within force accuracy") {
   const Scene scene = charged_gas(100, 8, 5);
   grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -219,8 +221,8 @@ TEST_CASE("a step of a charged gas on the device is the CPU's to the precision o
         expected.integers.at("effects.charge_exchange.collisions"));
   CHECK(found.integers.at("effects.charge_exchange.counters") ==
         expected.integers.at("effects.charge_exchange.counters"));
-  // Forces of about 1, each to 1e-6 (rms) of the exact ones by meshes of different windows, so sqrt 2 of that apart,
-  // over .4; collisions make some ten times more of it, and the largest of 300 numbers is three times the rms.
+  // Forces are about 1, with an rms error of 1e-6 on either mesh, hence sqrt(2) times that between both, over a time of
+  // 0.4. Collisions amplify it tenfold. The largest of 300 numbers is three times the rms.
   const double apart = std::sqrt(2) * 1e-6 * 0.4 * 10 * 3;
   CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < apart);
   CHECK(largest_difference(found.reals.at("momentum"), expected.reals.at("momentum")) < apart);
@@ -229,13 +231,13 @@ TEST_CASE("a step of a charged gas on the device is the CPU's to the precision o
   for (const double q : found.reals.at("charge")) charge += q;
   CHECK(charge == 0);
   CHECK(found.reals.at("book")[1] == doctest::Approx(expected.reals.at("book")[1]).epsilon(1e-4));
-  // The book closes on what the device has done as it does on the CPU.
+  // The energy balance of the device's state has the same residual as that of the CPU.
   const double off = cpu.gas.energy().total() - energy;
   cpu.gas.restore(found);
   CHECK(cpu.gas.energy().total() - energy == doctest::Approx(off).epsilon(1e-2));
 }
 
-TEST_CASE("steps that the host asks for one by one have the same bits as many that it does not ask for") {
+TEST_CASE("device: single steps and batches of steps give identical bits") {
   const Scene scene = charged_gas(60, 7, 3);
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -250,12 +252,12 @@ TEST_CASE("steps that the host asks for one by one have the same bits as many th
   CHECK(a.integers == b.integers);
 }
 
-TEST_CASE("on a device, too, forces are held for a quarter of the swing of bound pairs at most") {
+TEST_CASE("device: the outer step is at most a quarter of a bound-pair period") {
   Scene scene = charged_gas(60, 7, 0.01);
   scene.effects.remove("charge_exchange");
-  scene.mechanics.step = 0.3;  // a pair of charges +1 and -1 swings in .55
+  scene.mechanics.step = 0.3;  // A pair of charges +1 and -1 oscillates with a period of 0.55.
   grains::Run cpu(scene);
-  cpu.gas.steps = 1;  // a gas that has just begun would refuse it
+  cpu.gas.steps = 1;  // At step 0 the gas would refuse this outer step.
   const auto device = granular::device::make_host_gas(scene);
   device->load(cpu.gas.save(), cpu.gas.law(), false);
   cpu.step(10);
@@ -264,7 +266,7 @@ TEST_CASE("on a device, too, forces are held for a quarter of the swing of bound
   CHECK(device->time() == cpu.gas.time());
 }
 
-TEST_CASE("on a device, too, the accuracy of forces says how long they are held") {
+TEST_CASE("device: the outer step follows from the requested force accuracy") {
   Scene scene = charged_gas(60, 7, 0.3);
   scene.effects.find<effects::CoulombOptions>()->accuracy = 1e-4;
   scene.mechanics.step = INFINITY;
@@ -273,11 +275,11 @@ TEST_CASE("on a device, too, the accuracy of forces says how long they are held"
   device->load(cpu.gas.save(), cpu.gas.law(), false);
   cpu.step(10);
   device->step(10);
-  // Single precision of the largest force.
+  // The largest force has single precision.
   CHECK(device->time() == doctest::Approx(cpu.gas.time()).epsilon(1e-5));
 }
 
-TEST_CASE("a device knows the energy of charges that none exchange") {
+TEST_CASE("device: the energy of constant charges equals the CPU's") {
   Scene scene = charged_gas(60, 7, 3);
   scene.effects.remove("charge_exchange");
   grains::Run cpu(scene);
@@ -285,11 +287,11 @@ TEST_CASE("a device knows the energy of charges that none exchange") {
   device->load(cpu.gas.save(), cpu.gas.law(), false);
   for (int n = 0; n < 5; ++n) cpu.step(10), device->step(10);
   const double energy = cpu.gas.energy().potential;
-  // single precision of sixty energies
+  // Single precision of 60 energies.
   CHECK(device->potential_energy() == doctest::Approx(energy).epsilon(1e-5));
 }
 
-TEST_CASE("a gas whose charges polarize each other is on the device what it is on the CPU") {
+TEST_CASE("device: a polarizable charged gas moves as on the CPU") {
   const Scene scene = polarized_gas();
   grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -300,7 +302,7 @@ TEST_CASE("a gas whose charges polarize each other is on the device what it is o
   const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
   REQUIRE(cpu.gas.collisions > 20);
   CHECK(found.integers.at("counters")[2] == expected.integers.at("counters")[2]);
-  // Forces of about 1, each to 1e-6 of the exact ones, over 2; collisions make some ten times more of it.
+  // Forces are about 1, with an error of 1e-6, over a time of 2. Collisions amplify it tenfold.
   CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < 1e-4);
   CHECK(largest_difference(found.reals.at("momentum"), expected.reals.at("momentum")) < 1e-4);
   CHECK(largest_difference(found.reals.at("effects.coulomb.dipole"), expected.reals.at("effects.coulomb.dipole")) <
@@ -309,14 +311,14 @@ TEST_CASE("a gas whose charges polarize each other is on the device what it is o
   CHECK(found.reals.at("effects.coulomb.energy")[0] ==
         doctest::Approx(expected.reals.at("effects.coulomb.energy")[0]).epsilon(1e-4));
   CHECK(found.reals.at("effects.coulomb.dipole_3").size() == 300);
-  // The CPU takes the dipoles and what they do as they are.
+  // The CPU takes the dipoles and their forces from the checkpoint without an evaluation.
   const std::int64_t evaluations = found.integers.at("effects.coulomb.counters")[0];
   cpu.gas.restore(found);
   CHECK(cpu.gas.energy().potential == doctest::Approx(device->potential_energy()).epsilon(1e-12));
   CHECK(cpu.gas.save().integers.at("effects.coulomb.counters")[0] == evaluations);
 }
 
-TEST_CASE("dipoles to 1e-4 take a device two evaluations a short step, three a long one") {
+TEST_CASE("device dipoles: 1e-4 takes 2 evaluations per short step, 3 per long one") {
   for (const bool is_short : {true, false}) {
     Scene scene = polarized_gas();
     scene.effects.remove("charge_exchange");
@@ -326,16 +328,16 @@ TEST_CASE("dipoles to 1e-4 take a device two evaluations a short step, three a l
     const Checkpoint start = cpu.gas.save();
     const auto device = granular::device::make_host_gas(scene);
     device->load(start, cpu.gas.law(), false);
-    device->step(10, 5);  // until they have a history
+    device->step(10, 5);  // The dipole history is complete after five steps.
     const std::vector<std::int64_t> before = stored(*device, start).integers.at("effects.coulomb.counters");
     device->step(10, 40);
     const std::vector<std::int64_t> after = stored(*device, start).integers.at("effects.coulomb.counters");
     CHECK(after[0] - before[0] == 40);
-    CHECK(after[1] - before[1] <= (is_short ? 42 : 82));  // beyond the first one of each
+    CHECK(after[1] - before[1] <= (is_short ? 42 : 82));  // Evaluations beyond the first one of each step.
   }
 }
 
-TEST_CASE("a gas with dipoles goes on bit for bit from a device's checkpoint") {
+TEST_CASE("device: a gas with dipoles resumes from a checkpoint with identical bits") {
   const Scene scene = polarized_gas();
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -350,7 +352,7 @@ TEST_CASE("a gas with dipoles goes on bit for bit from a device's checkpoint") {
   CHECK(a.integers == b.integers);
 }
 
-TEST_CASE("grains that polarize each other without end stop a device's run with a sentence") {
+TEST_CASE("device: diverging polarization stops the run with an error message") {
   Scene scene = grains::cube(10);
   for (const double x : {4.0, 4.8}) grains::add(scene, {x, 5, 5}, {4.4 - x, 0, 0});
   scene.conductors[0].charge = 1;
@@ -374,7 +376,7 @@ TEST_CASE("grains that polarize each other without end stop a device's run with 
   }
 }
 
-TEST_CASE("a gas goes on bit for bit from a device's checkpoint, wherever it was made") {
+TEST_CASE("device: a charged gas resumes from any checkpoint with identical bits") {
   const Scene scene = charged_gas(60, 7, 3);
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -393,7 +395,7 @@ TEST_CASE("a gas goes on bit for bit from a device's checkpoint, wherever it was
   CHECK(a.integers == b.integers);
 }
 
-TEST_CASE("a grain that two others touch in the same step gets the random numbers that it has on the CPU") {
+TEST_CASE("device: a grain with two contacts in a step draws as on the CPU") {
   Scene scene = grains::cube(8);
   for (const double x : {4.0, 2.9, 5.1}) grains::add(scene, {x, 4, 4}, {4 - x, 0, 0});
   scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 27.7});
@@ -411,7 +413,7 @@ TEST_CASE("a grain that two others touch in the same step gets the random number
   CHECK(std::abs(expected.reals.at("charge")[1]) > 1e-3);
 }
 
-TEST_CASE("no charge moves while a gas is mixed") {
+TEST_CASE("device: charge exchange is off while the gas is mixed") {
   const Scene scene = charged_gas(60, 7, 3);
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -424,7 +426,7 @@ TEST_CASE("no charge moves while a gas is mixed") {
   CHECK(std::abs(found.reals.at("book")[0]) < 1e-9);
 }
 
-TEST_CASE("a device says what it lacks") {
+TEST_CASE("device: a scene with an unsupported feature is refused with its name") {
   const auto sentence = [](const Scene& scene) {
     try {
       granular::device::check_scene(scene);
@@ -455,8 +457,7 @@ TEST_CASE("a device says what it lacks") {
 #endif
 }
 
-TEST_CASE(
-    "a motion on a device shows what the CPU's does, through stages, and either goes on from the other's checkpoint") {
+TEST_CASE("device motion: output and checkpoints are interchangeable with the CPU's") {
   Scene scene = charged_gas(60, 7, 3);
   scene.stages = {{.duration = 0.3, .elastic = true, .stiffness = 10, .temperature = 2}};
   scene.stop.time = 1;
@@ -470,7 +471,7 @@ TEST_CASE(
   CHECK(largest_difference(found.reals("position"), expected.reals("position")) < 1e-5);
   CHECK(largest_difference(found.reals("charge"), expected.reals("charge")) < 1e-6);
   CHECK(*found.number("collisions") == *expected.number("collisions"));
-  // Notes between, that were taken of snapshots: energies to the precision of forces, what is counted exactly.
+  // Histories between frames come from snapshots. Energies have the precision of the forces; counts are exact.
   const ColumnGroup here_noted = cpu.take_history(), noted = there.take_history();
   REQUIRE(noted.columns.size() == here_noted.columns.size());
   for (std::size_t c = 0; c < noted.columns.size(); ++c) {
@@ -514,7 +515,7 @@ void check_same_bits(const std::vector<Column>& found, const std::vector<Column>
 
 }  // namespace
 
-TEST_CASE("frames and checkpoints that are put together while a device goes on are those of their instants") {
+TEST_CASE("device output: frames and checkpoints built concurrently keep their time") {
   for (const bool polarized : {false, true}) {
     CAPTURE(polarized);
     Scene scene = polarized ? polarized_gas() : charged_gas(60, 7, 3);
@@ -528,7 +529,7 @@ TEST_CASE("frames and checkpoints that are put together while a device goes on a
       at_once.advance_to(time, never), later.advance_to(time, never);
       const auto frame_later = later.frame_later();
       const auto keep_later = later.keep_later();
-      // Looked at from the same thread as it goes on: what is left to be called waits for nobody.
+      // progress() on the calling thread does not wait for pending output.
       CHECK(later.progress() == at_once.progress());
       std::jthread other([&] { later.advance_to(time + 0.1, never); });
       const Frame frame = frame_later();
@@ -545,7 +546,7 @@ TEST_CASE("frames and checkpoints that are put together while a device goes on a
   }
 }
 
-TEST_CASE("who wants the gas back from a device waits for all that is left to be called, also behind what is dropped") {
+TEST_CASE("device output: reading the gas back waits for all pending callbacks") {
   Scene scene = charged_gas(60, 7, 3);
   scene.stop.time = 1;
   scene.output.every = 0.25;

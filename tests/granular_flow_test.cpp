@@ -33,7 +33,7 @@ Gas gas_of(double restitution, double charge_number) {
 using Wave = std::array<int, 3>;
 using Place = std::array<double, 3>;
 
-/// Centre of a cell, by edges of the box.
+/// Centre of a cell in units of the box's edges.
 Place place(const Grid& grid, std::size_t cell) {
   Place x{};
   for (int axis = grid.dimension - 1; axis >= 0; --axis) {
@@ -51,7 +51,7 @@ double wave_number(const Grid& grid, const Wave& wave) {
   return 2 * pi / grid.length * std::sqrt(wave[0] * wave[0] + wave[1] * wave[1] + wave[2] * wave[2]);
 }
 
-/// Unit vectors along a wave and, in the plane of the first two axes or the last two, across it.
+/// Unit vector along a wave; across() gives one perpendicular to it in the plane of the first or last two axes.
 Place along(const Wave& wave) {
   const double length = std::sqrt(wave[0] * wave[0] + wave[1] * wave[1] + wave[2] * wave[2]);
   return {wave[0] / length, wave[1] / length, wave[2] / length};
@@ -62,7 +62,7 @@ Place across(const Wave& wave) {
   return flat > 0 ? Place{-e[1] / flat, e[0] / flat, 0} : Place{1, 0, 0};
 }
 
-/// Of density, temperature, i times velocity along the wave, and velocity across it.
+/// Amplitudes of density, temperature, i times the velocity along the wave, and the velocity across it.
 using Amplitude = Eigen::Vector4cd;
 
 void disturb(Fields& fields, const Grid& grid, const Wave& wave, const Amplitude& a) {
@@ -93,7 +93,7 @@ Amplitude measure(const Fields& fields, const Grid& grid, const Wave& wave) {
   return a;
 }
 
-/// G 6.39 without the potential, of density, temperature and i times velocity.
+/// G 6.39 without the potential, for density, temperature and i times velocity.
 Eigen::Matrix3d matrix(const Gas& gas, double k) {
   Eigen::Matrix3d m;
   m << 0, 0, -k,  //
@@ -103,16 +103,15 @@ Eigen::Matrix3d matrix(const Gas& gas, double k) {
   return m;
 }
 
-/// The second difference (15, -1)/12 of a sine has (1 - (kh)^4/90) of its value: that much of diffusion is missing, as
-/// a rate.
+/// Rate of the missing diffusion: the second difference (15, -1)/12 of a sine has (1 - (kh)^4/90) of its exact value.
 double missing_diffusion(const Gas& gas, double k, double kh) {
   return std::pow(kh, 4) / 90 * k * k * std::max(4.0 / 3 * gas.viscosity, 2.5 * gas.conduction);
 }
 
-/// All modes of these waves at once; their growth against theory's eigenvalues.
+/// Compares the growth of all modes of several simultaneous waves with the theory's eigenvalues.
 void check_modes(const Gas& gas, const Grid& grid, const std::vector<Wave>& waves) {
-  const double amplitude = 1e-5;  // what waves make of each other is of that order, relative to them
-  const double end = 6;           // modes that decay by exp(-1) and more are still far above the tolerance
+  const double amplitude = 1e-5;  // The relative interaction of waves is of this order.
+  const double end = 6;           // Modes that decay by exp(-1) and more are still far above the tolerance.
   Fields fields = homogeneous(grid);
   for (const Wave& wave : waves) {
     const Eigen::EigenSolver<Eigen::Matrix3d> solver(matrix(gas, wave_number(grid, wave)));
@@ -129,8 +128,8 @@ void check_modes(const Gas& gas, const Grid& grid, const std::vector<Wave>& wave
     const Eigen::Vector3cd modes = solver.eigenvectors().inverse() * a.head<3>();
     const theory::Modes expected = theory::growth_rates(
         {gas.cooling, gas.viscosity, gas.conduction, gas.density_conduction}, gas.charge_number, std::vector{k})[0];
-    const double missing = missing_diffusion(gas, k, kh);  // in a matrix whose modes are not at right angles
-    // The tolerance, by the wave's height and over the time, adds 2e-5.
+    const double missing = missing_diffusion(gas, k, kh);  // The modes of this matrix are not orthogonal.
+    // The tolerance over the time, relative to the amplitude, adds 2e-5.
     for (int n = 0; n < 3; ++n) {
       const Complex rate = solver.eigenvalues()[n];
       CHECK(std::ranges::any_of(expected.longitudinal, [&](Complex e) { return std::abs(e - rate) < 1e-12; }));
@@ -143,7 +142,7 @@ void check_modes(const Gas& gas, const Grid& grid, const std::vector<Wave>& wave
   }
 }
 
-/// Charges of either sign, apart from each other; what falls towards the lines between them ends up dense.
+/// Separated charges of both signs; matter attracted to the lines between them becomes dense.
 Fields separated(const Grid& grid) {
   Fields fields = homogeneous(grid);
   for (std::size_t cell = 0; cell < grid.size(); ++cell) {
@@ -171,7 +170,7 @@ double energy(const Fields& fields, int dimension) {
   return all / static_cast<double>(fields.density.size());
 }
 
-/// Sound of finite height in a plane, at this resolution.
+/// Sound wave of finite amplitude in a plane, at the given resolution.
 Fields wave_at(const Gas& gas, int cells) {
   const Grid grid{2, cells, 40};
   Fields fields = homogeneous(grid);
@@ -185,7 +184,7 @@ Fields wave_at(const Gas& gas, int cells) {
   return evolve(gas, grid, fields, std::vector{4.0}, {1e-9})[0];
 }
 
-/// Largest difference of a field from one of twice the resolution, whose four cells' mean is a cell's.
+/// Largest difference between a field and one of twice the resolution, averaged over four cells.
 double difference(const std::vector<double>& coarse, const std::vector<double>& fine, int cells) {
   double worst = 0;
   for (int x = 0; x < cells; ++x)
@@ -200,16 +199,16 @@ double difference(const std::vector<double>& coarse, const std::vector<double>& 
 
 }  // namespace
 
-TEST_CASE("modes of a plane grow and decay at the eigenvalues of the linear theory, along axes and oblique") {
+TEST_CASE("modes of a plane: growth at the eigenvalues of linear theory") {
   const std::vector<Wave> waves{{1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {1, 2, 0}, {2, -1, 0}};
   for (const double charge_number : {0.0, 0.9}) check_modes(gas_of(0.7, charge_number), {2, 48, 60}, waves);
 }
 
-TEST_CASE("modes of space do too") {
+TEST_CASE("modes of space: growth at the eigenvalues of linear theory") {
   check_modes(gas_of(0.7, 0.5), {3, 16, 30}, {{1, 0, 0}, {0, 0, 1}, {1, 1, 0}, {1, -1, 1}});
 }
 
-TEST_CASE("charges that last drive a wave as R grows") {
+TEST_CASE("constant charges: they drive a wave as R grows") {
   const Grid grid{2, 32, 40};
   Gas gas = gas_of(0.7, 0.1);
   gas.charges_last = true;
@@ -227,14 +226,14 @@ TEST_CASE("charges that last drive a wave as R grows") {
   for (std::size_t k = 0; k < times.size(); ++k) {
     const Amplitude a = measure(found[k], grid, wave);
     const double size = std::abs(expected[k].density) + std::abs(expected[k].speed);
-    // Diffusion's missing part as above, over this time, and of some ten steps in each unit of it the tolerance.
+    // The missing diffusion as above over this time, and the tolerance of about ten steps per unit of time.
     const double bound = (3 * missing + 10 * tolerance / amplitude) * times[k] * size;
     CHECK(std::abs(a[0] - expected[k].density) < bound);
     CHECK(std::abs(a[2] - expected[k].speed) < bound);
   }
 }
 
-TEST_CASE("a homogeneous gas follows Haff's law in scales of another that does") {
+TEST_CASE("homogeneous gas: Haff's law in units of another cooling gas") {
   for (const int dimension : {2, 3}) {
     const Grid grid{dimension, 6, 10};
     const Gas gas = gas_of(0.5, 0.3);
@@ -243,17 +242,16 @@ TEST_CASE("a homogeneous gas follows Haff's law in scales of another that does")
     const std::vector<double> times{0, 1, 30};
     const auto found = evolve(gas, grid, fields, times, {1e-9});
     for (std::size_t k = 0; k < times.size(); ++k) {
-      // x = T^(-1/2) has dx/dtau = -(zeta/4)(x - 1).
+      // x = T^(-1/2) obeys dx/dtau = -(zeta/4)(x - 1).
       const double x = 1 + (1 / std::sqrt(3.0) - 1) * std::exp(-gas.cooling / 4 * times[k]);
-      CHECK(found[k].temperature[0] == near(1 / (x * x), 1e-6));  // 1e-9 a step, some hundred steps
+      CHECK(found[k].temperature[0] == near(1 / (x * x), 1e-6));  // An error of 1e-9 per step over some hundred steps.
       CHECK(std::ranges::minmax(found[k].temperature).min == near(found[k].temperature[0], 1e-12));
       CHECK(found[k].velocity[0][0] == Approx(0).epsilon(1e-12));
     }
   }
 }
 
-TEST_CASE(
-    "mass, charge and momentum stay to rounding while charges of either sign fall together, and T and n positive") {
+TEST_CASE("merging charges: mass, charge and momentum stay, T and n are positive") {
   const Grid grid{2, 24, 50};
   for (const bool lasting : {false, true}) {
     Gas gas = gas_of(0.7, 0.9);
@@ -263,7 +261,7 @@ TEST_CASE(
     CHECK(std::ranges::max(found[0].density) > 2);
     const double count = static_cast<double>(grid.size());
     for (const Fields& fields : found) {
-      // Each of some thousand rates rounds sums of some hundred times epsilon.
+      // Each of some thousand rates rounds sums of about 100 times epsilon.
       CHECK(std::abs(sum(fields.density) / sum(start.density) - 1) < 1e-13);
       CHECK(std::abs(sum(fields.charge)) / count < 1e-13);
       for (const int axis : {0, 1}) CHECK(std::abs(momentum(fields, axis)) / count < 1e-13);
@@ -274,13 +272,13 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("all fields converge with the square of the cells' width or faster") {
+TEST_CASE("convergence: all fields are of second order or better") {
   const Gas gas = gas_of(0.8, 0.2);
   const Fields coarse = wave_at(gas, 16), middle = wave_at(gas, 32), fine = wave_at(gas, 64);
   const auto order = [&](const std::vector<double>& a, const std::vector<double>& b, const std::vector<double>& c) {
     return std::log2(difference(a, b, 16) / difference(b, c, 32));
   };
-  // Second order of products, fourth of the rest.
+  // Products are of second order, all other terms of fourth order.
   for (const double p :
        {order(coarse.density, middle.density, fine.density), order(coarse.charge, middle.charge, fine.charge),
         order(coarse.temperature, middle.temperature, fine.temperature),
@@ -290,7 +288,7 @@ TEST_CASE("all fields converge with the square of the cells' width or faster") {
   }
 }
 
-TEST_CASE("elastic grains keep their energy to the order of the scheme") {
+TEST_CASE("elastic grains: energy is conserved to the order of the scheme") {
   const Gas gas = gas_of(1, 0);
   double lost[2];
   for (const int fine : {0, 1}) {
@@ -304,14 +302,15 @@ TEST_CASE("elastic grains keep their energy to the order of the scheme") {
     const auto found = evolve(gas, grid, fields, std::vector{0.0, 30.0}, {1e-8});
     lost[fine] = std::abs(energy(found[1], 2) / energy(found[0], 2) - 1);
   }
-  // The second order misses (kh)^2/12 of products of three waves, density's of .3 and two in what is disturbed, .3^2/2
-  // of motion and as much of density out of 3/2 of heat; in each radian of sound, k of the density's waves, c^2 = 5/6.
+  // The second-order terms lack (kh)^2/12 of products of three waves: the density's of 0.3 and two of the disturbance.
+  // The disturbance has 0.3^2/2 of kinetic energy and as much of density, relative to 3/2 of heat. The loss applies to
+  // each radian of sound with k of the density's waves and c^2 = 5/6.
   const double k = 2 * pi * std::sqrt(2.0) / 40, kh = k * 40 / 16, disturbed = 2 * 0.3 * 0.3 / 2 / 1.5;
   CHECK(lost[0] < kh * kh / 12 * k * std::sqrt(5.0 / 6) * 30 * 0.3 * disturbed);
-  CHECK(lost[0] > 3 * lost[1]);  // 4 of the second order, less what is of the fourth
+  CHECK(lost[0] > 3 * lost[1]);  // The factor is 4 for second order, less with the fourth-order terms.
 }
 
-TEST_CASE("the same bits for any number of threads") {
+TEST_CASE("hydrodynamics: any number of threads gives identical bits") {
   const Grid grid{2, 12, 50};
   const Gas gas = gas_of(0.7, 0.9);
   const auto alone = evolve(gas, grid, separated(grid), std::vector{3.0}, {1e-4})[0];
@@ -322,7 +321,7 @@ TEST_CASE("the same bits for any number of threads") {
   CHECK(alone.velocity[1] == shared.velocity[1]);
 }
 
-TEST_CASE("the field of a wave of charges is exact, and what all feel of themselves is nothing") {
+TEST_CASE("field of a charge wave: it is exact, and its self-force is zero") {
   for (const int dimension : {2, 3}) {
     const Grid grid{dimension, 8, 5};
     const Wave wave{1, 2, dimension == 3 ? -1 : 0};
@@ -345,7 +344,7 @@ TEST_CASE("the field of a wave of charges is exact, and what all feel of themsel
   }
 }
 
-TEST_CASE("grids and fields that cannot be are refused") {
+TEST_CASE("hydrodynamics: impossible grids and fields are refused") {
   const Gas gas = gas_of(0.7, 0);
   const std::vector<double> times{1};
   const Grid good{2, 6, 10};

@@ -1,5 +1,5 @@
-// One pair by itself and several at once: the same bits. For how long pairs stay apart. Compiled without contraction of
-// products and sums, as the contacts of a gas are.
+// Tests of bitwise identity of one pair alone and in groups, and of the minimum time to contact. Compiled without
+// contraction of products and sums, as the contacts of a gas are.
 
 #include <doctest/doctest.h>
 
@@ -24,7 +24,7 @@ struct Push {
   ContactPush<Real> operator()(const Real& overlap) const { return law.push(overlap, Real(1.0)); }
 };
 
-/// A pair at the beginning of a step of `dt`: in contact since some time or apart.
+/// Pair at the beginning of a step of `dt`: in contact for some time, or separate.
 struct Start {
   Vec3 apart, velocity, held, slope;
   bool touching = false;
@@ -32,7 +32,7 @@ struct Start {
 };
 constexpr double dt = 0.01;
 
-/// Of contacts that begin, go on, end and begin anew within a step, and of pairs that miss each other.
+/// Random pair whose contact begins, continues, ends or begins again within a step, or that misses each other.
 Start random_start(Random& random) {
   const auto direction = [&] { return Vec3{random.normal(), random.normal(), random.normal()}; };
   Start start{.velocity = 2.0 * direction(), .held = direction(), .slope = 10.0 * direction()};
@@ -77,7 +77,7 @@ void check_same_bits(const Law& law, const std::vector<Start>& starts) {
 
 }  // namespace
 
-TEST_CASE("a pair moves by the same bits alone and beside 1, 3 or 7 others") {
+TEST_CASE("pair motion: identical bits alone and next to 1, 3 or 7 others") {
   Random random({.seed = 1, .purpose = RandomPurpose::population});
   std::vector<Start> starts;
   for (int n = 0; n < 800; ++n) starts.push_back(random_start(random));
@@ -96,8 +96,8 @@ TEST_CASE("a pair moves by the same bits alone and beside 1, 3 or 7 others") {
   check_same_bits<8>(LinearSpringLaw{278.6, 10}, starts);
 }
 
-// The distance of two in straight flight, and all that may bring them closer does, along the line between them.
-TEST_CASE("pairs stay apart for as long as is said, and head-on no longer") {
+// Distance of two grains in straight flight, minus all effects of the bounds along the line between them.
+TEST_CASE("time to contact: pairs stay separate for it, head-on not longer") {
   Random random({.seed = 5, .purpose = RandomPurpose::population});
   int parting = 0, tight = 0;
   for (int n = 0; n < 10000; ++n) {
@@ -118,7 +118,7 @@ TEST_CASE("pairs stay apart for as long as is said, and head-on no longer") {
       return norm(apart + t * velocity) - 2 * bounds.velocity_kick * t - bounds.contact_deviation(t) -
              bounds.external_acceleration * t * t - bounds.excess - 1;
     };
-    constexpr double slack = 1e-8;  // the lengths' rounding of 1e-9 and that of these sums
+    constexpr double slack = 1e-8;  // Rounding of lengths, 1e-9, and of these sums.
     for (int part = 0; part <= 8; ++part) CHECK(gap(part * 0.125 * time) > -slack);
     parting += dot(apart, velocity) > 0;
     if (!head_on) continue;

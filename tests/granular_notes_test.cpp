@@ -1,4 +1,4 @@
-// What a run says of a gas: notes, theory beside them, restitution, and that a resumed run says the same.
+// Tests of a gas's output: history, theory, restitution, and identical output of a resumed run.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -21,8 +21,8 @@ using doctest::Approx;
 
 namespace {
 
-/// 120 grains that exchange charge and fill .13 of their box.
-const std::string text = gas_text(120, 8, 4, 0.5, "[[stage]]\nduration = 1\nstiffness = 10\ntemperature = 1\n");
+/// Scene of 120 grains that exchange charge, with a volume fraction of 0.13.
+const std::string text = gas_text(120, 8, 4, 0.5, "[[equilibration]]\nduration = 1\nstiffness = 10\ntemperature = 1\n");
 
 Scene scene() { return parse_scene(text, "gas.toml"); }
 
@@ -42,14 +42,14 @@ void go_on(GranularMotion& motion, double until) {
   while (motion.time() < until) motion.advance_to(motion.next_frame(), {});
 }
 
-/// Grain 1 bounces off grain 0.
+/// Collision of grain 1 with grain 0.
 Collision collision(double speed, double release_speed, double tangential_speed = 0) {
   return {{{0, 1}, 1, speed}, release_speed, 2, tangential_speed};
 }
 
 }  // namespace
 
-TEST_CASE("restitution is compared with the law's by decade, for lone and central collisions that it governs") {
+TEST_CASE("restitution check: isolated central collisions are compared by decade") {
   Bodies bodies{.dimension = 3};
   bodies.mass = {1, 1};
   bodies.radius = {0.5, 0.5};
@@ -57,13 +57,14 @@ TEST_CASE("restitution is compared with the law's by decade, for lone and centra
   const double at_02 = theory::collision({278.6, 27.7}, 0.2).restitution;
   const double at_03 = theory::collision({278.6, 27.7}, 0.3).restitution;
   std::vector<Collision> ended = {collision(0.2, 0.2 * (at_02 + 0.01)), collision(0.3, 0.3 * (at_03 - 0.03)),
-                                  collision(2e-9, 0),                    // slower than any decade: with the slowest
-                                  collision(0.2, 0, std::sqrt(2.1e-4)),  // u^2 t = 2.1e-4, more than 1e-3 of .2
+                                  // This speed is below all decades and counts with the lowest one.
+                                  collision(2e-9, 0),
+                                  collision(0.2, 0, std::sqrt(2.1e-4)),  // u^2 t = 2.1e-4 exceeds 1e-3 of 0.2.
                                   collision(0.2, 0)};
   ended.back().contact.alone = false;
   RestitutionCheck check;
   check.count(ended, bodies, law, 0);
-  check.count(ended, bodies, law, 1.5);  // all began before
+  check.count(ended, bodies, law, 1.5);  // All contacts began earlier.
   const RestitutionCheck::Decade& found = check.by_speed()[-1 - RestitutionCheck::first_decade];
   CHECK(found.collisions == 2);
   CHECK(found.mean() == Approx(0.02).epsilon(1e-10).scale(0));
@@ -82,19 +83,20 @@ TEST_CASE("restitution is compared with the law's by decade, for lone and centra
   resumed.restore(gas.save());
   CHECK(resumed.restitution.all().collisions == 3);
 
-  // Heavier and larger grains: E and D times sqrt(R_eff / (d0/4)) = sqrt(2), m_eff = 4.
+  // For heavier and larger grains E and D are multiplied by sqrt(R_eff / (d0/4)) = sqrt(2), and m_eff = 4.
   bodies.mass = {8, 8};
   bodies.radius = {1, 1};
   const double heavy = theory::collision({278.6 * std::numbers::sqrt2, 27.7 * std::numbers::sqrt2, 4}, 0.2).restitution;
   RestitutionCheck of_heavy;
   of_heavy.count(std::vector{collision(0.2, 0.2 * heavy)}, bodies, law, 0);
-  CHECK(of_heavy.all().worst < 1e-12);  // rounding
-  // A linear contact's does not depend on the speed: G 3.6 with A = 278.6, B = 10 (GRANULAR's table, 10 digits).
+  CHECK(of_heavy.all().worst < 1e-12);  // Rounding.
+  // The restitution of a linear contact does not depend on the speed: G 3.6 with A = 278.6, B = 10 (table of GRANULAR,
+  // 10 digits).
   CHECK(expected_collision(LinearSpringLaw{278.6, 10}, 0.5, 1, 3).restitution ==
         Approx(0.3464297011).epsilon(2e-10).scale(0));
 }
 
-TEST_CASE("a contact that ends says how fast its grains part, and pass by each other") {
+TEST_CASE("ended contact: normal and tangential relative velocities are recorded") {
   Bodies bodies{.dimension = 3};
   bodies.position = {0, 0, 0, 1.01, 0, 0};
   bodies.momentum = {0, 0, 0, 0.3, 0.4, 0};
@@ -108,7 +110,7 @@ TEST_CASE("a contact that ends says how fast its grains part, and pass by each o
   CHECK(record.ended[0].tangential_speed == Approx(0.4));
 }
 
-TEST_CASE("what theory expects of a gas: collisions in the warm-up, Haff's law and charges after it") {
+TEST_CASE("theory of a gas: collisions, Haff's law and charges are followed") {
   Gas gas(scene());
   std::optional<HomogeneousGas> theory = HomogeneousGas::of(gas);
   REQUIRE(theory);
@@ -119,7 +121,8 @@ TEST_CASE("what theory expects of a gas: collisions in the warm-up, Haff's law a
       theory::impact_mean(1, [&](double speed, double) { return expected_collision(law, 0.5, 1, speed).duration; });
   gas.follow_contacts(gas.look(), 0.04);
   theory->follow(gas, gas.time(), 1);
-  // Elastic, so as warm as before: omega / (1 + omega t_c) N t / 2, to the quadrature's 1e-13 and rounding.
+  // The stage is elastic and keeps the temperature: omega / (1 + omega t_c) N t / 2, within the quadrature's 1e-13 and
+  // rounding.
   CHECK(theory->collisions() == Approx(omega / (1 + omega * duration) * 60 * 0.04).epsilon(1e-10).scale(0));
   CHECK(theory->temperature() == Approx(1).epsilon(1e-12).scale(0));
   CHECK(*theory->charge_square() == 0);
@@ -141,13 +144,13 @@ TEST_CASE("what theory expects of a gas: collisions in the warm-up, Haff's law a
     gas.follow_contacts(gas.look(), end);
     theory->follow(gas, gas.time(), 0.5);
   }
-  // In three parts as in one: cool() is good to 1e-9.
+  // In three parts as in one: cool() has an error of 1e-9.
   const theory::CoolingState whole = theory::cool(density, impacts, start, times).front();
   CHECK(theory->temperature() == Approx(whole.temperature).epsilon(1e-8).scale(0));
   CHECK(*theory->charge_square() == Approx(whole.charge_square).epsilon(1e-8).scale(0));
 }
 
-TEST_CASE("theory goes on over the end of a stage in which the gas cools, and begins anew after one of mixing") {
+TEST_CASE("theory: it continues through a cooling stage, restarts after mixing") {
   const std::string mixing = "duration = 1\nstiffness = 10\ntemperature = 1", cooling = "duration = 1\nelastic = false";
   const auto temperatures = [](const std::string& with) {
     GranularMotion motion(parse_scene(with, "gas.toml"));
@@ -155,16 +158,16 @@ TEST_CASE("theory goes on over the end of a stage in which the gas cools, and be
     return std::pair{reals_of(motion.take_history(), "haff_temperature"), motion.summary()};
   };
   const auto [staged, summary] = temperatures(replaced(text, mixing, cooling));
-  const auto [plain, other] = temperatures(replaced(text, "[[stage]]\n" + mixing, ""));
+  const auto [plain, other] = temperatures(replaced(text, "[[equilibration]]\n" + mixing, ""));
   REQUIRE(staged.size() == plain.size());
-  // cool() is good to 1e-9, whatever its parts.
+  // cool() has an error of 1e-9 for any division into parts.
   for (std::size_t k = 0; k < plain.size(); ++k) CHECK(staged[k] == Approx(plain[k]).epsilon(1e-8).scale(0));
   CHECK(value(summary, "temperature") == value(other, "temperature"));
   const std::vector<double> mixed = temperatures(text).first;
   CHECK(mixed[mixed.size() / 2] == Approx(1).epsilon(1e-9).scale(0));
 }
 
-TEST_CASE("theory has nothing to say of grains that are few, differ, are driven or at rest") {
+TEST_CASE("theory: none for few, different, driven or resting grains") {
   CHECK_FALSE(HomogeneousGas::of(Gas(parse_scene(replaced(text, "120", "99"), "gas.toml"))));
   CHECK(HomogeneousGas::of(Gas(scene())));
   CHECK_FALSE(HomogeneousGas::of(Gas(parse_scene(text + "[effects.gas_drag]\n", "gas.toml"))));
@@ -176,10 +179,10 @@ TEST_CASE("theory has nothing to say of grains that are few, differ, are driven 
   CHECK_FALSE(HomogeneousGas::of(Gas(at_rest)));
 }
 
-TEST_CASE("a stop.time within the stages: the summary warns that there is nothing else") {
+TEST_CASE("summary: a stop.time within the stages gives a warning") {
   Scene short_run = scene();
   CHECK_EQ(stages_warning(short_run), "");
-  short_run.stop.time = 1;  // the stage's
+  short_run.stop.time = 1;  // The end of the stage.
   CHECK(stages_warning(short_run).starts_with("stages alone: stop.time = 1 t0 counts from the start"));
   GranularMotion motion(short_run);
   go_on(motion, 1);
@@ -188,7 +191,7 @@ TEST_CASE("a stop.time within the stages: the summary warns that there is nothin
   CHECK_EQ(stages_warning(short_run), "");
 }
 
-TEST_CASE("summary of a gas: energy errors above 1 % and overlaps above 10 % give warnings") {
+TEST_CASE("summary of a gas: energy errors above 1 % and overlaps above 10 % warn") {
   Gas gas(scene());
   std::optional<HomogeneousGas> no_theory;
   double seconds = 0;
@@ -207,7 +210,7 @@ TEST_CASE("summary of a gas: energy errors above 1 % and overlaps above 10 % giv
   CHECK(warnings(0)[0].starts_with("grains overlap by 11 % of a diameter"));
 }
 
-TEST_CASE("a gas that cools and charges: what its summary and notes say holds together") {
+TEST_CASE("cooling and charging gas: summary and history are consistent") {
   GranularMotion motion(scene());
   go_on(motion, 4);
   const Summary summary = motion.summary();
@@ -216,7 +219,7 @@ TEST_CASE("a gas that cools and charges: what its summary and notes say holds to
   CHECK(value(summary, "temperature") < 1);
   CHECK(value(summary, "clusters") <= 120);
   CHECK(value(summary, "collisions") > 100);
-  // Grains of the warm-up are so fast that they overlap deeply; nothing else is wrong.
+  // The grains of the stage are so fast that they overlap deeply; no other warning is expected.
   for (const std::string& warning : summary.warnings) CHECK(warning.starts_with("grains overlap by "));
   const ColumnGroup notes = motion.take_history();
   CHECK(reals_of(notes, "time").front() == 0);
@@ -231,7 +234,7 @@ TEST_CASE("a gas that cools and charges: what its summary and notes say holds to
     CHECK(std::abs(error) < 0.02 * value(summary, "dissipated_energy"));
 }
 
-TEST_CASE("a resumed run says the same, whoever looked in between") {
+TEST_CASE("resume: output is identical, with or without intermediate output") {
   GranularMotion whole(scene());
   go_on(whole, 2);
   whole.take_history();
@@ -256,7 +259,7 @@ TEST_CASE("a resumed run says the same, whoever looked in between") {
     CHECK(reals_of(a, name) == reals_of(b, name));
 }
 
-TEST_CASE("a resumed run has computed charges' forces as often as one that goes on, whoever looked in between") {
+TEST_CASE("resume: force evaluations are equal, with or without output") {
   for (const bool exchange : {true, false}) {
     Scene charged = parse_scene(gas_text(120, 8, 1, 0.5), "gas.toml");
     if (!exchange) charged.effects.remove("charge_exchange");
@@ -278,7 +281,7 @@ TEST_CASE("a resumed run has computed charges' forces as often as one that goes 
   }
 }
 
-TEST_CASE("a run that pauses after any step has the notes of one that does not") {
+TEST_CASE("pause: a run that pauses after any step has the same history") {
   GranularMotion whole(scene()), paused(scene());
   go_on(whole, 1);
   int pauses = 0;

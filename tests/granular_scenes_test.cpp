@@ -1,5 +1,4 @@
-// What scenes of grains may say: charges that populations draw, contacts in SI, and what is refused, in one sentence
-// each.
+// Tests of scenes of grains: charges drawn by populations, contacts in SI units, and error messages.
 #include <doctest/doctest.h>
 
 #include <fmt/format.h>
@@ -29,7 +28,7 @@ right = "periodic"
 bottom = "periodic"
 top = "periodic"
 )";
-const std::string box = "[reference]\n[domain]\nsize = [12, 12, 12]" + periodic + R"(
+const std::string box = "[units]\n[domain]\nsize = [12, 12, 12]" + periodic + R"(
 front = "periodic"
 back = "periodic"
 )";
@@ -39,7 +38,7 @@ const std::string coulomb = "[effects.coulomb]\n";
 
 Scene parse(const std::string& text) { return parse_scene(text, "gas.toml"); }
 
-/// What a run of the scene up to its end is refused or ended with; empty if it is not.
+/// Error message of a run of the scene up to its end; empty if there is none.
 std::string sentence_of(const std::string& text) {
   try {
     GranularMotion motion(parse(text));
@@ -72,7 +71,7 @@ std::pair<double, double> moments(const std::vector<double>& charges) {
 
 }  // namespace
 
-TEST_CASE("populations have charges that are equal, Gaussian or of the density exp(-|q|^z)") {
+TEST_CASE("population charges: equal, Gaussian or of density exp(-|q|^z)") {
   CHECK(sum(charges_of("charge = 0.5\n", 100)) == 50);
   constexpr int n = 4000;
   struct Drawn {
@@ -91,14 +90,14 @@ TEST_CASE("populations have charges that are equal, Gaussian or of the density e
     const std::vector<double> one = charges_of("charge = 1\n" + keys, n), two = charges_of("charge = 2\n" + keys, n);
     CHECK(sum(one) == 0);
     const auto [found, fourth] = moments(one);
-    // The mean of n squares varies by the root of (kurtosis - 1) / n; four of them.
+    // The mean of n squares has a standard deviation of sqrt((kurtosis - 1) / n); the bound is four of these.
     CHECK(found == Approx(square).epsilon(4 * std::sqrt((kurtosis - 1) / n)).scale(0));
     CHECK(fourth == Approx(kurtosis).epsilon(kurtosis > 5 ? 0.5 : 0.2).scale(0));
     for (std::size_t k = 0; k < one.size(); ++k) REQUIRE(two[k] == 2 * one[k]);
   }
 }
 
-TEST_CASE("charges that a population draws stay as they are without an exchange") {
+TEST_CASE("population charges: without an exchange they are constant") {
   const std::string charged =
       "[[population]]\ncount = 60\ntemperature = 1\ncharge = 1\ncharge_distribution = \"gaussian\"\n";
   const Scene scene =
@@ -109,41 +108,41 @@ TEST_CASE("charges that a population draws stay as they are without an exchange"
   for (std::size_t k = 0; k < after.size(); ++k) REQUIRE(after[k] == scene.conductors[k].charge);
 }
 
-TEST_CASE("a viscoelastic contact in SI has the numbers of the scales") {
-  // G table 5.3: alpha = 2.67e4, beta = 12.8 with d0 = 4.78e-3, m0 = 1.52e-4, v0 = 1 give E = 277.5, D = 27.83. With
-  // nu = .25 alpha is Y = alpha 3 (1 - nu^2) / (2 sqrt(d0/4)), gamma = beta / alpha.
+TEST_CASE("viscoelastic contact in SI units: it equals the scaled numbers") {
+  // G table 5.3: alpha = 2.67e4, beta = 12.8 with d0 = 4.78e-3, m0 = 1.52e-4, v0 = 1 give E = 277.5, D = 27.83. With nu
+  // = 0.25, alpha = Y 2 sqrt(d0/4) / (3 (1 - nu^2)) and gamma = beta / alpha.
   const double young = 2.67e4 * 3 * (1 - 0.0625) / (2 * std::sqrt(4.78e-3 / 4));
   const Scene scene =
       parse(box + grains + contact +
             fmt::format("young = {:.17g}\npoisson = 0.25\nviscosity = {:.17g}\n", young, 12.8 / 2.67e4));
   const auto& options = *scene.effects.find<effects::ViscoelasticContactOptions>();
-  CHECK(options.elastic == Approx(277.5).epsilon(2e-4).scale(0));  // four digits
+  CHECK(options.elastic == Approx(277.5).epsilon(2e-4).scale(0));  // Four digits.
   CHECK(options.dissipative == Approx(27.83).epsilon(2e-4).scale(0));
 }
 
-TEST_CASE("contacts too short for any step: the keys that make them so are named") {
-  const std::string stage = "[[stage]]\nduration = 0.5\nstiffness = ";
+TEST_CASE("contacts too short for any step: the responsible keys are named") {
+  const std::string stage = "[[equilibration]]\nduration = 0.5\nstiffness = ";
   const auto said = [](const std::string& text, const std::string& part) {
     const std::string sentence = sentence_of(box + grains + contact + text);
     CAPTURE(sentence);
     CHECK(sentence.find(part) != std::string::npos);
   };
-  said(stage + "1e300\n", "stage.stiffness = 1e+300");
+  said(stage + "1e300\n", "equilibration.stiffness = 1e+300");
   said(stage + "1e300\n", "at most 1e+15");
-  said("elastic = 1e60\n", "softer contacts (elastic)");  // E as its power -2/5: 1e-24 of .2 t0 or so
-  said("elastic = 1e60\n" + stage + "10\n", "softer contacts (stage.stiffness, elastic)");
+  said("elastic = 1e60\n", "softer contacts (stiffness)");  // E to the power -2/5: 1e-24 of about 0.2 t0.
+  said("elastic = 1e60\n" + stage + "10\n", "softer contacts (equilibration.stiffness, stiffness)");
 }
 
-TEST_CASE("a stage of stiffer contacts has their restitution, and the book knows when it ends") {
+TEST_CASE("stage of stiffer contacts: restitution is kept and energy balances") {
   for (const std::string law : {"[effects.viscoelastic_contact]\n", "[effects.linear_contact]\nrestitution = 0.6\n"}) {
-    const std::string stage = "[[stage]]\nduration = 0.5\nelastic = false\nstiffness = 10\n";
+    const std::string stage = "[[equilibration]]\nduration = 0.5\nelastic = false\nstiffness = 10\n";
     granular::Gas gas(parse(box + grains + law + stage)), plain(parse(box + grains + law));
     for (const double speed : {0.1, 5.0}) {
       const auto stiff = granular::expected_collision(gas.law(), 0.5, 1, speed);
       const auto soft = granular::expected_collision(plain.law(), 0.5, 1, speed);
-      // As exact as the table in k is smooth: the same k is looked up.
+      // Accurate to the smoothness of the table in k: both look up the same k.
       CHECK(stiff.restitution == Approx(soft.restitution).epsilon(1e-12).scale(0));
-      CHECK(stiff.duration < 0.5 * soft.duration);  // by 10^(2/5) and 10^(1/2)
+      CHECK(stiff.duration < 0.5 * soft.duration);  // By 10^(2/5) and 10^(1/2)
     }
     const double before = gas.energy().total();
     CHECK_FALSE(gas.in_elastic_stage());
@@ -152,22 +151,22 @@ TEST_CASE("a stage of stiffer contacts has their restitution, and the book knows
     const double followed = gas.energy().total();
     const double stored = gas.energy().contact;
     gas.leave_stage();
-    CHECK(gas.energy().contact < 0.2 * stored);  // a tenth
+    CHECK(gas.energy().contact < 0.2 * stored);  // 10 %
     CHECK(gas.energy().total() == Approx(followed).epsilon(1e-12).scale(before));
   }
 }
 
-TEST_CASE("a step that is too long, or so short that time stands still, is refused before anything is written") {
+TEST_CASE("step: one too long or too short is refused before any output") {
   const std::string still = "[mechanics]\nstep = 1e-300\n[stop]\ntime = 1\n";
   CHECK_THROWS_AS(GranularMotion(parse(box + grains + contact + still)), InputError);
   const std::string verlet = "[mechanics]\nintegrator = \"verlet\"\nstep = 0.1\n";
   CHECK_THROWS_AS(GranularMotion(parse(box + grains + contact + verlet)), InputError);
 }
 
-TEST_CASE("time that stands still: a stage is refused, a run ends in a sentence") {
+TEST_CASE("step below rounding of time: a stage is refused, a run ends") {
   const auto of_stage = [](const std::string& duration, const std::string& more) {
-    return box + grains + contact + "[[stage]]\nduration = 0.5\n[[stage]]\nduration = " + duration + "\n" + more +
-           "[stop]\ntime = 0.6\n";
+    return box + grains + contact + "[[equilibration]]\nduration = 0.5\n[[equilibration]]\nduration = " + duration +
+           "\n" + more + "[stop]\ntime = 0.6\n";
   };
   for (const std::string duration : {"1e-17", "4.9e-13"})
     CHECK_MESSAGE(
@@ -178,11 +177,11 @@ TEST_CASE("time that stands still: a stage is refused, a run ends in a sentence"
   CHECK_MESSAGE(still.find("time does not advance any more: at t = 0.51 t0") != std::string::npos, still);
 }
 
-TEST_CASE("gases at the ends of what numbers can say move all the same") {
+TEST_CASE("extreme parameters: gases still run") {
   const std::string end = "[stop]\ntime = 0.05\n";
   for (const std::string& scene :
        {box + "[[population]]\ncount = 100\ntemperature = 1e-50\n" + contact + end,
-        box + grains + contact + "[effects.charge_exchange]\nstrength = 1e50\nexponent = 10\n" + end,
+        box + grains + contact + "[effects.charge_exchange]\ntransfer_prefactor = 1e50\nexponent = 10\n" + end,
         box + grains + contact + coulomb + "sum = \"shifted-force\"\n" + end,
         box + grains + contact + coulomb + "cutoff = 6\nmesh = 32\norder = 5\n" + end,
         box + "[[population]]\ncount = 1\ntemperature = 1\n" + contact + end,
@@ -192,7 +191,7 @@ TEST_CASE("gases at the ends of what numbers can say move all the same") {
   }
 }
 
-TEST_CASE("parameters by hand that leave large errors are doubted once, others are not") {
+TEST_CASE("given mesh parameters: a large error gives one warning") {
   const std::string charged = box + "[[population]]\ncount = 100\ntemperature = 1\ncharge = 1\n" + contact + coulomb;
   GranularMotion doubted(parse(charged + "cutoff = 1.1\nmesh = 8\norder = 4\n"));
   const std::vector<std::string> warnings = doubted.warnings();
@@ -203,17 +202,17 @@ TEST_CASE("parameters by hand that leave large errors are doubted once, others a
   CHECK(GranularMotion(parse(charged)).warnings().empty());
 }
 
-TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
+TEST_CASE("grains: impossible scenes are refused with an error message") {
   struct Refused {
     std::string scene, sentence;
   };
-  const std::string plane = "[reference]\n[domain]\nsize = [12, 12]" + periodic;
+  const std::string plane = "[units]\n[domain]\nsize = [12, 12]" + periodic;
   const std::string few = "[[population]]\ncount = 20\ntemperature = 1\n";
   const std::string si = "young = 1e6\npoisson = 0.2\n";
   std::string chain;
   for (const char* grain : {"[5, 6, 6]\ncharge = 1", "[6, 6, 6]", "[7, 6, 6]\ncharge = -1"})
     chain += fmt::format("[[conductor]]\nradius = 0.5\nposition = {}\n", grain);
-  std::string ring;  // round the box, with charges that do not excite the mode that grows
+  std::string ring;  // A ring around the box, with charges that do not excite the growing mode.
   for (int i = 0; i < 12; ++i)
     ring += fmt::format("[[conductor]]\nradius = 0.5\nposition = [{}.5, 6, 6]\ncharge = {}\n", i,
                         i == 0 ? 1 : (i == 6 ? -1 : 0));
@@ -222,14 +221,14 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
       "[[conductor]]\nposition = [6, 6, 6]\nradius = 0.5\nvelocity = [-25, 0, 0]\n";
   const std::vector<Refused> table = {
       {plane + few + contact + "[effects.wall_contact]\n",
-       "effects.wall_contact is not allowed with [reference], which makes the scene one of grains"},
+       "effects.wall_contact is not allowed with [units], which makes the scene one of grains"},
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "") + grains + contact,
        "domain.left must be \"periodic\" in a scene of grains"},
       {box + few + contact + "[mechanics]\nrelative_tolerance = 1e-6\n",
        "mechanics.relative_tolerance is not allowed with mechanics.integrator = \"multirate\": of grains it is for "
        "\"cvode\""},
       {box + few + contact + "[mechanics]\nlargest_step = 1.0\n",
-       "mechanics.largest_step is not allowed with [reference], which makes the scene one of grains"},
+       "mechanics.largest_step is not allowed with [units], which makes the scene one of grains"},
       {plane + few + contact + coulomb, "effects.coulomb is not allowed in 2 dimensions: it supports 3"},
       {box + "[[population]]\ncount = 1\nradius = 3.1\n" + contact,
        "at least twice that is needed, or it would meet two images of another"},
@@ -252,16 +251,18 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
       {box + few + contact + coulomb + "order = 8\ncutoff = 5\nmesh = 32\n",
        "a cutoff of a third of the box, 4, or less"},
       {box + few + contact + coulomb + "order = 8\ncutoff = 3\nmesh = 12\n", "effects.coulomb: a mesh with 12 points"},
-      {box + few + contact + coulomb + "strength = 1e101\n", "effects.coulomb.strength"},
-      {box + few + "charge = 1\n" + contact + coulomb + "strength = 1e10\n", "a smaller effects.coulomb.strength"},
+      {box + few + contact + coulomb + "strength = 1e101\n", "effects.coulomb.coupling_constant"},
+      {box + few + "charge = 1\n" + contact + coulomb + "strength = 1e10\n",
+       "a smaller effects.coulomb.coupling_constant"},
       {box + few + contact + "[effects.charge_exchange]\nexponent = 500\n", "greater than 0 and at most 10"},
-      {box + few + contact + "[effects.charge_exchange]\nstrength = 1e200\n", "greater than 0 and at most 1e+50"},
+      {box + few + contact + "[effects.charge_exchange]\ntransfer_prefactor = 1e200\n",
+       "greater than 0 and at most 1e+50"},
       {box + few + contact + "dissipative = 1e6\n",
-       "effects.viscoelastic_contact.dissipative = 1e+06 is too large for its elastic = 278.6"},
-      {box + few + contact + "elastic = 1e200\n", "effects.viscoelastic_contact.elastic"},
+       "effects.viscoelastic_contact.damping = 1e+06 is too large for its elastic = 278.6"},
+      {box + few + contact + "elastic = 1e200\n", "effects.viscoelastic_contact.stiffness"},
       {box + few + contact + "elastic = 1e60\n[stop]\ntime = 1\n", "too short for steps of"},
-      {box + "[[population]]\ncount = 20\n" + contact + "[[stage]]\nduration = 0.1\ntemperature = 2\n",
-       "stage.temperature = 2 cannot be had: all grains are at rest"},
+      {box + "[[population]]\ncount = 20\n" + contact + "[[equilibration]]\nduration = 0.1\ntemperature = 2\n",
+       "equilibration.temperature = 2 cannot be had: all grains are at rest"},
       {box + few + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.5\n", "less than 0.5 is allowed"},
       {box + chain + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.4\n", "it must be below 0.3"},
       {box + ring + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.25\n", "it must be below 0.20"},
@@ -274,9 +275,10 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
       {box + few + "charge = 2\n" + contact + "[effects.charge_exchange]\ncapacity = 1\n",
        "a grain has the charge 2 at the start"},
       {box + "[[population]]\ncount = 3000\n" + contact, "3000"},
-      {box + few + contact + coulomb + "strength = -1\n", "effects.coulomb.strength"},
-      {box + few + contact + "[effects.charge_exchange]\nstrength = -1\n", "effects.charge_exchange.strength"},
-      {box + few + contact + "dissipative = -1\n", "effects.viscoelastic_contact.dissipative"},
+      {box + few + contact + coulomb + "strength = -1\n", "effects.coulomb.coupling_constant"},
+      {box + few + contact + "[effects.charge_exchange]\ntransfer_prefactor = -1\n",
+       "effects.charge_exchange.transfer_prefactor"},
+      {box + few + contact + "dissipative = -1\n", "effects.viscoelastic_contact.damping"},
       {box + few + contact + "[effects.gas_drag]\nstokes = -1\n", "effects.gas_drag.stokes"},
       {box + few + contact + coulomb + "accuracy = 1e-11\n",
        "effects.coulomb: the accuracy 1e-11 is not possible for a mesh"},
@@ -284,8 +286,8 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
       {box + few + contact + "[mechanics]\nintegrator = \"verlet\"\nstep = 0.1\n", "would do"},
       {box + few + contact + "[mechanics]\nintegrator = \"gear\"\nstep = 0.1\n", "would do"},
       {box + fast + contact + "[stop]\ntime = 1\n", "times its stiffness would suffice"},
-      {box + few + contact + "[effects.charge_exchange]\nmodel = \"none\"\nstrength = 1\n",
-       "effects.charge_exchange.strength is not allowed with effects.charge_exchange.model = \"none\""},
+      {box + few + contact + "[effects.charge_exchange]\nmodel = \"none\"\ntransfer_prefactor = 1\n",
+       "effects.charge_exchange.transfer_prefactor is not allowed with effects.charge_exchange.model = \"none\""},
       {box + few + contact + "elastic = 1\n" + si + "viscosity = 1e-4\n", "leave one of the two out"},
       {box + few + contact + si, "effects.viscoelastic_contact.viscosity is missing"},
       {box +

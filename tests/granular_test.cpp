@@ -26,7 +26,7 @@ using granular::Gas;
 using granular::GasEnergy;
 using namespace lichtenberg::grains;
 
-TEST_CASE("a touch at the very end of a step, later by rounding than the next one begins") {
+TEST_CASE("contact: an onset delayed by rounding beyond the step's end is handled") {
   Scene scene = grains::cube(10);
   grains::add(scene, {4.5 + 1e-7, 5, 5}, {1, 0, 0});
   grains::add(scene, {5.5, 5, 5}, {-1, 0, 0});
@@ -36,14 +36,14 @@ TEST_CASE("a touch at the very end of a step, later by rounding than the next on
   const auto motion = granular::make_contact_motion(ViscoelasticLaw{278.6, 27.7}, 3);
   motion->advance(bodies, contacts, {}, {.begin = time, .time = 0.005, .fastest = 1}, parallel::Team::single());
   CHECK(bodies.momentum[0] + bodies.momentum[3] == doctest::Approx(0));
-  CHECK(bodies.momentum[0] < 1);  // they have braked each other
+  CHECK(bodies.momentum[0] < 1);  // Both grains have decelerated.
   CHECK(bodies.momentum[0] > 0);
 }
 
-// What a run asks of its motion in each step makes nobody look for pairs anew. The fastest of 200 grains, 3.5 times the
-// thermal speed, flies .3 diameters in 17 steps; contacts that push harder than before make searches earlier, twice as
-// often at the most here (found: 9 without charges, 11 with them).
-TEST_CASE("pairs are looked for when the fastest has flown its way, not in each step") {
+// Queries in each step cause no list rebuild. The fastest of 200 grains has 3.5 times the thermal speed and flies 0.3
+// diameters in 17 steps. Stronger contact forces can double the number of rebuilds (regression values: 9 without
+// charges, 11 with them).
+TEST_CASE("neighbour list: rebuilds follow the fastest grain's path, not each step") {
   for (const bool with_charges : {false, true}) {
     Scene scene = with_charges ? charged(9, Integrator::multirate, 0.1, 1e-3) : viscoelastic(9);
     scene.mechanics.step = 0.005;
@@ -66,9 +66,9 @@ TEST_CASE("pairs are looked for when the fastest has flown its way, not in each 
   }
 }
 
-// Collisions make no grain of many equal ones twice as fast as the fastest was, but light ones among heavy ones. The
-// gap of half a diameter is closed before pairs would be looked for again.
-TEST_CASE("a grain that became faster than was foreseen is seen from the next call on") {
+// Collisions do not double the largest speed of equal grains, but light grains among heavy ones can exceed it. The gap
+// of half a diameter closes before the next planned rebuild.
+TEST_CASE("neighbour list: a grain faster than predicted is found at the next call") {
   Scene scene = grains::cube(10);
   grains::add(scene, {4, 5, 5}, {0.01, 0, 0});
   grains::add(scene, {5.5, 5, 5}, {0, 0, 0});
@@ -90,10 +90,10 @@ TEST_CASE("a grain that became faster than was foreseen is seen from the next ca
 
 namespace {
 
-/// Bounds on errors of the restitution up to a speed of 1 v0 and up to 5 v0: GRANULAR's table of the worst errors at
-/// dt = .005, a tenth larger because phases differ, and how the errors fall with the step. Multirate takes 30 steps of
-/// the shortest contact at twice the fastest speed, .0086 at v = 1, where the table has 2.5e-5 for .01. CVODE makes an
-/// error of 1e-13 in each of some hundred steps.
+/// Bounds on restitution errors up to speeds of 1 v0 and 5 v0. They are the worst errors at dt = 0.005 in the table of
+/// GRANULAR, increased by 10 % for other phases, scaled to the step. Multirate takes 30 steps per shortest contact at
+/// twice the largest speed: 0.0086 at v = 1, where the table has 2.5e-5 for 0.01. CVODE has an error of 1e-13 in each
+/// of some hundred steps.
 struct RestitutionError {
   Integrator integrator;
   double at_1, at_5;
@@ -106,7 +106,7 @@ const RestitutionError restitution_errors[] = {{Integrator::multirate, 2.5e-5, 7
 
 }  // namespace
 
-TEST_CASE("a pair alone has the restitution of its law by every integrator, whenever it touches") {
+TEST_CASE("restitution: an isolated pair obeys its law with every integrator") {
   for (const auto& [integrator, at_1, at_5] : restitution_errors)
     for (const double speed : {0.1, 1.0, 5.0}) {
       CAPTURE(name_of(integrator));
@@ -119,10 +119,10 @@ TEST_CASE("a pair alone has the restitution of its law by every integrator, when
     }
 }
 
-// A frame of another run may be the start of a run. The stored energy of Hertz's law F = k x^(3/2) is 2/5 k x^(5/2);
-// each grain takes half of it. The grains part at v = sqrt(2 stored / m_eff) = 1.19, so the error of v is at most that
-// of a restitution up to 5 v0. That of the energy is twice as large, because it is a square.
-TEST_CASE("grains that overlap at the start: the stored energy drives them apart") {
+// A frame of another run can be an initial state. Hertz's law F = k x^(3/2) stores 2/5 k x^(5/2), of which each grain
+// receives half. The grains separate at v = sqrt(2 stored / m_eff) = 1.19. The error of v is at most that of a
+// restitution up to 5 v0; the relative error of the energy is twice that.
+TEST_CASE("grains that overlap at the start: the stored energy separates them") {
   constexpr double overlap = 0.1, elastic = 278.6;
   const double stored = 0.4 * elastic * std::pow(overlap, 2.5);
   for (const auto& [integrator, at_1, at_5] : restitution_errors) {
@@ -140,10 +140,10 @@ TEST_CASE("grains that overlap at the start: the stored energy drives them apart
   }
 }
 
-// An impact takes some hundred steps. Each is wrong by the tolerance, relative and absolute, as a root mean square of
-// 13 components, so that one of about 1 is wrong by 2 sqrt(13) times that at worst: 700 in all, less with few long
-// steps.
-TEST_CASE("the reference is as good as its tolerance") {
+// An impact takes some hundred steps. Each step's error is the tolerance, relative and absolute, as the rms of 13
+// components. A component of about 1 thus has an error of 2 sqrt(13) times the tolerance at worst: 700 in all, and less
+// with few long steps.
+TEST_CASE("cvode reference: its error is within the tolerance") {
   Scene scene = viscoelastic(10, Integrator::cvode);
   const double exact = theory::collision({278.6, 27.7}, 1).restitution;
   double before = 0;
@@ -156,7 +156,7 @@ TEST_CASE("the reference is as good as its tolerance") {
   }
 }
 
-TEST_CASE("the reference: slow grains just apart touch once and part") {
+TEST_CASE("cvode reference: slow grains just apart collide once and separate") {
   constexpr double speed = 1e-5;
   Scene scene = viscoelastic(40, Integrator::cvode);
   add_pair(scene, speed, 3e-6);
@@ -166,12 +166,13 @@ TEST_CASE("the reference: slow grains just apart touch once and part") {
   CHECK(run.gas.contacts().empty());
   const double expected = granular::expected_collision(run.gas.law(), 0.5, 1, speed).restitution;
   const double after = norm(velocity<3>(run.gas.bodies(), 1) - velocity<3>(run.gas.bodies(), 0));
-  CHECK(after / speed == doctest::Approx(expected).epsilon(1e-6));  // places round by 4e-15 of an overlap of 5e-6
+  // Positions are rounded by 4e-15; the overlap is 5e-6.
+  CHECK(after / speed == doctest::Approx(expected).epsilon(1e-6));
 }
 
-// The force of a linear contact jumps at touch, which a fixed step finds to within itself: an error of the order of
-// dt / t_c = .005 / .13 of what the force does then, B v, to the restitution's 1 - .9.
-TEST_CASE("a linear contact has its restitution") {
+// The force of a linear contact jumps at onset, and a fixed step resolves the onset to within one step. The error is of
+// the order dt / t_c = 0.005 / 0.13 of the effect of this force, B v, relative to 1 - 0.9.
+TEST_CASE("linear contact: a collision has the given restitution") {
   for (const Integrator integrator : all_integrators)
     for (const double phase : {1.0, 1.3, 1.7}) {
       CAPTURE(name_of(integrator));
@@ -183,7 +184,7 @@ TEST_CASE("a linear contact has its restitution") {
     }
 }
 
-TEST_CASE("a step too long for the contacts is refused, with one that would do") {
+TEST_CASE("step: one too long for the contacts is refused with a suitable value") {
   for (const Integrator integrator : {Integrator::verlet, Integrator::gear}) {
     Scene scene = viscoelastic(10, integrator);
     add_pair(scene, 1, 0.1);
@@ -194,14 +195,14 @@ TEST_CASE("a step too long for the contacts is refused, with one that would do")
     const double would_do = std::stod(message.substr(message.find("; ") + 2));
     scene.mechanics.step = would_do;
     CHECK_NOTHROW(Run(scene).to(1));
-    scene.mechanics.step = 1.12 * would_do;  // .95 to two digits of what would
+    scene.mechanics.step = 1.12 * would_do;  // 0.95 of the suitable value, to two digits.
     CHECK_THROWS_AS(Run(scene).to(1), InputError);
   }
 }
 
-// Where K q^2 = .1 the contact bears E xi^(3/2) = .1, xi = 5.05e-3: m_eff = 1/2 swings on 1.5 E sqrt(xi) = 29.7 with a
-// period of .815 t0, a quarter of which is .204.
-TEST_CASE("a step in which grains that charges hold together would swing is refused, with the longest that would do") {
+// With K q^2 = 0.1 the contact carries E xi^(3/2) = 0.1 at xi = 5.05e-3. The reduced mass 1/2 oscillates with stiffness
+// 1.5 E sqrt(xi) = 29.7 and a period of 0.815 t0, a quarter of which is 0.204.
+TEST_CASE("step: one too long for bound pairs is refused with the longest suitable") {
   Scene scene = charged(10, Integrator::multirate, 0.1, 0);
   add_pair(scene, 0.01, 0.1, 1);
   scene.mechanics.step = 0.3;
@@ -214,10 +215,10 @@ TEST_CASE("a step in which grains that charges hold together would swing is refu
   CHECK_THROWS_AS(Run(scene).to(1), InputError);
 }
 
-// Contacts of grains that fly to each other, some in up to six contacts at once: errors fall with the square of the
-// step (ContactMotion holds what others do to a pair linear in time), momentum is kept to rounding, and no step
-// raises the energy by more than it is wrong.
-TEST_CASE("grains in several contacts: second order, energy falls, momentum stays") {
+// Grains approach each other, some with up to six simultaneous contacts. ContactMotion extrapolates the forces of other
+// contacts linearly in time, so errors are of second order. Momentum is conserved to rounding, and no step raises the
+// energy by more than its error.
+TEST_CASE("multiple contacts: second order, energy decreases, momentum is constant") {
   Scene scene = viscoelastic(20);
   add_gas(scene, 13, 4.4, 0);
   for (Conductor& grain : scene.conductors) grain.velocity = -0.5 * (grain.position - 0.5 * scene.domain.size);
@@ -243,13 +244,14 @@ TEST_CASE("grains in several contacts: second order, energy falls, momentum stay
     for (std::size_t k = 0; k < found.size(); ++k) worst = std::max(worst, std::abs(found[k] - reference[k]));
     errors.push_back(worst);
   }
-  CHECK(errors[0] < 5e-5);            // found: 1.1e-5; 2.2e-4 with what others do held over a step
-  CHECK(errors[3] < errors[0] / 64);  // an eighth of the step
+  // Regression value: 1.1e-5; constant forces of other contacts over a step would give 2.2e-4.
+  CHECK(errors[0] < 5e-5);
+  CHECK(errors[3] < errors[0] / 64);  // The step is an eighth.
 }
 
-// Twelve charges of -1 around one of 12: they fall on it and each other, bounce and come to rest. Impulses of charges
-// at both ends of a step leave a flutter that falls with the square of the step, Verlet none.
-TEST_CASE("a cluster cools to rest: energy falls at each instant, and forces balance") {
+// Twelve charges of -1 surround one of 12. They fall on it and on each other, bounce and come to rest. Impulses at both
+// ends of a step leave an oscillation of second order in the step; Verlet leaves none.
+TEST_CASE("cluster: energy decreases at each instant and forces balance at rest") {
   Scene scene = viscoelastic(30, Integrator::verlet);
   scene.effects.add(effects::CoulombOptions{.strength = 0.1, .sum = effects::CoulombSum::minimum_image});
   add(scene, 0.5 * scene.domain.size, {}, 12);
@@ -276,11 +278,11 @@ TEST_CASE("a cluster cools to rest: energy falls at each instant, and forces bal
     largest = std::max(largest, std::abs(force[k]));
     left_over = std::max(left_over, std::abs(force[k] + contacts.force[k]));
   }
-  CHECK(left_over < 0.05 * largest);  // grains that slide on each other lose little
+  CHECK(left_over < 0.05 * largest);  // Sliding grains dissipate little.
   CHECK(momentum(run.gas.bodies()) < 1e-12);
 }
 
-TEST_CASE("an elastic stage keeps energy and charges, and ends at its temperature") {
+TEST_CASE("elastic stage: it conserves energy and charges, ends at its temperature") {
   for (const Integrator integrator : {Integrator::multirate, Integrator::verlet, Integrator::gear}) {
     CAPTURE(name_of(integrator));
     Scene scene = viscoelastic(5, integrator);
@@ -296,7 +298,8 @@ TEST_CASE("an elastic stage keeps energy and charges, and ends at its temperatur
     CHECK(run.gas.collisions > 100);
     CHECK(during.dissipated == 0);
     CHECK(during.driven == 0);
-    // Errors of elastic restitutions: Multirate's 1e-4 and less, the others' 1e-3 a collision, in both directions.
+    // The energy errors of elastic collisions have both signs: at most 1e-4 with Multirate, 1e-3 per collision with the
+    // others.
     CHECK(std::abs(during.kinetic + during.contact - before) <
           (integrator == Integrator::multirate ? 1e-3 : 2e-2) * before);
     run.to(1);
@@ -308,7 +311,7 @@ TEST_CASE("an elastic stage keeps energy and charges, and ends at its temperatur
   }
 }
 
-TEST_CASE("no contact is missed beside a grain a thousand times as fast as the others") {
+TEST_CASE("contacts: none is missed near a grain 1000 times as fast as the others") {
   Scene scene = viscoelastic(8);
   add_gas(scene, 150, 7.9, 1e-4);
   scene.conductors.front().velocity = {7, 5, 3};
@@ -329,7 +332,7 @@ TEST_CASE("no contact is missed beside a grain a thousand times as fast as the o
   CHECK(seen > 100);
 }
 
-TEST_CASE("two grains that meet across faces, edges and corners bounce as in the middle") {
+TEST_CASE("periodic box: collisions across faces, edges and corners are unchanged") {
   Scene middle = viscoelastic(10);
   const double expected = restitution(middle, 2, 1);
   for (int n = 0; n < 8; ++n)
@@ -346,11 +349,12 @@ TEST_CASE("two grains that meet across faces, edges and corners bounce as in the
       Run run(scene);
       while (run.gas.collisions == 0 || !run.gas.contacts().empty()) run.step(run.gas.time() + 1);
       const double speed = norm(velocity<3>(run.gas.bodies(), 1) - velocity<3>(run.gas.bodies(), 0));
-      CHECK(speed / 2 == doctest::Approx(expected).epsilon(1e-9));  // places round by 1e-15, in sqrt(overlap)
+      // Positions are rounded by 1e-15, which enters as sqrt(overlap).
+      CHECK(speed / 2 == doctest::Approx(expected).epsilon(1e-9));
     }
 }
 
-TEST_CASE("the same force on all does work that is booked, and nothing else") {
+TEST_CASE("uniform force: its work equals the recorded driving energy") {
   for (const Integrator integrator : all_integrators) {
     Scene scene = viscoelastic(10, integrator);
     scene.effects.add(effects::UniformForceOptions{.acceleration = {{0, 0, -2}, 3}});
@@ -359,15 +363,15 @@ TEST_CASE("the same force on all does work that is booked, and nothing else") {
     run.to(3);
     CHECK(velocity<3>(run.gas.bodies(), 0).z == doctest::Approx(-6).epsilon(1e-12));
     CHECK(run.gas.energy().driven == doctest::Approx(18).epsilon(1e-12));
-    // Within a step it acts at both ends: the way is that of the trapezoidal rule, exact.
+    // The force acts at both ends of a step. The displacement is that of the trapezoidal rule, exact here.
     CHECK(position<3>(run.gas.bodies(), 0).z + 10 * run.gas.bodies().image[2] == doctest::Approx(5 - 9).epsilon(1e-11));
   }
 }
 
-// Free grains: each component is drawn anew after each hold, of variance speed^2 tanh(S hold / 2). 3 N components at
-// ten instants, five holds apart, so that they are independent to exp(-5): four standard deviations, 4 sqrt(2 / (30
-// N)).
-TEST_CASE("a gas that blows at random drives grains to its temperature") {
+// Free grains: each velocity component is redrawn after each correlation time, with variance speed^2 tanh(S hold / 2).
+// There are 3 N components at ten instants, five correlation times apart and thus independent to exp(-5). The bound is
+// four standard deviations, 4 sqrt(2 / (30 N)).
+TEST_CASE("gas drag: a random wind drives free grains to its temperature") {
   constexpr int n = 512;
   Scene scene = viscoelastic(80);
   scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 0.1, .hold = 1});
@@ -384,10 +388,10 @@ TEST_CASE("a gas that blows at random drives grains to its temperature") {
   CHECK(book.total() == doctest::Approx(0).epsilon(1e-12 * book.driven));
 }
 
-// The mean over 60 holds of a temperature that forgets itself within 1 / (2 S) = 1: some 60 of 3 N / 2 degrees of
-// freedom, of which four standard deviations are asked for, and the length of contacts (omega t_c = .03) makes
-// collisions rarer by so much, which changes T by .5 %. Without collisions T would be 15 % higher.
-TEST_CASE("gas drag: collisions lower the temperature as theory says") {
+// The temperature has a correlation time of 1 / (2 S) = 1 and is averaged over 60 correlation times of the wind. These
+// are about 60 samples of 3 N / 2 degrees of freedom; the bound is four standard deviations. The contact duration
+// (omega t_c = 0.03) reduces the collision rate, which changes T by 0.5 %. Without collisions T would be 15 % higher.
+TEST_CASE("gas drag: collisions lower the temperature to the theoretical value") {
   constexpr int n = 216;
   const double edge = std::cbrt(n * std::numbers::pi / 6 / 0.05);
   const theory::RandomDrag drag{.stokes = 0.5, .speed = 1.8, .hold = 1};
@@ -411,8 +415,9 @@ TEST_CASE("gas drag: collisions lower the temperature as theory says") {
   CHECK(temperature == doctest::Approx(expected).epsilon(4 * std::sqrt(2.0 / (3 * n * 60)) + 0.005));
 }
 
-// Whole numbers, and masses that are powers of two: nothing is rounded. The fastest is the last, the first or another.
-TEST_CASE("a survey of any number of grains finds their kinetic energy and the largest speed") {
+// Integers and masses that are powers of two are exact in floating point. The fastest grain is the first, the last or
+// another.
+TEST_CASE("statistics: kinetic energy and largest speed of any number of grains") {
   for (const int d : {2, 3})
     for (const int count : {1, 7, 8, 21})
       for (const int fast : {0, count / 2, count - 1}) {

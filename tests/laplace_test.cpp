@@ -12,7 +12,7 @@ using namespace lichtenberg::laplace;
 
 namespace {
 
-/// Two disks, charges +1 and -1, in an insulated box: nothing is wrong with it.
+/// Valid problem of two disks with charges +1 and -1 in an insulated box.
 LaplaceProblem neutral_pair() {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {10, 10};
@@ -21,7 +21,7 @@ LaplaceProblem neutral_pair() {
   return problem;
 }
 
-/// Charges that a known matrix gives: a solver without a field, to test what is built on the interface.
+/// Solver without a field: a given matrix determines the charges. It tests functions that use the interface.
 class MatrixSolver : public LaplaceSolver {
  public:
   explicit MatrixSolver(std::vector<double> matrix) : matrix_(std::move(matrix)) {}
@@ -46,13 +46,13 @@ class MatrixSolver : public LaplaceSolver {
 
 }  // namespace
 
-TEST_CASE("a neutral pair in an insulated box can be solved and has no ground") {
+TEST_CASE("neutral pair in an insulated box: solvable, without ground") {
   const LaplaceProblem problem = neutral_pair();
   CHECK_NOTHROW(problem.check());
   CHECK_FALSE(problem.has_ground());
 }
 
-TEST_CASE("an electrode side or a body of fixed potential is a ground") {
+TEST_CASE("ground: an electrode side or a body at a given potential is one") {
   LaplaceProblem with_side = neutral_pair();
   with_side.sides[top].kind = Side::Kind::electrode;
   CHECK(with_side.has_ground());
@@ -62,18 +62,18 @@ TEST_CASE("an electrode side or a body of fixed potential is a ground") {
   CHECK(with_body.has_ground());
 }
 
-TEST_CASE("a fixed group without a body grounds nothing") {
+TEST_CASE("ground: a fixed group without a body is none") {
   LaplaceProblem problem = neutral_pair();
   problem.groups.push_back({.floating = false});
   CHECK_FALSE(problem.has_ground());
   CHECK_NOTHROW(problem.check());
 }
 
-TEST_CASE("a fixed group grounds what is coupled to it, over other groups too") {
+TEST_CASE("ground: a fixed group grounds all groups coupled to it") {
   LaplaceProblem problem = neutral_pair();
   problem.groups[0].charge = 5;
-  problem.groups.push_back({});                   // 2, a node between two resistors
-  problem.groups.push_back({.floating = false});  // 3, a supply
+  problem.groups.push_back({});                   // 2, a node between two resistors.
+  problem.groups.push_back({.floating = false});  // 3, a supply.
   const Coupling supply{2, 3, 1.0};
   problem.couplings = {supply, {1, 2, 1e-12}};
   CHECK(problem.has_ground());
@@ -86,15 +86,15 @@ TEST_CASE("a fixed group grounds what is coupled to it, over other groups too") 
   CHECK_THROWS_AS(problem.check(), InputError);
 }
 
-TEST_CASE("charges must cancel among what the field reaches") {
+TEST_CASE("charges: they must cancel among the groups in the field") {
   LaplaceProblem problem = neutral_pair();
-  problem.groups.push_back({.charge = 7});  // 2: its charge comes from the supply, the field knows nothing of it
+  problem.groups.push_back({.charge = 7});  // 2: its charge comes from the supply, and it is not in the field.
   problem.groups.push_back({.floating = false});
   problem.couplings = {{2, 3, 1.0}};
   CHECK_NOTHROW(problem.check());
 }
 
-TEST_CASE("groups are coupled by chains of what is more than the least") {
+TEST_CASE("coupled_sets: chains of couplings above the minimum join groups") {
   LaplaceProblem problem{.permittivity = 1};
   problem.groups.resize(6);
   problem.couplings = {{4, 5, 1e-3}, {1, 4, 1.0}, {2, 5, 1.0}, {0, 3, 0.0}};
@@ -102,7 +102,7 @@ TEST_CASE("groups are coupled by chains of what is more than the least") {
   CHECK(coupled_sets(problem, 0.1) == std::vector<int>{0, 1, 2, 3, 1, 2});
 }
 
-TEST_CASE("charge that has nowhere to go is refused, and accepted once there is a ground") {
+TEST_CASE("unbalanced charge: it is refused without and accepted with a ground") {
   LaplaceProblem problem = neutral_pair();
   problem.groups[1].charge = -0.9;
   CHECK_THROWS_AS(problem.check(), InputError);
@@ -110,14 +110,14 @@ TEST_CASE("charge that has nowhere to go is refused, and accepted once there is 
   CHECK_NOTHROW(problem.check());
 }
 
-TEST_CASE("charges that cancel up to rounding are neutral") {
+TEST_CASE("charges that cancel up to rounding: they are neutral") {
   LaplaceProblem problem = neutral_pair();
   problem.bodies.push_back({Disk{{5, 8}, 1}, 2});
-  problem.groups = {{.charge = 0.1}, {.charge = 0.2}, {.charge = -0.3}};  // sums to 5.6e-17
+  problem.groups = {{.charge = 0.1}, {.charge = 0.2}, {.charge = -0.3}};  // The sum is 5.6e-17
   CHECK_NOTHROW(problem.check());
 }
 
-TEST_CASE("malformed problems are refused") {
+TEST_CASE("malformed problems: they are refused") {
   LaplaceProblem problem = neutral_pair();
   SUBCASE("box without width") { problem.size.x = 0; }
   SUBCASE("permittivity not positive") { problem.permittivity = -1; }
@@ -149,11 +149,11 @@ TEST_CASE("malformed problems are refused") {
   CHECK_THROWS_AS(problem.check(), InputError);
 }
 
-TEST_CASE("the capacitance matrix is filled column by column, with members summed and everything else at zero") {
+TEST_CASE("capacitance matrix: columns sum over members, other groups are at zero") {
   LaplaceProblem problem = neutral_pair();
-  problem.bodies.push_back({Disk{{5, 8}, 1}, 0});  // group 0 has two members
+  problem.bodies.push_back({Disk{{5, 8}, 1}, 0});  // Group 0 has two members.
   problem.sides[left] = {.kind = Side::Kind::electrode, .potential = 7, .profile = [](Vec2) { return 7.0; }};
-  MatrixSolver solver({4, -1, -3, 5});  // not symmetric, so that rows and columns cannot be mixed up
+  MatrixSolver solver({4, -1, -3, 5});  // An asymmetric matrix distinguishes rows from columns.
   CHECK(capacitance_matrix(solver, problem) == std::vector<double>{4, -1, -3, 5});
 }
 

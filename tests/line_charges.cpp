@@ -25,8 +25,8 @@ Eigen::MatrixXd potential_coefficients(const laplace::LaplaceProblem& problem) {
   return p;
 }
 
-/// Charges q and potentials u of P q = u; sum of q over a floating group and of capacitance (u - u') over its
-/// couplings = its charge.
+/// Solves P q = u for charges q and potentials u. For each floating group the sum of q, plus capacitance (u - u') over
+/// its couplings, equals its charge.
 Eigen::VectorXd share(const laplace::LaplaceProblem& problem, const Eigen::MatrixXd& p) {
   const auto n = static_cast<Eigen::Index>(problem.bodies.size());
   const auto groups = static_cast<Eigen::Index>(problem.groups.size());

@@ -7,20 +7,19 @@
 
 namespace lichtenberg {
 
-/// What a test wants to know about a solver that it has given away.
+/// Counters of a solver that a test has passed to another object.
 struct SolverLog {
   int solves = 0;
   int forgets = 0;
 };
 
-/// A field solver small enough to check by hand: each disk is a line charge at its centre, and the potential of disk i
-/// is
+/// Field solver with a simple closed form. Each disk is a line charge at its centre. The potential of disk i is
 ///   phi_i = -1/(2 pi eps) * (q_i ln(R_i / L) + sum_j q_j ln(d_ij / L)),   L = width of the box,
-/// as if the ground were a circle of radius L far away. Groups share their charge so that their potentials are equal.
-/// Forces are the exact derivative of the energy. Bodies must be disks; the box plays no other part.
+/// as for a circular ground of radius L at a large distance. Groups distribute their charge to equal potentials. Forces
+/// are the exact derivatives of the energy. Bodies must be disks; the box has no other effect.
 ///
-/// Like an iterative solver it ends near its solution, where exactly depends on the solves before: the k-th one since
-/// it last forgot is off by a factor 1 + 1e-9 k.
+/// The solution depends slightly on earlier solves, as that of an iterative solver does: the k-th solve after forget()
+/// is multiplied by 1 + 1e-9 k.
 class LineCharges : public laplace::LaplaceSolver {
  public:
   explicit LineCharges(std::shared_ptr<SolverLog> log = std::make_shared<SolverLog>()) : log_(std::move(log)) {}

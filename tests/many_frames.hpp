@@ -17,14 +17,14 @@
 #include "tests/folder.hpp"
 #include "tests/message.hpp"
 
-/// Results of many small frames, and what a reader must find in them.
+/// Results of many small frames, and their expected numbers.
 namespace lichtenberg::many_frames {
 
 namespace fs = std::filesystem;
 using Of = Column::Of;
 
 constexpr int particles = 20;
-constexpr std::uint64_t few = 3300;  // bytes: three frames and a segment is full
+constexpr std::uint64_t few = 3300;  // Limit (bytes) of three frames per segment.
 
 inline Scene some_scene() {
   Scene scene;
@@ -37,7 +37,7 @@ inline Scene some_scene() {
   return scene;
 }
 
-/// Numbers that depend on the frame, and lists of a length that does.
+/// Frame with numbers and a list length that depend on its index.
 inline Frame frame(int k) {
   std::vector<double> position, charge;
   std::vector<std::int32_t> pairs;
@@ -68,7 +68,7 @@ inline Recorder start(const std::string& path, std::uint64_t tail = few, bool ov
   return Recorder::start(path, some_scene(), std::vector<double>(particles, 1e-3), overwrite, tail);
 }
 
-/// Adds frames up to `end`, with a save after each third of all.
+/// Adds frames up to `end`, with a save at every third frame.
 inline void add_until(Recorder& recorder, int end) {
   for (int k = static_cast<int>(recorder.frames()); k < end; ++k) {
     recorder.add(frame(k));
@@ -89,7 +89,7 @@ inline std::int64_t segments(const std::string& path) {
 
 using Numbers = std::map<std::string, std::vector<double>>;
 
-/// All numbers of all frames, as a reader finds them.
+/// All numbers of all frames as read from a result.
 inline Numbers numbers(const std::string& path) {
   const ResultFile file(path, "read");
   Numbers found;
@@ -105,7 +105,7 @@ inline Numbers numbers(const std::string& path) {
   return found;
 }
 
-/// What a reader must find in a result of so many frames.
+/// Expected numbers of a result with the given number of frames.
 inline Numbers expected(int frames) {
   Numbers all;
   const auto append = [](std::vector<double>& to, const Column& column) {
@@ -144,7 +144,7 @@ inline int status_of(pid_t child) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-/// Runs a script by Debian's python, which has h5py, and returns its exit status.
+/// Runs a script with Debian's python, which has h5py, and returns its exit status.
 inline int python(const Folder& folder, const std::string& script) {
   folder.write("script.py", script);
   return std::system(fmt::format("cd '{}' && /usr/bin/python3 script.py", folder.path.string()).c_str());

@@ -1,4 +1,4 @@
-// Gravity on conductors in space: weight, buoyancy, stored energy, and rest on the bottom.
+// Tests of gravity on conductors in space: weight, buoyancy, stored energy, and rest on the bottom.
 #include "src/effects/gravity.hpp"
 
 #include <doctest/doctest.h>
@@ -25,7 +25,7 @@ doctest::Approx near(double value, double tolerance) { return doctest::Approx(va
 
 }  // namespace
 
-TEST_CASE("what keeps its height is pulled along the dish only") {
+TEST_CASE("keep_height: the field accelerates bodies only along the dish") {
   Scene scene = cube_of({{0.028, 0.03, 0.02}, {0.032, 0.03, 0.021}}, 1e-3);
   scene.conductors[0].charge = 4e-10;
   scene.conductors[1].charge = -4e-10;
@@ -37,21 +37,21 @@ TEST_CASE("what keeps its height is pulled along the dish only") {
   CHECK(frame.position[0].z == 0.02);
   CHECK(frame.position[1].z == 0.021);
   CHECK(frame.position[0].x > 0.028 + 1e-5);
-  CHECK(frame.force[0].z == 0);  // with what it lies on
+  CHECK(frame.force[0].z == 0);  // The vertical force includes that of the support.
   CHECK(frame.force[0].x > 0);
 }
 
-TEST_CASE("a heavy sphere sinks as Stokes says") {
+TEST_CASE("gravity: a heavy sphere sinks with Stokes' velocity") {
   Scene scene = cube_of({{0.03, 0.03, 0.03}}, 1e-3);
   scene.effects.add(effects::GravityOptions{.acceleration = 9.81, .fluid_density = 960});
   Simulation simulation(scene);
   simulation.advance_to(0.1);
-  // v = 2/9 (density - 960) g R^2 / viscosity after 65 relaxation times
+  // v = 2/9 (density - 960) g R^2 / viscosity after 65 relaxation times.
   const double speed = 2.0 / 9 * (8050 - 960) * 9.81 * radius * radius / 0.7;
   CHECK(simulation.now().velocity[0].z == near(-speed, 1e-6));
 }
 
-TEST_CASE("what weight stores is the way up times weight less buoyancy") {
+TEST_CASE("gravity: the stored energy is height times weight minus buoyancy") {
   Scene low = cube_of({{0.03, 0.03, 0.02}, {0.04, 0.03, 0.02}}, 1e-3);
   low.effects.add(effects::GravityOptions{.acceleration = 9.81, .fluid_density = 960});
   Scene high = low;
@@ -61,7 +61,7 @@ TEST_CASE("what weight stores is the way up times weight less buoyancy") {
   CHECK(stored(high) - stored(low) == near(weight * 0.015, 1e-12));
 }
 
-TEST_CASE("gravity: weight pulls along its direction, of any length") {
+TEST_CASE("gravity: weight acts along its direction, of any length") {
   Scene scene = cube_of({{0.03, 0.03, 0.03}}, 1e-3);
   const double weight = 8050 * 9.81 * 4.0 / 3 * std::numbers::pi * std::pow(radius, 3);
   const auto check = [&](effects::GravityOptions options, Vec3 down) {
@@ -87,7 +87,7 @@ TEST_CASE("gravity: a fall through a periodic side keeps the energy") {
   scene.effects.add<effects::GravityOptions>();
   Model model = effects::make_model_without_field(scene);
   const double before = model.stored_energy(0);
-  model.bodies.position[2] -= 0.005;  // below the front
+  model.bodies.position[2] -= 0.005;  // Below the front.
   const double weight = 8050 * 9.80665 * 4.0 / 3 * std::numbers::pi * std::pow(radius, 3);
   CHECK(model.stored_energy(0) - before == near(-0.005 * weight, 1e-9));
   wrap(model.bodies);
@@ -95,7 +95,7 @@ TEST_CASE("gravity: a fall through a periodic side keeps the energy") {
   CHECK(model.stored_energy(0) - before == near(-0.005 * weight, 1e-9));
 }
 
-TEST_CASE("a sphere on the bottom of a dish lies there: weight and elastic contact balance") {
+TEST_CASE("sphere on the bottom of a dish: weight and elastic contact balance") {
   Scene scene = cube_of({{0.03, 0.03, radius}}, 1e-3);
   scene.conductors[0].charge = 0;
   scene.effects.add<effects::GravityOptions>();
@@ -103,7 +103,7 @@ TEST_CASE("a sphere on the bottom of a dish lies there: weight and elastic conta
   Simulation simulation(scene);
   simulation.advance_to(0.05);
   const ConductorFrame frame = simulation.now();
-  // Hertz: weight 1.54e-4 N = 4/3 E* sqrt(R) overlap^1.5, E* = 200e9 / 1.82
+  // Hertz: weight 1.54e-4 N = 4/3 E* sqrt(R) overlap^1.5, E* = 200e9 / 1.82.
   const double overlap = std::pow(0.75 * mass * 9.80665 / (200e9 / 1.82 * std::sqrt(radius)), 2.0 / 3);
   CHECK(radius - frame.position[0].z == near(overlap, 1e-3));
 }

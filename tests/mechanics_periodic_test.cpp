@@ -26,7 +26,8 @@ namespace {
 
 constexpr double side = 10;
 
-/// 40 spheres of radius .5 and mass 1 at random places of a periodic cube that do not overlap, with random velocities.
+/// Gas of 40 spheres of radius 0.5 and mass 1 at random positions in a periodic cube, without overlaps and with random
+/// velocities.
 Bodies gas(int n) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> place(0, side);
@@ -59,7 +60,7 @@ Vec3 total_momentum(const Bodies& bodies) {
 
 }  // namespace
 
-TEST_CASE("elastic spheres in a periodic cube keep energy and momentum") {
+TEST_CASE("elastic spheres in a periodic cube: energy and momentum are conserved") {
   Model model = elastic(gas(40));
   mechanics::Cvode cvode(model, {.relative = 1e-8, .position = 1e-9, .momentum = std::vector<double>(40, 1e-9)});
   const double energy = model.kinetic_energy() + model.stored_energy(0);
@@ -75,13 +76,13 @@ TEST_CASE("elastic spheres in a periodic cube keep energy and momentum") {
   CHECK(crossings > 40);
   CHECK(deflected > 60);
   for (const double x : model.bodies.position) CHECK((x >= 0 && x < side));
-  // 58 thousand steps, each wrong by up to 1e-8 of a momentum with either sign: some 2e-6 (measured: 6e-7). Forces of a
-  // pair cancel to rounding.
+  // 58000 steps with errors of up to 1e-8 of a momentum and random sign give about 2e-6 (regression value: 6e-7).
+  // Forces of a pair cancel to rounding.
   CHECK(model.kinetic_energy() + model.stored_energy(10) == doctest::Approx(energy).epsilon(5e-6).scale(0));
   CHECK(norm(total_momentum(model.bodies) - momentum) < 1e-11);
 }
 
-TEST_CASE("two spheres that meet across a face bounce as inside") {
+TEST_CASE("collision across a periodic face: it equals one inside") {
   const auto after = [](double x) {
     Bodies bodies{.dimension = 3,
                   .position = {x, 5, 5, x + 1.25, 5.25, 5},
@@ -103,7 +104,7 @@ TEST_CASE("two spheres that meet across a face bounce as inside") {
 
 namespace {
 
-/// 30 elastic spheres that move through the sides of a cube, or 12 disks through those of a square.
+/// Scene of 30 elastic spheres that move through the sides of a cube, or 12 disks through those of a square.
 Scene scene_of_gas(int dimension, const std::string& integrator) {
   std::string text = fmt::format("domain = {{ size = [{}]", dimension == 3 ? "10.0, 10.0, 10.0" : "10.0, 10.0");
   for (int s = 0; s < 2 * dimension; ++s) text += fmt::format(", {} = \"periodic\"", side_names[s]);
@@ -126,7 +127,7 @@ void run_to(Simulation& simulation, double end) {
 
 }  // namespace
 
-TEST_CASE("a scene of elastic spheres in a periodic box keeps energy and momentum, in the plane and in space") {
+TEST_CASE("scene in a periodic box: energy and momentum are conserved") {
   for (const int dimension : {2, 3}) {
     Simulation simulation(scene_of_gas(dimension, "cvode"));
     const Model& model = simulation.model();
@@ -145,7 +146,7 @@ TEST_CASE("a scene of elastic spheres in a periodic box keeps energy and momentu
   }
 }
 
-TEST_CASE("a run in a periodic box that is cut in two gives the same bits, turns included") {
+TEST_CASE("periodic box: a resumed run has identical bits and images") {
   for (const char* integrator : {"cvode", "euler"}) {
     const Scene scene = scene_of_gas(3, integrator);
     Simulation whole(scene), first(scene), second(scene);
@@ -160,7 +161,7 @@ TEST_CASE("a run in a periodic box that is cut in two gives the same bits, turns
   }
 }
 
-TEST_CASE("frames of a scene in space have z, and turns where sides are periodic") {
+TEST_CASE("frames in space: they have z, and images on periodic axes") {
   Simulation simulation(scene_of_gas(3, "cvode"));
   simulation.advance_to(2);
   const Frame frame = simulation.frame();
@@ -181,7 +182,7 @@ TEST_CASE("frames of a scene in space have z, and turns where sides are periodic
   CHECK(std::ranges::any_of(turns, [](int turn) { return turn != 0; }));
 }
 
-TEST_CASE("a periodic box that is shorter than twice the range of neighbours is refused at the first instant") {
+TEST_CASE("periodic box: one shorter than twice the neighbour range is refused") {
   const Scene scene = parse_scene(
       "domain = { size = [1.9, 9.0], left = \"periodic\", right = \"periodic\" }\neffects.hertz_contact = {}\n"
       "[[conductor]]\nposition = [1.0, 4.0]\nradius = 0.5\n[[conductor]]\nposition = [1.0, 6.0]\nradius = 0.5\n",
@@ -190,14 +191,14 @@ TEST_CASE("a periodic box that is shorter than twice the range of neighbours is 
                        doctest::Contains("short.toml: the periodic box is 1.9 long from left to right"), InputError);
 }
 
-TEST_CASE("an effect that knows no periodic side refuses bodies in a periodic box") {
+TEST_CASE("periodic box: an effect without support for it refuses the bodies") {
   Scene scene;
   scene.domain.size = {1, 1};
   scene.domain.sides[0].periodic = scene.domain.sides[1].periodic = true;
   scene.conductors = {{.position = {0.5, 0.5}, .radius = 0.1}};
   scene.effects.add(effects::ContactPotentialOptions{});
   CHECK_THROWS_WITH_AS(effects::make_model(scene),
-                       doctest::Contains("effects.contact_potential is not allowed with a periodic"), InputError);
+                       doctest::Contains("effects.soft_repulsion is not allowed with a periodic"), InputError);
 }
 
 }  // namespace mechanics_periodic_test

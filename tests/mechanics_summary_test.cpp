@@ -1,4 +1,4 @@
-// The summary of a run of conductors: its quantities and the warnings of energy, accuracy, overlaps and small disks.
+// Tests of the summary of a run of conductors: quantities, and warnings of energy, accuracy, overlaps and small disks.
 #include "src/mechanics/summary.hpp"
 
 #include <doctest/doctest.h>
@@ -26,25 +26,25 @@ Scene one_conductor() { return conductor_scene({{0.02, 0.05}}); }
 
 }  // namespace
 
-TEST_CASE("an energy balance that steps and grid do not account for is said") {
+TEST_CASE("energy warning: given for an imbalance beyond steps and grid") {
   const Scene scene = one_conductor();
   mechanics::Outcome outcome;
   outcome.frame.energy_balance = EnergyBalance{.flows = {.by_supplies = 1, .contacts = 1}};
   outcome.initial_energy = 0;
   CHECK_EQ(mechanics::energy_warning(scene, outcome), "");
-  outcome.frame.energy = 2 * analysis::allowed_energy_imbalance(scene);  // of the joule that was supplied
+  outcome.frame.energy = 2 * analysis::allowed_energy_imbalance(scene);  // Relative to the supplied energy of 1 J.
   CHECK(mechanics::energy_warning(scene, outcome).starts_with("energy balance off by "));
-  // Where hardly anything was supplied, two solves of the same field differ by more than that (mechanics/summary.cpp).
+  // With little supplied energy, two solves of the same field differ by more than that (mechanics/summary.cpp).
   const double solve = scene.field().moving_tolerance;
   outcome.frame.energy_balance = EnergyBalance{.flows = {.by_supplies = 10 * solve}};
   outcome.initial_energy = 1;
-  outcome.frame.energy = 1 + 15 * solve;  // 5 are missing, half of what was supplied
+  outcome.frame.energy = 1 + 15 * solve;  // 5 are missing, half of the supplied energy.
   CHECK_EQ(mechanics::energy_warning(scene, outcome), "");
   outcome.frame.energy = 1 + 50 * solve;
   CHECK_NE(mechanics::energy_warning(scene, outcome), "");
 }
 
-TEST_CASE("energy balance where nothing is supplied: a gain is off against the store") {
+TEST_CASE("energy balance without supply: a gain is relative to the stored energy") {
   const Scene scene = one_conductor();
   mechanics::Outcome outcome{.initial_energy = 1};
   outcome.frame.energy_balance = EnergyBalance{};
@@ -61,7 +61,7 @@ TEST_CASE("energy balance where nothing is supplied: a gain is off against the s
   CHECK_EQ(mechanics::energy_warning(scene, outcome), "");
 }
 
-TEST_CASE("summary: bodies that overlap and a missed accuracy are warnings") {
+TEST_CASE("summary: overlapping bodies and a missed accuracy give warnings") {
   Scene scene = one_conductor();
   mechanics::Outcome outcome{.largest_error = 2e-3, .largest_overlap = 0.3};
   scene.field().chosen_for = FieldAccuracy{.asked = 1e-3, .estimate = 1e-3};
@@ -82,9 +82,9 @@ TEST_CASE("largest overlap: of two disks and of a disk in a side") {
   CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == 0);
 }
 
-TEST_CASE("disks below a cell: a warning that names the smallest radius") {
+TEST_CASE("disks below a cell: a warning states the smallest radius") {
   Scene scene = conductor_scene({{0.02, 0.05}, {0.03, 0.05}});
-  scene.field().cells = 128;  // of 0.78 mm, a radius being 0.775 mm
+  scene.field().cells = 128;  // Cells of 0.78 mm; the radius is 0.775 mm.
   CHECK(effects::unresolved_bodies(scene).starts_with("disks below a cell: 2 of "));
   scene.field().cells = 130;
   CHECK_EQ(effects::unresolved_bodies(scene), "");

@@ -29,7 +29,7 @@ using namespace lichtenberg::steel_spheres;
 
 namespace {
 
-/// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
+/// Approximate value with a relative tolerance. The default scale of doctest, 1, would accept all small values.
 doctest::Approx near(double value, double tolerance = 1e-9) {
   return doctest::Approx(value).epsilon(tolerance).scale(0);
 }
@@ -38,8 +38,9 @@ doctest::Approx near(double value, double tolerance = 1e-9) {
 
 // ---- step control
 
-TEST_CASE("the displacement by a growing force error is the solution of the equation of motion") {
-  // m dv/dt = e t/T - drag v by the classical Runge-Kutta method; 2000 steps of at most 0.05 relaxation times: 1e-7
+TEST_CASE("displacement: a growing force error gives the solution of the equation") {
+  // Classical Runge-Kutta for m dv/dt = e t/T - drag v. The 2000 steps are at most 0.05 relaxation times long: error
+  // 1e-7.
   for (const double dt : {1e-5, 1e-3, 1e-1}) {
     const int steps = 2000;
     const double h = dt / steps;
@@ -57,15 +58,16 @@ TEST_CASE("the displacement by a growing force error is the solution of the equa
   }
 }
 
-TEST_CASE("the displacement's limits: inertia for short steps, drag for long ones, and no seam between the forms") {
+TEST_CASE("displacement: inertia limits short steps, drag long ones, smoothly") {
   CHECK(displacement(2, 1e-7, mass, drag) == near(2 * 1e-14 / (6 * mass), 1e-4));
   CHECK(displacement(2, 3, mass, 0) == near(2 * 9 / (6 * mass)));
   CHECK(displacement(2, 100, mass, drag) == near(2 * 100 / (2 * drag), 1e-4));
-  const double seam = 0.01 * relaxation;  // series and closed form meet here; the former's next term is 2e-9
+  // The series and the closed form meet here; the next term of the series is 2e-9.
+  const double seam = 0.01 * relaxation;
   CHECK(displacement(1, seam * (1 - 1e-12), mass, drag) == near(displacement(1, seam * (1 + 1e-12), mass, drag), 1e-8));
 }
 
-TEST_CASE("the time to displace is one in which the displacement stays within the tolerance") {
+TEST_CASE("time_to_displace: the displacement stays within the tolerance") {
   for (const double rate : {1e-9, 1e-5, 1e-1, 1e3}) {
     const double dt = time_to_displace(1e-6, rate, mass, drag);
     const double reached = displacement(rate * dt, dt, mass, drag);
@@ -75,7 +77,7 @@ TEST_CASE("the time to displace is one in which the displacement stays within th
   CHECK(std::isinf(time_to_displace(1e-6, 0, mass, drag)));
 }
 
-TEST_CASE("the next step aims at one tolerance, within bounds") {
+TEST_CASE("next_step: it aims at one tolerance within bounds") {
   CHECK(next_step(1, 0.125, 3) == near(1.8));
   CHECK(next_step(1, 8, 3) == near(0.45));
   CHECK(next_step(1, 0, 3) == 2);
@@ -83,14 +85,14 @@ TEST_CASE("the next step aims at one tolerance, within bounds") {
   CHECK(next_step(1, 1e9, 2) == 0.2);
 }
 
-TEST_CASE("the time to displace from rest is that of a force error growing with the way fallen") {
-  // m x'' = growth t^2 / 2 m, twice integrated: x = growth t^4 / 24 m^2
+TEST_CASE("time_to_displace_from_rest: the force error grows with the fall") {
+  // m x'' = growth t^2 / 2 m, integrated twice: x = growth t^4 / 24 m^2.
   const double t = time_to_displace_from_rest(1e-6, 3e-4, mass);
   CHECK(3e-4 * std::pow(t, 4) / (24 * mass * mass) == near(1e-6));
   CHECK(std::isinf(time_to_displace_from_rest(1e-6, 0, mass)));
 }
 
-TEST_CASE("the time to move solves v t + a t^2 / 2 = way") {
+TEST_CASE("time_to_move: it solves v t + a t^2 / 2 = path") {
   const double t = time_to_move(0.3, 2, 5);
   CHECK(2 * t + 2.5 * t * t == near(0.3));
   CHECK(time_to_move(0.3, 2, 0) == near(0.15));
@@ -109,12 +111,12 @@ TEST_CASE("drag: the velocity decays exponentially") {
   simulation.advance_to(t);
   const ConductorFrame frame = simulation.now();
   const double left = std::exp(-t / relaxation);
-  // Tolerances are per step: 1e-6 of the momentum and 1e-6 radius; over some hundred steps they may add up.
+  // Tolerances hold per step: 1e-6 of the momentum and 1e-6 radius. They may accumulate over some hundred steps.
   CHECK(norm(frame.velocity[0] - left * Vec3{0.1, -0.05, 0}) < 1e-4 * 0.11);
   CHECK(norm(frame.position[0] - Vec3{0.05, 0.05, 0} - relaxation * (1 - left) * Vec3{0.1, -0.05, 0}) < 1e-4 * radius);
 }
 
-TEST_CASE("a constant force against drag: the terminal velocity, after the relaxation time") {
+TEST_CASE("drag: a constant force gives the terminal velocity") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   const double force = 1e-5, terminal = force / drag;
   Simulation simulation(scene, scripted([&](const auto&) { return std::vector<Vec2>{{0, -force}}; }));
@@ -126,9 +128,9 @@ TEST_CASE("a constant force against drag: the terminal velocity, after the relax
   CHECK(std::abs(0.05 - frame.position[0].y - fallen) < 1e-4 * radius);
 }
 
-TEST_CASE("a Hertz collision takes the time and gives back the speed that the closed form says") {
-  // Relative motion: 1/2 m v^2 = 2/5 k delta^(5/2) at the deepest, with the reduced mass m and k = 4/3 E* sqrt(R_eff);
-  // it lasts 2.943275 delta / v (Hertz 1882). Soft spheres, so that it shows in the positions.
+TEST_CASE("Hertz contact: duration and restitution match the closed form") {
+  // At maximum overlap 1/2 m v^2 = 2/5 k delta^(5/2), with the reduced mass m and k = 4/3 E* sqrt(R_eff). The contact
+  // lasts 2.943275 delta / v (Hertz 1882). Soft spheres make the duration visible in the positions.
   Scene scene = scene_of({{0.03, 0.05}, {0.03 + 2 * radius + 1e-3, 0.05}});
   const double v = 0.02;
   scene.conductors[0].velocity = {v, 0};
@@ -148,8 +150,8 @@ TEST_CASE("a Hertz collision takes the time and gives back the speed that the cl
   CHECK(frame.velocity[1].y == 0);
 }
 
-TEST_CASE("steel spheres bounce elastically off each other and off walls, and are never stepped across") {
-  // Flights of centimetres between collisions of 10 microseconds.
+TEST_CASE("Hertz contact: steel spheres bounce elastically without tunnelling") {
+  // The flights between collisions are centimetres long; a collision lasts 10 microseconds.
   Scene scene = scene_of({{0.03, 0.05}, {0.06, 0.05 + 0.7 * radius}});
   scene.conductors[0].velocity = {0.5, 0};
   scene.effects.add<effects::HertzContactOptions>();
@@ -158,32 +160,32 @@ TEST_CASE("steel spheres bounce elastically off each other and off walls, and ar
   simulation.advance_to(0.5);
   const ConductorFrame frame = simulation.now();
   const double energy = norm2(frame.velocity[0]) + norm2(frame.velocity[1]);
-  // The implicit formulas lose a little in each of the some six collisions; 1e-3 each is what they are allowed.
+  // The implicit formulas dissipate a little in each of about six collisions; the bound is 1e-3 per collision.
   CHECK(energy == near(0.25, 6e-3));
-  CHECK(std::abs(frame.velocity[1].y) > 0.05);  // the collision was off centre
+  CHECK(std::abs(frame.velocity[1].y) > 0.05);  // The collision is off centre.
   for (const Vec3 p : frame.position) {
     CHECK(p.x > 0.9 * radius);
     CHECK(p.x < 0.1 - 0.9 * radius);
   }
 }
 
-TEST_CASE("what a collision throws on within a step hits the next in its way, with a field and without contacts") {
+TEST_CASE("collision: a body set in motion within a step hits its neighbour") {
   Scene scene = conductor_scene({{0.03, 0.05}, {0.033, 0.05}, {0.036, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.effects.remove<effects::StokesDragOptions>();
   scene.effects.add<effects::HertzContactOptions>();
   scene.conductors[0].velocity = {0.1, 0};
   Simulation simulation(scene, no_forces());
-  // One step, in which the first could fly over both gaps, 2.9 mm, but not past the second to the third.
+  // In this single step the first body could cross both gaps, 2.9 mm, but not pass the second body.
   simulation.advance_to(0.036);
   const ConductorFrame frame = simulation.now();
-  // Equal masses exchange their velocities; 1e-3 in each of two collisions, as above.
+  // Equal masses exchange their velocities, with an error of 1e-3 in each of two collisions.
   CHECK(std::abs(frame.velocity[0].x) < 2e-4);
   CHECK(std::abs(frame.velocity[1].x) < 2e-4);
   CHECK(frame.velocity[2].x == near(0.1, 2e-3));
 }
 
-TEST_CASE("two that collide among hundreds at rest do so as if they were alone") {
+TEST_CASE("collision: two bodies among hundreds at rest collide as if isolated") {
   Scene scene = scene_of({{0.03, 0.05}, {0.03 + 2.1 * radius, 0.05}});
   scene.conductors[0].velocity = {1e-3, 0};
   scene.effects.add<effects::HertzContactOptions>();
@@ -203,7 +205,7 @@ TEST_CASE("two that collide among hundreds at rest do so as if they were alone")
   }
 }
 
-TEST_CASE("electrics: a dropped trial changes nothing, a kept state undoes one") {
+TEST_CASE("electrics: a dropped trial has no effect, a restored state undoes one") {
   const Scene scene = crowd();
   auto made = std::make_unique<effects::FloatingConductors>(scene, std::make_unique<LineCharges>());
   effects::FloatingConductors& field = *made;
@@ -231,7 +233,7 @@ TEST_CASE("electrics: a dropped trial changes nothing, a kept state undoes one")
   CHECK(electrics.now().time == 0);
 }
 
-TEST_CASE("steel pressed together in oil comes to rest, and rest costs nothing") {
+TEST_CASE("Hertz contact: compressed steel in oil comes to rest at no cost") {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.effects.add<effects::HertzContactOptions>();
@@ -243,12 +245,12 @@ TEST_CASE("steel pressed together in oil comes to rest, and rest costs nothing")
   cvode.advance(0, 0.1);
   const std::int64_t before = cvode.steps();
   cvode.advance(0.1, 1.1);
-  CHECK(cvode.steps() - before < 100);  // the vibration's period is 30 us
+  CHECK(cvode.steps() - before < 100);  // The vibration has a period of 30 us.
   CHECK(norm(velocity(model.bodies, 0)) < 1e-9);
 }
 
-TEST_CASE("a body under constant force, whose steps could be as long as they like, does not jump over an event") {
-  // x = a t^2 / 2 is exact for a formula of order 2: only the events' own longest step bounds it.
+TEST_CASE("events: a body under constant force does not step over an event") {
+  // A second-order formula is exact for x = a t^2 / 2, so only the longest step of the event search limits the step.
   Scene scene = conductor_scene({{0.02, 0.05}});
   scene.effects.remove<effects::StokesDragOptions>();
   auto field = std::make_unique<effects::FloatingConductors>(scene, no_forces());
@@ -266,7 +268,7 @@ TEST_CASE("a body under constant force, whose steps could be as long as they lik
   CHECK(cvode.advance(0, 1, events) == near(std::sqrt(2 * 0.0299), 1e-6));
 }
 
-TEST_CASE("an integration ends at the first event, in the direction asked for") {
+TEST_CASE("cvode: an integration ends at the first event in the given direction") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.conductors[0].velocity = {1, 0};
   Model model = effects::make_model(scene);
@@ -275,7 +277,7 @@ TEST_CASE("an integration ends at the first event, in the direction asked for") 
   const auto beyond = [&](double x) { return position(model.bodies, 0).x - x; };
   events.direction = {-1, +1, +1};
   events.values = [&](std::span<double> value) {
-    value[0] = beyond(0.055);  // rises where it must fall
+    value[0] = beyond(0.055);  // This value rises, but its event requires a fall.
     value[1] = beyond(0.07);
     value[2] = beyond(0.06);
   };
@@ -285,29 +287,29 @@ TEST_CASE("an integration ends at the first event, in the direction asked for") 
   CHECK(cvode.advance(0.01, 0.015, events) == 0.015);
 }
 
-TEST_CASE("an interval of a rounding error is none") {
+TEST_CASE("cvode: an interval as short as a rounding error is skipped") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.conductors[0].velocity = {1, 0};
   Model model = effects::make_model(scene);
   Cvode cvode(model, {.relative = 1e-8, .position = 1e-12, .momentum = {1e-15}});
-  const double start = 11 * 0.03, end = 0.33;  // what an event just before the end leaves
+  const double start = 11 * 0.03, end = 0.33;  // An event just before the end leaves such an interval.
   REQUIRE(start < end);
   CHECK(cvode.advance(start, end) == end);
   CHECK(position(model.bodies, 0).x == 0.05);
 }
 
-TEST_CASE("an accuracy that rounding does not leave is said by its key, not in CVODE's words") {
+TEST_CASE("cvode: a tolerance below rounding is refused with its scene key") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.conductors[0].velocity = {1, 0};
   Model model = effects::make_model(scene);
-  // A place of .05 rounds by 1.1e-17, and CVODE refuses what is less than its epsilon of it, 1.1e-17.
+  // A position of 0.05 is rounded by 1.1e-17. CVODE refuses tolerances below its epsilon of the position, 1.1e-17.
   Cvode cvode(model, {.relative = 1e-15, .position = 1e-18, .momentum = {1e-15}});
   const std::string sentence = message_of([&] { cvode.advance(0, 1); });
   CHECK_NE(sentence.find("mechanics.relative_tolerance = 1e-15 is below the rounding error"), std::string::npos);
   CHECK_EQ(sentence.find("CVODE"), std::string::npos);
 }
 
-TEST_CASE("a place without a field that an iteration tries is no failure, one that a body reaches is") {
+TEST_CASE("monolithic: only a field failure at an accepted state is an error") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.mechanics.coupling = FieldCoupling::monolithic;
   int solves = 0;
@@ -321,7 +323,7 @@ TEST_CASE("a place without a field that an iteration tries is no failure, one th
   CHECK_THROWS_WITH_AS(out.advance_to(0.1), doctest::Contains("conductor 0 has left the domain"), Failure);
 }
 
-TEST_CASE("an exception in the middle of an integration comes out of it as it is") {
+TEST_CASE("monolithic: an exception within an integration is passed on unchanged") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.mechanics.coupling = FieldCoupling::monolithic;
   int solves = 0;
@@ -334,7 +336,7 @@ TEST_CASE("an exception in the middle of an integration comes out of it as it is
 
 // ---- Euler
 
-TEST_CASE("Euler: explicit steps of euler_step, the field every euler_field_step") {
+TEST_CASE("Euler: explicit steps of euler_step, a field every euler_field_step") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.mechanics.integrator = Integrator::euler;
   scene.conductors[0].velocity = {0.1, 0};
@@ -344,15 +346,15 @@ TEST_CASE("Euler: explicit steps of euler_step, the field every euler_field_step
                           return std::vector<Vec2>{{0, 0}};
                         }));
   simulation.advance_to(0.01);
-  // v_n = v_0 (1 - dt/tau)^n, x_n = x_0 + dt * sum of v_k; 1000 steps; rounding only
+  // v_n = v_0 (1 - dt/tau)^n and x_n = x_0 + dt * sum of v_k, over 1000 steps with rounding only.
   const double q = 1 - 1e-5 / relaxation, decayed = std::pow(q, 1000);
   const ConductorFrame frame = simulation.now();
   CHECK(frame.velocity[0].x == near(0.1 * decayed, 1e-10));
   CHECK(frame.position[0].x - 0.05 == near(0.1 * 1e-5 * (1 - decayed) / (1 - q), 1e-9));
-  CHECK(solves == 11);  // the first instant, then one a millisecond
+  CHECK(solves == 11);  // One solve at the first instant and one per millisecond.
 }
 
-TEST_CASE("Euler comes closer to CVODE in proportion to its step") {
+TEST_CASE("Euler: the difference from CVODE is proportional to the step") {
   Scene scene = conductor_scene({{0.048, 0.05}, {0.053, 0.051}, {0.05, 0.0545}});
   scene.conductors[0].charge = 1.5e-10, scene.conductors[1].charge = -1e-10, scene.conductors[2].charge = 1.25e-10;
   scene.effects.remove<effects::ContactDischargeOptions>();
@@ -369,12 +371,12 @@ TEST_CASE("Euler comes closer to CVODE in proportion to its step") {
   const double coarse = largest_distance(run(Integrator::euler, 4e-3), reference);
   const double fine = largest_distance(run(Integrator::euler, 1e-3), reference);
   CHECK(coarse > 1e-7);
-  CHECK(coarse / fine == near(4, 0.1));  // first order; the next is down by step * force rate = 0.01
+  CHECK(coarse / fine == near(4, 0.1));  // First order; the next term is smaller by step * force rate = 0.01.
 }
 
 // ---- coupling
 
-TEST_CASE("split coupling converges to the monolithic one in second order of the coupling step") {
+TEST_CASE("split coupling: it converges to the monolithic one in second order") {
   Scene scene = conductor_scene({{0.048, 0.05}, {0.053, 0.051}, {0.05, 0.0545}, {0.0458, 0.0463}});
   const double charges[] = {1.5e-10, -1e-10, 1.25e-10, -1e-10};
   for (int i = 0; i < 4; ++i) scene.conductors[i].charge = charges[i];
@@ -383,7 +385,7 @@ TEST_CASE("split coupling converges to the monolithic one in second order of the
   const auto run = [&](FieldCoupling coupling, double step) {
     scene.mechanics.coupling = coupling;
     scene.mechanics.largest_step = step;
-    scene.mechanics.position_tolerance = 1;  // every step is accepted
+    scene.mechanics.position_tolerance = 1;  // Every step is accepted.
     Simulation simulation(scene, std::make_unique<LineCharges>());
     simulation.advance_to(0.32);
     return simulation.now();
@@ -392,14 +394,14 @@ TEST_CASE("split coupling converges to the monolithic one in second order of the
   const double e1 = largest_distance(run(FieldCoupling::split, 0.04), reference);
   const double e2 = largest_distance(run(FieldCoupling::split, 0.02), reference);
   const double e4 = largest_distance(run(FieldCoupling::split, 0.01), reference);
-  CHECK(e1 > 1e-8);  // what the integrator leaves is 1e-9 of a radius a step
-  CHECK(e1 < 1e-7);  // as much and more it is if what a step was wrong by is not made up for
-  // The first step, whose force is held constant, costs H^2 as well; the rest of the series is not negligible yet.
+  CHECK(e1 > 1e-8);  // The integrator's error is 1e-9 of a radius per step.
+  CHECK(e1 < 1e-7);  // Without the defect correction the error would exceed this bound.
+  // The first step has a constant force and also an error of H^2; the remaining terms are not negligible yet.
   CHECK(std::log2(e1 / e2) == near(2, 0.2));
   CHECK(std::log2(e2 / e4) == near(2, 0.15));
 }
 
-TEST_CASE("split coupling keeps the position tolerance with far fewer solves") {
+TEST_CASE("split coupling: it keeps the position tolerance with far fewer solves") {
   Scene scene = conductor_scene({{0.048, 0.05}, {0.053, 0.051}, {0.05, 0.0545}});
   scene.conductors[0].charge = 1.5e-10, scene.conductors[1].charge = -1e-10, scene.conductors[2].charge = 1.25e-10;
   scene.effects.remove<effects::ContactDischargeOptions>();
@@ -413,16 +415,16 @@ TEST_CASE("split coupling keeps the position tolerance with far fewer solves") {
   };
   const ConductorFrame reference = run(FieldCoupling::monolithic, 1e-6);
   const ConductorFrame coarse = run(FieldCoupling::split, 1e-6), fine = run(FieldCoupling::split, 1e-8);
-  // The tolerance is per step, of what a step is wrong by before that is made up for: what is left of some tens of
-  // steps is less.
+  // The tolerance bounds a step's error before the defect correction. The errors that remain after some tens of steps
+  // are smaller.
   CHECK(largest_distance(coarse, reference) < 1e-6);
   CHECK(largest_distance(fine, reference) < 1e-8);
   CHECK(largest_distance(fine, reference) < largest_distance(coarse, reference));
   CHECK(5 * coarse.field_solves < reference.field_solves);
 }
 
-TEST_CASE("a force much stiffer than the largest step is followed to its rest") {
-  // A trap of 1 ms behind drag, steps of up to 0.1 s: extrapolation alone would oscillate and grow.
+TEST_CASE("split coupling: a force stiffer than the largest step reaches rest") {
+  // The trap's time is 1 ms with drag, and steps are up to 0.1 s. Extrapolation alone would oscillate and diverge.
   Scene scene = conductor_scene({{0.05, 0.05}});
   const double stiffness = 1000 * drag;
   Simulation simulation(scene, scripted([&](const laplace::LaplaceProblem& problem) {
@@ -434,9 +436,9 @@ TEST_CASE("a force much stiffer than the largest step is followed to its rest") 
   CHECK(frame.field_solves < 3000);
 }
 
-// ---- only what the scene calls for
+// ---- effects that the scene requests
 
-TEST_CASE("a neutral scene has no field, no charges and no PETSc") {
+TEST_CASE("neutral scene: it has no field, no charges and no PETSc") {
   Scene scene = scene_of({{0.03, 0.05}, {0.05, 0.05}});
   scene.effects.add<effects::StokesDragOptions>();
   scene.conductors[0].velocity = {0.01, 0};
@@ -454,8 +456,7 @@ TEST_CASE("a neutral scene has no field, no charges and no PETSc") {
   CHECK(!parallel::petsc_started());
 }
 
-TEST_CASE(
-    "leakage alone costs no solve, resistors none beyond those that their charges need, and both push no bodies") {
+TEST_CASE("leakage and resistors: they cost few solves and exert no force") {
   Scene scene = conductor_scene({{0.03, 0.05}, {0.05, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.effects.add(effects::LeakageOptions{.conductivity = 1e-12});
@@ -466,7 +467,7 @@ TEST_CASE(
   CHECK(mechanics::FreeFlight(model).pushed(std::vector{1.0, 1.0}).empty());
   simulation.advance_to(1);
   CHECK(log->solves == 11);
-  // A charged conductor whose fluid does not conduct, and no difference of potentials: no circuit, no books of energy.
+  // The fluid is an insulator and all potentials are equal: there is no circuit and no energy budget.
   scene.effects.remove<effects::LeakageOptions>();
   Simulation without(scene, std::make_unique<LineCharges>());
   without.advance_to(0.1);
@@ -474,14 +475,14 @@ TEST_CASE(
   CHECK(without.now().charge_leaked == 0);
 }
 
-TEST_CASE("a field without contacts looks for none; a resting scene costs a solve a step") {
+TEST_CASE("field without contacts: no contact detection, one solve per resting step") {
   Scene scene = conductor_scene({{0.03, 0.05}, {0.05, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   const auto log = std::make_shared<SolverLog>();
   Simulation simulation(scene, std::make_unique<LineCharges>(log));
   CHECK(log->solves == 0);
   simulation.advance_to(1);
-  CHECK(log->solves == 11);  // the first instant, then the largest steps of 0.1 s: nothing is charged
+  CHECK(log->solves == 11);  // One solve at the first instant and one per largest step of 0.1 s; all charges are zero.
   simulation.now();
   simulation.stationary();
   CHECK(log->solves == 11);

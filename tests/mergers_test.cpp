@@ -1,4 +1,4 @@
-// Mergers that wait for each other, come along before their time, or meet a parting: what is left of it in the end.
+// Tests of deferred group merges, early contacts and simultaneous splits: the errors at the end.
 #include <doctest/doctest.h>
 
 #include <memory>
@@ -15,15 +15,15 @@ using namespace lichtenberg::steel_spheres;
 
 namespace {
 
-/// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
+/// Approximate value with a relative tolerance. The default scale of doctest, 1, would accept all small values.
 doctest::Approx near(double value) { return doctest::Approx(value).epsilon(1e-9).scale(0); }
 
 constexpr double tolerance = 1e-5;  // m
-constexpr double speed = 0.01;      // m/s, at which the force below drives a body against drag
+constexpr double speed = 0.01;      // Speed (m/s) at which the force below drives a body against drag.
 const double force = speed * drag;  // N
-constexpr double until = 0.05;      // s: twenty relaxation times after the last merger
+constexpr double until = 0.05;      // End (s): twenty relaxation times after the last merge.
 
-/// Bodies i and i + 1 for even i, a way (m) from where they meet, far from all others.
+/// Scene of pairs i and i + 1 for even i, each at a distance (m) from contact and far from all others.
 Scene pairs(const std::vector<double>& ways) {
   std::vector<Vec2> places;
   for (std::size_t pair = 0; pair < ways.size(); ++pair) {
@@ -39,7 +39,7 @@ Scene pairs(const std::vector<double>& ways) {
 
 bool one(const LaplaceProblem& problem, int i, int j) { return problem.bodies[i].group == problem.bodies[j].group; }
 
-/// Forces (N) that drive the members of a pair at each other, by the index of a body.
+/// Forces (N) that drive the members of a pair towards each other, by the index of a body.
 template <class OfBody>
 Scripted::Forces together(OfBody of_body) {
   return [=](const LaplaceProblem& problem) {
@@ -56,8 +56,8 @@ std::unique_ptr<Simulation> run(const Scene& scene, const Scripted::Forces& forc
   return simulation;
 }
 
-/// How far bodies are in the end from where they are if every force acts from the instant on from which it should: the
-/// field in each of CVODE's steps, events to a hundred thousandth of the tolerance.
+/// Difference of the final positions from a reference in which forces change exactly at the events. The reference
+/// solves the field in each step of CVODE and locates events to 1e-5 of the tolerance.
 double error(Scene scene, const Scripted::Forces& forces) {
   const ConductorFrame frame = run(scene, forces)->now();
   scene.mechanics.coupling = FieldCoupling::monolithic;
@@ -67,16 +67,16 @@ double error(Scene scene, const Scripted::Forces& forces) {
 
 }  // namespace
 
-TEST_CASE("a jump much larger than those before is made up for whole") {
-  // The first pair's jump, a hundredth of its force, lets the next wait for longer than theirs, .9, would: these move
-  // some tolerances without it.
+TEST_CASE("deferred merge: a much larger force jump is corrected completely") {
+  // The first pair's jump of 1 % of its force permits a longer deferral than the jump of 0.9 of the others would.
+  // Without a correction these would move several tolerances.
   const auto forces = together(
       [](const LaplaceProblem& problem, int i) { return (one(problem, i, i ^ 1) ? (i < 2 ? 0.99 : 0.1) : 1) * force; });
   CHECK(error(pairs({2e-4, 4e-4, 4e-4 + 2 * speed * 1e-3}), forces) < 1e-3 * tolerance);
 }
 
-TEST_CASE("of contacts that join the same two groups the first is the merger") {
-  // Two wires, each of a member of the second and of the third pair.
+TEST_CASE("contacts that join the same two groups: the first one is the merge") {
+  // Two wires, each connecting a member of the second pair and one of the third.
   Scene scene = pairs({2e-4, 4e-4, 4e-4 + 3 * tolerance});
   scene.groups = {{.name = "lower"}, {.name = "upper"}};
   for (int i = 2; i < 6; ++i) scene.conductors[i].group = i % 2;
@@ -85,23 +85,23 @@ TEST_CASE("of contacts that join the same two groups the first is the merger") {
   CHECK(error(scene, forces) < 1e-3 * tolerance);
 }
 
-TEST_CASE("a merger that comes along before its time leaves nothing behind") {
+TEST_CASE("deferred merge: one that occurs early leaves no error") {
   for (const double behind : {0.3, 0.6, 0.95}) {
     const auto forces =
         together([](const LaplaceProblem& problem, int i) { return (one(problem, i, i ^ 1) ? 0.1 : 1) * force; });
     Scene scene = pairs({4e-4, 4e-4 + behind * tolerance});
-    // Or the two thresholds would be too close for as much as a tolerance.
+    // Otherwise the two thresholds would be closer than a tolerance.
     scene.effects.find<effects::ContactDischargeOptions>()->hysteresis = 0.05;
     CHECK(run(scene, forces)->counters().regroupings == 1);
     CHECK(error(scene, forces) < 1e-3 * tolerance);
   }
 }
 
-TEST_CASE("a contact that is carried across its threshold by what is made up for is made at once") {
-  // The third pair rests just above its threshold until the second meets; what that changes drives it across while the
-  // second waits. When it crossed is known from its gap and its speed then, as if that had been its speed throughout:
-  // that is within the wait, t = .5 drag tolerance / jump at most, and in it the jump's difference, .08 of the force,
-  // moves it by .08 / .1 * half a tolerance at most.
+TEST_CASE("contact closed by a defect correction: the merge occurs at once") {
+  // The third pair rests just above its threshold until the second pair meets. The resulting force drives it across
+  // while the second merge is deferred. The time of crossing follows from its gap and its current speed. It lies within
+  // the deferral t = 0.5 drag tolerance / jump. Meanwhile the difference of the jump, 0.08 of the force, moves the pair
+  // by at most 0.08 / 0.1 * half a tolerance.
   for (const double beyond : {0.05, 0.1, 0.2}) {
     const auto forces = together([](const LaplaceProblem& problem, int i) {
       if (i < 4) return (one(problem, i, i ^ 1) ? 0.9 : 1) * force;
@@ -111,13 +111,13 @@ TEST_CASE("a contact that is carried across its threshold by what is made up for
   }
 }
 
-TEST_CASE("a merger and a parting that share a solve happen in their order") {
-  // The third conductor leaves the fourth while the fifth comes, each at the speed of its force, .1 ms before or after.
-  // The first pair has told that a merger may wait for longer.
+TEST_CASE("merge and split in one solve: they occur in their order in time") {
+  // The third conductor separates from the fourth while the fifth approaches, each at the speed of its force, 0.1 ms
+  // before or after. The first pair has permitted a longer deferral.
   for (const double lead : {-1e-4, 1e-4}) {
     Scene scene = pairs({2e-4, 1, 1});
     const double meet = 0.02, part = meet + lead;
-    const double release = tolerance;  // beyond the gap: hysteresis is less
+    const double release = tolerance;  // Beyond the gap; the hysteresis is smaller.
     const Vec3 middle = {0.06, 0.05, 0}, up = {0, 1, 0};
     scene.conductors[2].position = middle + (3 * radius + release - speed * part) * up;
     scene.conductors[3].position = middle;
@@ -130,7 +130,7 @@ TEST_CASE("a merger and a parting that share a solve happen in their order") {
       return std::vector<Vec2>{{0, of_first}, {0, -of_first}, {0, force}, {}, {0, one(problem, 3, 4) ? 0 : force}, {}};
     });
     const std::vector<double> charge = simulation->now().charge;
-    const double left = lead > 0 ? 2e-12 : 3e-12;  // with which the third leaves
+    const double left = lead > 0 ? 2e-12 : 3e-12;  // Charge of the third conductor at the split.
     CHECK(charge[2] == near(left));
     CHECK(charge[3] == near(0.5 * (6e-12 - left)));
     CHECK(charge[4] == near(0.5 * (6e-12 - left)));

@@ -6,7 +6,7 @@
 
 namespace lichtenberg {
 
-/// What the action's exception says; empty if it throws none.
+/// Message of the action's exception; empty if it throws none.
 inline std::string message_of(const std::function<void()>& action) {
   try {
     action();

@@ -14,7 +14,7 @@
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 
-// Every allocation of this program is counted.
+// Counts every allocation of this program.
 namespace {
 long allocations = 0;
 }
@@ -32,7 +32,7 @@ using namespace lichtenberg;
 
 namespace {
 
-/// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
+/// Approximate value with a relative tolerance. The default scale of doctest, 1, would accept all small values.
 doctest::Approx near(double value, double tolerance = 1e-9) {
   return doctest::Approx(value).epsilon(tolerance).scale(0);
 }
@@ -63,7 +63,7 @@ std::vector<Pair> all_pairs_closer_than(const Bodies& bodies, double range, std:
   return pairs;
 }
 
-/// Counts what it is asked for; pushes every body by (1, 0, ...).
+/// Counts its calls and exerts the force (1, 0, ...) on every body.
 struct Counting : Effect {
   Counting(Needs n, const std::string& name) : wants(n), own{.name = name, .dimensions = {2, 3}} {}
   const EffectKind& kind() const override { return own; }
@@ -91,14 +91,14 @@ Model model_with(Bodies bodies, std::initializer_list<Needs> needs) {
 
 }  // namespace
 
-TEST_CASE("a scene's conductors become spheres") {
+TEST_CASE("make_bodies: a scene's conductors become spheres") {
   Scene scene;
   scene.material.density = 8050;
   scene.conductors = {{.position = {1, 2}, .velocity = {3, 4}, .radius = 0.775e-3},
                       {.position = {5, 6}, .radius = 1e-3}};
   const Bodies bodies = make_bodies(scene);
   REQUIRE(bodies.size() == 2);
-  // 4/3 pi 8050 0.775^3 1e-9 = 1.56959e-5 kg: pi * 4/3 * 8050 = 33719.8, 0.775^3 = 0.465484
+  // 4/3 pi 8050 0.775^3 1e-9 = 1.56959e-5 kg: pi * 4/3 * 8050 = 33719.8, 0.775^3 = 0.465484.
   CHECK(bodies.mass[0] == near(1.56959e-5, 1e-5));
   CHECK(position(bodies, 1) == Vec2{5, 6});
   CHECK(bodies.momentum[1] == near(4 * bodies.mass[0]));
@@ -106,17 +106,17 @@ TEST_CASE("a scene's conductors become spheres") {
   CHECK(bodies.charge.empty());
 }
 
-TEST_CASE("places and velocities of bodies of another dimension are refused, not read") {
+TEST_CASE("bodies: access with another dimension is refused") {
   const Bodies space = random_bodies(3, 3, 10, 6);
   CHECK(position<3>(space, 1) == Vec3{space.position[3], space.position[4], space.position[5]});
   CHECK_THROWS_WITH_AS(position(space, 1), doctest::Contains("have 3 dimensions"), InputError);
   CHECK_THROWS_AS(velocity<2>(space, 1), InputError);
 }
 
-TEST_CASE("bodies that leave a periodic box come in on the other side, and their turns are counted") {
+TEST_CASE("wrap: bodies re-enter a periodic box and their images are counted") {
   Bodies bodies{.position = {4.5, 7, -1, -1}, .radius = {1, 1}};
   wrap(bodies);
-  CHECK(bodies.image.empty());  // no side is periodic
+  CHECK(bodies.image.empty());  // No side is periodic.
   bodies.box.lengths = {4, 8, 0};
   bodies.box.sides[0] = bodies.box.sides[1] = Boundary::periodic;
   wrap(bodies);
@@ -127,11 +127,11 @@ TEST_CASE("bodies that leave a periodic box come in on the other side, and their
   CHECK(bodies.image[0] == 2);
 }
 
-// Looked at in groups: each body that has left is brought back wherever it stands, and no other is touched.
-TEST_CASE("of many bodies in a periodic box those that have left are brought back, and those alone") {
+// wrap() works on groups of bodies; it must bring back each body outside and change no other.
+TEST_CASE("wrap: among many bodies only those outside are brought back") {
   Bodies bodies{.dimension = 3, .box = {.lengths = {2, 3, 4}}};
   bodies.box.sides.fill(Boundary::periodic);
-  bodies.box.sides[2] = bodies.box.sides[3] = Boundary::wall;  // not along y
+  bodies.box.sides[2] = bodies.box.sides[3] = Boundary::wall;  // Not along y.
   constexpr int count = 53;
   for (int i = 0; i < count; ++i) {
     bodies.radius.push_back(0.1);
@@ -151,14 +151,14 @@ TEST_CASE("of many bodies in a periodic box those that have left are brought bac
   }
 }
 
-TEST_CASE("a wired group's charge is spread over its members") {
+TEST_CASE("initial charges: a wired group's charge is spread over its members") {
   Scene scene;
   scene.groups = {{.name = "pair", .charge = 6e-12}};
   scene.conductors = {{.radius = 1, .group = 0}, {.radius = 1, .charge = 5e-12}, {.radius = 1, .group = 0}};
   CHECK(initial_charges(scene) == std::vector<double>{3e-12, 5e-12, 3e-12});
 }
 
-TEST_CASE("the cell list finds the pairs that a look at all pairs finds, in the same order") {
+TEST_CASE("cell list: it finds the pairs of a search over all pairs, in order") {
   for (const int dimension : {2, 3})
     for (const double range : {-0.5, 0.0, 0.7, 3.0, 40.0}) {
       const Bodies bodies = random_bodies(150, dimension, 20, 1);
@@ -166,7 +166,7 @@ TEST_CASE("the cell list finds the pairs that a look at all pairs finds, in the 
     }
 }
 
-TEST_CASE("bodies with reaches of their own find the pairs that a look at all pairs finds") {
+TEST_CASE("individual cutoffs: they find the pairs of a search over all pairs") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> exponent(-2, 2);
   for (const int dimension : {2, 3})
@@ -176,12 +176,12 @@ TEST_CASE("bodies with reaches of their own find the pairs that a look at all pa
       for (double& r : reach) r = std::pow(10, exponent(random));
       CHECK(pairs_within_reach(bodies, range, reach) == all_pairs_closer_than(bodies, range, reach));
       std::ranges::fill(reach, 0.1);
-      reach[7] = 1e12;  // one that may fly anywhere
+      reach[7] = 1e12;  // This body may fly to any position.
       CHECK(pairs_within_reach(bodies, range, reach) == all_pairs_closer_than(bodies, range, reach));
     }
 }
 
-TEST_CASE("the cell list takes bodies that flew far away, coinciding ones, and none") {
+TEST_CASE("cell list: distant, coinciding and missing bodies are accepted") {
   Bodies bodies = random_bodies(30, 2, 5, 2);
   bodies.position[0] = 1e12;
   bodies.position[2] = bodies.position[4], bodies.position[3] = bodies.position[5];
@@ -189,7 +189,7 @@ TEST_CASE("the cell list takes bodies that flew far away, coinciding ones, and n
   CHECK(pairs_closer_than(Bodies{}, 1).empty());
 }
 
-TEST_CASE("a neighbour list never misses a pair, and searches only when a body has moved half the skin") {
+TEST_CASE("neighbour list: it misses no pair and is rebuilt after half a skin") {
   Bodies bodies = random_bodies(60, 2, 15, 3);
   const double range = 0.3, skin = 0.4;
   NeighbourList list(range, skin);
@@ -204,7 +204,7 @@ TEST_CASE("a neighbour list never misses a pair, and searches only when a body h
     for (double& x : bodies.position) x += step(random);
   }
   CHECK(list.searches() > 1);
-  // Half a skin of 0.2 is 10 standard deviations of one step: a search every few steps at most.
+  // Half a skin of 0.2 is 10 standard deviations of one step: rebuilds are several steps apart.
   CHECK(list.searches() < walks / 4);
 
   const auto before = list.searches();
@@ -220,7 +220,7 @@ TEST_CASE("a neighbour list never misses a pair, and searches only when a body h
   CHECK(list.searches() == before);
 }
 
-TEST_CASE("charges and the neighbour list exist only if an effect needs them") {
+TEST_CASE("model: charges and neighbour list exist only if an effect needs them") {
   const Bodies bodies = random_bodies(10, 2, 5, 5);
   const Model bare = model_with(bodies, {Needs{}});
   CHECK(bare.bodies.charge.empty());
@@ -231,14 +231,14 @@ TEST_CASE("charges and the neighbour list exist only if an effect needs them") {
   CHECK(model_with(bodies, {Needs{.neighbour_range = 0.0}}).neighbours);
 }
 
-TEST_CASE("two effects of one name are refused: one's checkpoint would be the other's") {
+TEST_CASE("model: two effects of one name are refused") {
   std::vector<std::unique_ptr<Effect>> effects;
   for (int k = 0; k < 2; ++k) effects.push_back(std::make_unique<Counting>(Needs{}, "twin"));
   CHECK_THROWS_WITH_AS(Model(random_bodies(1, 2, 1, 5), std::move(effects), {}),
                        doctest::Contains("two effects are named \"twin\""), InputError);
 }
 
-TEST_CASE("charges are one a body") {
+TEST_CASE("model: there must be one charge per body") {
   const auto with = [](std::size_t charges) {
     std::vector<std::unique_ptr<Effect>> effects;
     effects.push_back(std::make_unique<Counting>(Needs{.charges = true}, "counting"));
@@ -249,10 +249,10 @@ TEST_CASE("charges are one a body") {
     CHECK_THROWS_WITH_AS(with(other), doctest::Contains("effects.counting needs 3 charges, one a body"), InputError);
 }
 
-TEST_CASE("the neighbour list reaches as far as the effect that reaches farthest") {
+TEST_CASE("neighbour list: its range is the largest one of the effects") {
   Bodies bodies = random_bodies(2, 2, 1, 6);
   bodies.radius = {1, 1};
-  bodies.position = {0, 0, 4.5, 0};  // a gap of 2.5, more than range 1 and the skin of 0.3 together
+  bodies.position = {0, 0, 4.5, 0};  // The gap of 2.5 exceeds the range of 1 plus the skin of 0.3.
   std::vector<double> force(4);
   Model near = model_with(bodies, {Needs{.neighbour_range = 1.0}});
   near.forces(0, force);
@@ -262,10 +262,10 @@ TEST_CASE("the neighbour list reaches as far as the effect that reaches farthest
   CHECK(far.neighbours->pairs().size() == 1);
 }
 
-TEST_CASE("forces are the sum over the effects, each asked once, and evaluating them allocates nothing") {
+TEST_CASE("forces: the sum over effects, one call each, without allocation") {
   Model model = model_with(random_bodies(20, 2, 5, 7), {Needs{}, Needs{.neighbour_range = 0.0}});
   std::vector<double> force(40, 99.0), current(20, 99.0);
-  model.forces(0, force);  // searches for neighbours
+  model.forces(0, force);  // This call rebuilds the neighbour list.
   const long before = allocations;
   model.forces(1, force);
   CHECK(allocations == before);
@@ -279,18 +279,18 @@ TEST_CASE("forces are the sum over the effects, each asked once, and evaluating 
   CHECK(current[1] == 0);
 }
 
-TEST_CASE("an integrator's longest move is the strictest effect's, in smallest radii") {
+TEST_CASE("largest move: the smallest one of the effects, in smallest radii") {
   Bodies bodies = random_bodies(2, 2, 5, 8);
   bodies.radius = {3, 2};
   CHECK(std::isinf(model_with(bodies, {Needs{}}).largest_move()));
   CHECK(model_with(bodies, {Needs{.largest_move = 0.5}, Needs{.largest_move = 0.7}, Needs{}}).largest_move() == 1);
 }
 
-TEST_CASE("a central block has its stiffness along the normal and across it") {
+TEST_CASE("Jacobian: a central block has normal and transverse stiffness") {
   ForceJacobian jacobian(2);
   const std::vector<double> n = {0.6, 0.8};
   jacobian.add_central(1, 0, n, 5, 2);
-  // (5 - 2) n n' + 2 = [[3.08, 1.44], [1.44, 3.92]], rows 2 and 3, columns 0 and 1
+  // (5 - 2) n n' + 2 = [[3.08, 1.44], [1.44, 3.92]], in rows 2 and 3 and columns 0 and 1.
   REQUIRE(jacobian.by_position.size() == 4);
   CHECK(jacobian.by_position[0].row == 2);
   CHECK(jacobian.by_position[3].column == 1);
@@ -319,7 +319,8 @@ TEST_CASE("drag: two laws add up, and their derivatives are those of the forces"
     const double size = norm(vector_at(force(), dimension, 0));
     CHECK(size == near(0.5 * v + v * v + v * v * v));
     CHECK(drag.power(0, velocity_in_space(bodies, 0)) == near(size * v));
-    CHECK(drag.resistance(0, v) == near(0.5 + v + v * v));  // across the velocity: less than along it
+    // Transverse to the velocity the resistance is smaller than along it.
+    CHECK(drag.resistance(0, v) == near(0.5 + v + v * v));
     ForceJacobian jacobian(dimension);
     drag.add_jacobian({0, bodies, {}}, jacobian);
     std::vector<double> analytic(dimension * dimension);
@@ -331,7 +332,8 @@ TEST_CASE("drag: two laws add up, and their derivatives are those of the forces"
       bodies.momentum[column] = middle - step;
       const std::vector<double> below = force();
       bodies.momentum[column] = middle;
-      // The third derivatives are some times the first over v^2; 1e-8 of the step is left, and rounding over the step.
+      // The third derivatives are a few times the first over v^2. The error is 1e-8 of the step, and rounding over the
+      // step.
       for (int row = 0; row < dimension; ++row)
         CHECK(analytic[row * dimension + column] == near((above[row] - below[row]) / (2 * step), 1e-6));
     }
@@ -339,7 +341,7 @@ TEST_CASE("drag: two laws add up, and their derivatives are those of the forces"
   CHECK_THROWS_AS(Drag(1).add(0, {.linear = -1}), InputError);
 }
 
-TEST_CASE("drag: a law with a force at rest, a wrong sign or a wrong slope is refused") {
+TEST_CASE("drag: a force at rest, a wrong sign or a wrong slope is refused") {
   const auto refusal = [](const std::function<DragForce(double)>& law) {
     try {
       Drag(1).add(0, {.nonlinear = law});
@@ -349,7 +351,7 @@ TEST_CASE("drag: a law with a force at rest, a wrong sign or a wrong slope is re
     return std::string();
   };
   CHECK(refusal([](double v) { return DragForce{v * v, 2 * v}; }).empty());
-  CHECK(refusal([](double v) { return DragForce{std::min(v, 1.0), v < 1 ? 1.0 : 0.0}; }).empty());  // a kink at 1 m/s
+  CHECK(refusal([](double v) { return DragForce{std::min(v, 1.0), v < 1 ? 1.0 : 0.0}; }).empty());  // A kink at 1 m/s.
   CHECK(refusal([](double) { return DragForce{1e-6, 0}; }).find("1e-06 N at rest") != std::string::npos);
   CHECK(refusal([](double v) { return DragForce{-v * v, 2 * v}; }).find("at least 0") != std::string::npos);
   CHECK(refusal([](double v) { return DragForce{v * v, -2 * v}; }).find("at least 0") != std::string::npos);

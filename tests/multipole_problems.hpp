@@ -20,7 +20,7 @@ inline MultipoleOptions options(double tolerance, bool unbounded = false) {
   return o;
 }
 
-/// Disks with charges of both signs in a box that isn't square; groups of one.
+/// Disks with charges of both signs in a rectangular box; each disk is a group.
 inline LaplaceProblem crowd(int count, Vec2 size, double radius, double least_gap) {
   crowds::Random random(11);
   LaplaceProblem problem{.permittivity = 1};

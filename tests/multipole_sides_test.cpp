@@ -1,4 +1,4 @@
-// Sides of the box that are electrodes or insulate, and disks that touch or cross them.
+// Tests of electrode and insulating sides of the box, and of disks that touch or cross them.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -12,9 +12,9 @@ using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::multipole_problems;
 
-TEST_CASE("a disk of one potential with a side may touch it") {
-  // The plane's half that an insulating side bounds, with touching image: as above, half of everything. Beside an
-  // electrode at the disk's own potential nothing happens, and what is continuous in the gap goes on being so.
+TEST_CASE("disk at the potential of a side: contact is permitted") {
+  // With an insulating side the problem is half of the plane with a touching image: all values are half. At an
+  // electrode of the disk's own potential the solution is continuous in the gap.
   for (const Side::Kind kind : {Side::Kind::insulating, Side::Kind::electrode}) {
     std::vector<double> potential, charge;
     for (const double gap : {1e-9, 0.0, -1e-9}) {
@@ -35,7 +35,7 @@ TEST_CASE("a disk of one potential with a side may touch it") {
   }
 }
 
-TEST_CASE("a disk close to an electrode side is one of a close pair with its mirror image") {
+TEST_CASE("disk at an electrode side: it forms a close pair with its image") {
   for (const double gap : {0.3, 1e-2, 1e-5}) {
     CAPTURE(gap);
     LaplaceProblem near_side{.permittivity = 1};
@@ -43,7 +43,7 @@ TEST_CASE("a disk close to an electrode side is one of a close pair with its mir
     near_side.sides[top] = {Side::Kind::electrode, 0.25, {}};
     near_side.bodies = {{Disk{{1, 2 - 0.4 - gap}, 0.4}, 0}, {Disk{{2.2, 0.8}, 0.3}, 1}};
     near_side.groups = {{true, 1.3, 0}, {false, 0, 1}};
-    LaplaceProblem doubled = near_side;  // mirrored up, potentials opposite with respect to the side's
+    LaplaceProblem doubled = near_side;  // Mirrored upwards; the potentials are opposite relative to the side's.
     doubled.size.y = 4;
     doubled.sides[top].kind = Side::Kind::insulating;
     doubled.bodies.push_back({Disk{{1, 2 + 0.4 + gap}, 0.4}, 2});
@@ -58,7 +58,7 @@ TEST_CASE("a disk close to an electrode side is one of a close pair with its mir
     CHECK(a.group_potential[0] == doctest::Approx(b.group_potential[0] + 0.25).epsilon(1e-9));
     CHECK(a.body_charge[1] == doctest::Approx(b.body_charge[1]).epsilon(1e-9));
     CHECK(a.side_charge[top] == doctest::Approx(-1.3 - b.body_charge[1]).epsilon(1e-9));
-    // The gap is known to 4e-16, and the force goes with its square root.
+    // The gap is accurate to 4e-16, and the force goes with its square root.
     for (int k : {0, 1}) {
       CHECK(a.body_force[k].x == doctest::Approx(b.body_force[k].x).epsilon(1e-8));
       CHECK(a.body_force[k].y == doctest::Approx(b.body_force[k].y).epsilon(1e-8));
@@ -66,7 +66,7 @@ TEST_CASE("a disk close to an electrode side is one of a close pair with its mir
   }
 }
 
-TEST_CASE("the boundary conditions hold on every side, whichever are electrodes") {
+TEST_CASE("boundary conditions: they hold on all sides for any electrodes") {
   LaplaceProblem problem = crowd(6, {1.3, 0.9}, 0.08, 0.03);
   neutralize(problem);
   problem.groups[0] = {false, 0, 0.3};
@@ -77,8 +77,8 @@ TEST_CASE("the boundary conditions hold on every side, whichever are electrodes"
     set_walls(walled, walls, potential);
     MultipoleSolver solver(options(1e-11));
     solver.solve(walled);
-    // Into the box from three points of each side. Beside an insulating side V grows with the square of the
-    // distance: 1e-8 times a second derivative of about 100; with a slope of 1 it would grow by 1e-4.
+    // Into the box from three points of each side. At an insulating side V grows with the square of the distance: 1e-8
+    // times a second derivative of about 100. With a slope of 1 it would grow by 1e-4.
     constexpr double step = 1e-4, slack = 1e-5;
     for (const double t : {0.1, 0.45, 0.8}) {
       const std::array<Vec2, 4> on{Vec2{0, 0.9 * t}, {1.3, 0.9 * t}, {1.3 * t, 0}, {1.3 * t, 0.9}};
@@ -93,14 +93,14 @@ TEST_CASE("the boundary conditions hold on every side, whichever are electrodes"
   }
 }
 
-TEST_CASE("charges of disks and sides cancel wherever they are finite, also between plates") {
+TEST_CASE("charges of disks and sides: they cancel, also between plates") {
   LaplaceProblem problem = crowd(5, {1, 1.4}, 0.07, 0.05);
   problem.permittivity = 2.5;
   problem.groups[1] = {false, 0, -0.4};
   for (const int walls : {1, 2, 4, 8, 3, 12, 5, 7, 15}) {
     CAPTURE(walls);
     LaplaceProblem walled = problem;
-    // Different potentials only where no corner is shared: left and right alone, bottom and top alone.
+    // Different potentials only on sides without common corners: left and right alone, or bottom and top alone.
     const bool plates = walls == 3 || walls == 12;
     set_walls(walled, walls, plates ? std::array<double, 4>{0, 3, 1, -1} : std::array<double, 4>{2, 2, 2, 2});
     MultipoleSolver solver(options(1e-11));
@@ -110,23 +110,23 @@ TEST_CASE("charges of disks and sides cancel wherever they are finite, also betw
   }
 }
 
-TEST_CASE("an empty box with plates is a capacitor") {
+TEST_CASE("empty box with plates: it is a capacitor") {
   LaplaceProblem problem;
   problem.size = {2, 3};
   problem.permittivity = 5;
   set_walls(problem, 3, {1, 5, 0, 0});
   MultipoleSolver solver(options(1e-10));
   const LaplaceSolution solution = solver.solve(problem);
-  // Q = eps V Ly / Lx = 5 * 4 * 3 / 2; W = Q V / 2
+  // Q = eps V Ly / Lx = 5 * 4 * 3 / 2; W = Q V / 2.
   CHECK(solution.side_charge[right] == doctest::Approx(30));
   CHECK(solution.side_charge[left] == doctest::Approx(-30));
   CHECK(solution.energy == doctest::Approx(60));
   CHECK(solver.potential({0.5, 1}) == doctest::Approx(2));
 }
 
-TEST_CASE("where different electrodes meet, charges and energy are infinite and the rest is exact") {
-  // Four sides, one at 1 V: turned by 90 degrees and added up, the four such problems make 1 V everywhere, so a disk
-  // without charge in the middle of a square is at 1/4 V.
+TEST_CASE("corner of different electrodes: charges are infinite, the rest exact") {
+  // Four sides, one at 1 V. The sum of the four problems rotated by 90 degrees is 1 V everywhere, so an uncharged disk
+  // in the middle of a square is at 1/4 V.
   for (int s = 0; s < 4; ++s) {
     LaplaceProblem problem{.permittivity = 1};
     problem.size = {1, 1};
@@ -146,9 +146,9 @@ TEST_CASE("where different electrodes meet, charges and energy are infinite and 
   }
 }
 
-TEST_CASE("orders count with the corners where electrodes of different potential meet") {
-  // The corner is 2.5 R away: there the field has a pole, 0.4^k at order k. The images, 5 R and more away, ask for a
-  // series of about 0.2^k.
+TEST_CASE("multipole order: corners of different electrodes increase it") {
+  // The corner is at a distance of 2.5 R: there the field has a pole, 0.4^k at order k. The images, at 5 R and more,
+  // need a series of about 0.2^k.
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
   set_walls(problem, 5, {1, 0, 0, 0});
@@ -163,9 +163,9 @@ TEST_CASE("orders count with the corners where electrodes of different potential
   }
 }
 
-TEST_CASE("half-disks on insulating sides are halves of the mirrored scene") {
-  // The lower box mirrored up: a whole disk and twice the others. Everything of the half is half, and what the
-  // mirror cancels of the force on the whole is left over on the half.
+TEST_CASE("half-disks on insulating sides: halves of the mirrored scene") {
+  // The lower box mirrored upwards has a whole disk and two of each other disk. All values of the half are half. The
+  // force on the half lacks the mirror's cancelling part.
   LaplaceProblem half{.permittivity = 1};
   half.size = {1, 0.6};
   half.sides[left].kind = Side::Kind::electrode;
@@ -187,9 +187,9 @@ TEST_CASE("half-disks on insulating sides are halves of the mirrored scene") {
   CHECK(a.energy == doctest::Approx(0.5 * b.energy).epsilon(1e-10));
 }
 
-TEST_CASE("quarter-disks in corners are quarters of the mirrored scene") {
-  // Insulating left and bottom: mirrored to and fro. With an electrode on the left the quarter has its potential, and
-  // the mirrored scene the opposite potentials.
+TEST_CASE("quarter-disks in corners: quarters of the mirrored scene") {
+  // Insulating left and bottom sides: the scene is mirrored in both. With an electrode on the left the quarter has its
+  // potential, and the mirrored scene has the opposite potentials.
   for (const bool electrode : {false, true}) {
     LaplaceProblem quarter{.permittivity = 1};
     quarter.size = {1, 1};
@@ -197,7 +197,7 @@ TEST_CASE("quarter-disks in corners are quarters of the mirrored scene") {
     quarter.groups = {{false, 0, 0}, {true, 1, 0}};
     quarter.sides[top].kind = Side::Kind::electrode;
     if (electrode) quarter.sides[left].kind = Side::Kind::electrode;
-    LaplaceProblem half{.permittivity = 1};  // mirrored in the left side only, shifted by 1
+    LaplaceProblem half{.permittivity = 1};  // Mirrored in the left side only, and shifted by 1.
     half.size = {2, 1};
     half.sides[top].kind = Side::Kind::electrode;
     half.bodies = {{Disk{{1, 0}, 0.2}, 0}, {Disk{{1.4, 0.3}, 0.15}, 1}, {Disk{{0.6, 0.3}, 0.15}, 2}};
@@ -212,7 +212,7 @@ TEST_CASE("quarter-disks in corners are quarters of the mirrored scene") {
   }
 }
 
-TEST_CASE("charge and force of a half-disk are the integrals over its curved side") {
+TEST_CASE("half-disk: charge and force are integrals over its curved side") {
   for (const bool electrode : {false, true}) {
     LaplaceProblem problem{.permittivity = 1};
     problem.size = {1, 1};
@@ -222,7 +222,8 @@ TEST_CASE("charge and force of a half-disk are the integrals over its curved sid
     problem.groups = {{false, 0, 0.5}, {true, 1, 0}};
     MultipoleSolver solver(options(1e-12));
     const LaplaceSolution solution = solver.solve(problem);
-    // E_n from differences of fourth order over 1e-3: error about 1e-12 V'''''; Simpson with 400 intervals: 1e-8.
+    // E_n from fourth-order differences over 1e-3 has an error of about 1e-12 V'''''. Simpson's rule with 400 intervals
+    // has 1e-8.
     const auto normal_field = [&](double theta) {
       const Vec2 n{std::cos(theta), std::sin(theta)};
       const double h = 1e-3;

@@ -20,10 +20,10 @@ using nlohmann::json;
 
 namespace {
 
-/// Two disks, charge 1 and potential 0, centres a distance d apart along x.
+/// Two disks with charge 1 and potential 0 whose centres are at distance d along x.
 LaplaceProblem pair(double first_radius, double second_radius, double d) {
   LaplaceProblem problem{.permittivity = 1};
-  problem.size = {1, 1};  // of no meaning in the plane
+  problem.size = {1, 1};  // The plane has no box.
   problem.bodies = {{Disk{{0.3, 0.2}, first_radius}, 0}, {Disk{{0.3 + d, 0.2}, second_radius}, 1}};
   problem.groups = {{true, 1, 0}, {false, 0, 0}};
   return problem;
@@ -56,7 +56,7 @@ Reference read(const std::filesystem::path& path) {
 
 }  // namespace
 
-TEST_CASE("two disks in the plane have the bipolar capacitance, potential difference and force") {
+TEST_CASE("two disks in the plane: bipolar capacitance, potential and force") {
   // phi_1 - phi_2 = Q acosh((d^2 - R1^2 - R2^2) / (2 R1 R2)) / 2 pi, W = Q (phi_1 - phi_2) / 2, force = dW/dd.
   for (const double second_radius : {1.0, 0.3})
     for (const double gap : {10.0, 1.0, 0.1, 0.02}) {
@@ -73,18 +73,17 @@ TEST_CASE("two disks in the plane have the bipolar capacitance, potential differ
     }
 }
 
-TEST_CASE("close pairs cost no more than distant ones, down to gaps of 1e-7 R") {
+TEST_CASE("close pairs: gaps down to 1e-7 R cost no more than distant ones") {
   long unknowns = 0;
   for (const double gap : {1e-2, 1e-3, 1e-5, 1e-7}) {
     CAPTURE(gap);
     const double d = 1.5 + gap;
     MultipoleSolver solver(options(1e-10, true));
     const LaplaceSolution solution = solver.solve(pair(1, 0.5, d));
-    // As above, with cosh alpha - 1 = gap (2 R1 + gap)(2 R2 + gap) ... free of cancellation: (d^2 - (R1 + R2)^2) / 2 R1
-    // R2.
+    // As above, with cosh alpha - 1 = (d^2 - (R1 + R2)^2) / 2 R1 R2 from gap (2 R1 + 2 R2 + gap), without cancellation.
     const double t = gap * (2 * 1.5 + gap), root = std::sqrt(t * (t + 2));
     const double potential = std::log1p(t + root) / (2 * pi), force = d / (2 * pi * root);
-    // Solver, relative to Q / 2 pi, and the rounding of the given centres, which is one of the gap.
+    // Solver error relative to Q / 2 pi, and rounding of the given centres relative to the gap.
     const double accuracy = 1e-10 / (2 * pi * potential) + 4e-16 / gap;
     CHECK(solution.group_potential[0] == doctest::Approx(potential).epsilon(accuracy));
     CHECK(solution.body_force[0].x == doctest::Approx(force).epsilon(accuracy));
@@ -94,11 +93,11 @@ TEST_CASE("close pairs cost no more than distant ones, down to gaps of 1e-7 R") 
   }
 }
 
-TEST_CASE("disks of one potential may touch and overlap a little") {
-  // The union of two circles of radius 1 that intersect at +-i s is mapped to the outside of a wedge by
-  // ((z - i s) / (z + i s))^p with p = pi / 2 beta, beta = 2 atan(s / (1 + c)), c = sqrt(1 - s^2): its logarithmic
-  // capacity is s p, and pi / 2 if the circles only touch. A far disk takes the opposite charge: phi_1 - phi_2 = Q
-  // (ln(D / s p) + ln D) / 2 pi up to (1/D)^2.
+TEST_CASE("disks at one potential: contact and small overlaps are permitted") {
+  // The union of two circles of radius 1 that intersect at +-i s is mapped to the outside of a wedge by ((z - i s) / (z
+  // + i s))^p with p = pi / 2 beta, beta = 2 atan(s / (1 + c)), c = sqrt(1 - s^2). Its logarithmic capacity is s p, and
+  // pi / 2 if the circles only touch. A distant disk takes the opposite charge: phi_1 - phi_2 = Q (ln(D / s p) + ln D)
+  // / 2 pi up to (1/D)^2.
   const double far = 1e4;
   for (const double depth : {0.0, 1e-8, 1e-4, 9e-3}) {
     CAPTURE(depth);
@@ -110,17 +109,17 @@ TEST_CASE("disks of one potential may touch and overlap a little") {
     problem.groups = {{true, 1, 0}, {true, -1, 0}};
     const LaplaceSolution solution = MultipoleSolver(options(1e-8, true)).solve(problem);
     const double expected = (std::log(far / capacity) + std::log(far)) / (2 * pi);
-    // Solver and (1/D)^2.
+    // Solver error and (1/D)^2.
     CHECK(solution.group_potential[0] - solution.group_potential[1] == doctest::Approx(expected).epsilon(2e-8));
     CHECK(solution.body_charge[0] == doctest::Approx(0.5).epsilon(1e-7));
   }
 }
 
-TEST_CASE("unknowns can be counted without solving") {
+TEST_CASE("multipole_unknowns: it gives the number of unknowns of a solve") {
   LaplaceProblem problem = crowd(12, {2, 1}, 0.08, 0.002);
   problem.bodies[3].group = problem.bodies[4].group;
   problem.groups[7] = {false, 0, 0.5};
-  problem.groups[3] = {false, 0, 0};  // nobody's
+  problem.groups[3] = {false, 0, 0};  // This group has no body.
   for (const int walls : {0, 5}) {
     set_walls(problem, walls, {});
     const MultipoleOptions o = options(1e-8);
@@ -128,9 +127,9 @@ TEST_CASE("unknowns can be counted without solving") {
   }
 }
 
-TEST_CASE("every disk of a tight cluster is an equipotential") {
-  // Three disks that almost touch each other and a half-disk, one pair of them in one group: the error of V is largest
-  // on a boundary.
+TEST_CASE("tight cluster: every disk is an equipotential") {
+  // Three disks with tiny gaps between each other and to a half-disk, one pair of them in one group. The error of V is
+  // largest on a boundary.
   const double gap = 1e-4, side = 0.2 + gap;
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
@@ -148,7 +147,7 @@ TEST_CASE("every disk of a tight cluster is an equipotential") {
     const Disk& disk = std::get<Disk>(body.shape);
     for (int k = 0; k < 100; ++k) {
       const double theta = 2 * pi * k / 100;
-      // Slightly outside, where V is summed: the field in the gap is up to 0.1 V / gap, times 1e-13.
+      // Slightly outside, where V is a sum: the field in the gap is up to 0.1 V / gap, times 1e-13.
       const Vec2 p = disk.centre + (1 + 1e-12) * disk.radius * Vec2{std::cos(theta), std::sin(theta)};
       if (p.y < 0) continue;
       worst = std::max(worst, std::abs(solver.potential(p) - solution.group_potential[body.group]));
@@ -158,7 +157,7 @@ TEST_CASE("every disk of a tight cluster is an equipotential") {
   CHECK(std::abs(total_charge(solution)) < 1e-9);
 }
 
-TEST_CASE("the reference cases come out to ten digits and more") {
+TEST_CASE("reference cases: reproduced to ten digits and more") {
   const std::filesystem::path folder = std::filesystem::path(source_folder()) / "validation/data/reference-disks";
   int cases = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
@@ -172,7 +171,7 @@ TEST_CASE("the reference cases come out to ten digits and more") {
     double potential = 0, force = 0;
     for (const double phi : expected["phi_disk"]) potential = std::max(potential, std::abs(phi));
     for (const json& f : expected["force"]) force = std::max(force, std::hypot(f[0].get<double>(), f[1].get<double>()));
-    // The files promise 12.5 digits and more of the largest, the solver was asked for 12.
+    // The files guarantee at least 12.5 digits of the largest value; the solver's tolerance is 1e-12.
     const double accuracy = 1e-12;
     for (std::size_t b = 0; b < reference.problem.bodies.size(); ++b) {
       const double phi = solution.group_potential[reference.problem.bodies[b].group];
@@ -188,12 +187,12 @@ TEST_CASE("the reference cases come out to ten digits and more") {
   CHECK(cases == 11);
 }
 
-TEST_CASE("the cut-cell solver agrees within its truncation error") {
-  // S = 128, R = 9 cells, gaps of 4 cells and more: .07 % in capacitance at a gap of R/2 (FIELD-SOLVER's table for
-  // R = 8, d/2R = 1.25) and about as much of the walls' different potentials.
+TEST_CASE("cut-cell solver: it agrees within its truncation error") {
+  // S = 128, R = 9 cells, gaps of at least 4 cells. The capacitance has an error of 0.07 % at a gap of R/2 (table of
+  // FIELD-SOLVER for R = 8, d/2R = 1.25), and the walls' different potentials contribute as much.
   LaplaceProblem problem = crowd(8, {1, 1}, 0.07, 0.04);
   problem.groups[2] = {false, 0, 0.5};
-  problem.bodies[4].group = problem.bodies[3].group;  // a floating group with two members, one group without
+  problem.bodies[4].group = problem.bodies[3].group;  // A floating group with two members, and one group without.
   problem.groups[4] = {false, 0, 0};
   for (const int walls : {0, 4, 3, 9}) {
     CAPTURE(walls);
@@ -218,12 +217,12 @@ TEST_CASE("the cut-cell solver agrees within its truncation error") {
   }
 }
 
-TEST_CASE("forces are the derivative of the energy at given charges") {
+TEST_CASE("forces: they are derivatives of the energy at constant charge") {
   LaplaceProblem problem = crowd(6, {1, 1.2}, 0.08, 0.04);
   set_walls(problem, 12, {0, 0, 0, 0});
   MultipoleSolver solver(options(1e-12));
   const LaplaceSolution solution = solver.solve(problem);
-  // Central differences with step 1e-4: truncation 1e-8 W''' / 6, gaps being some 0.05; rounding 1e-12 / 1e-4.
+  // Central differences with step 1e-4 at gaps of about 0.05: truncation 1e-8 W''' / 6, rounding 1e-12 / 1e-4.
   constexpr double step = 1e-4;
   const auto energy = [&](Vec2 shift) {
     LaplaceProblem moved = problem;
@@ -236,7 +235,7 @@ TEST_CASE("forces are the derivative of the energy at given charges") {
         doctest::Approx(-(energy({0, step}) - energy({0, -step})) / (2 * step)).epsilon(1e-5));
 }
 
-TEST_CASE("the capacitance matrix is symmetric, and its rows add up to zero in an insulated box") {
+TEST_CASE("capacitance matrix: symmetric, zero row sums in an insulated box") {
   for (const int walls : {0, 6}) {
     LaplaceProblem problem = crowd(4, {1, 1}, 0.09, 0.03);
     neutralize(problem);
@@ -254,8 +253,8 @@ TEST_CASE("the capacitance matrix is symmetric, and its rows add up to zero in a
   }
 }
 
-TEST_CASE("the plane is the limit of a large box") {
-  // What an insulated box adds is the field of the images of a dipole of size d: energy of order (d / L)^2.
+TEST_CASE("plane: it is the limit of a large box") {
+  // The images in an insulated box add the field of a dipole of size d: an energy of order (d / L)^2.
   MultipoleSolver plane(options(1e-11, true)), box(options(1e-11));
   const double exact = plane.solve(pair(1, 0.5, 3)).energy;
   double error[2];
@@ -270,7 +269,7 @@ TEST_CASE("the plane is the limit of a large box") {
   CHECK(error[0] / error[1] == doctest::Approx(4).epsilon(0.05));
 }
 
-TEST_CASE("without ground the groups' potentials have zero mean, weighted by their members") {
+TEST_CASE("no ground: the mean potential over the bodies is zero") {
   LaplaceProblem problem = crowd(5, {1, 1}, 0.08, 0.04);
   problem.bodies[4].group = 1;
   problem.groups.pop_back();
@@ -283,12 +282,12 @@ TEST_CASE("without ground the groups' potentials have zero mean, weighted by the
   for (std::size_t b = 0; b < 5; ++b)
     if (problem.bodies[b].group == 1) charge += solution.body_charge[b];
   CHECK(charge == doctest::Approx(problem.groups[1].charge).epsilon(1e-9));
-  // potential() has the same level
+  // potential() has the same level.
   const Vec2 beside = std::get<Disk>(problem.bodies[0].shape).centre + Vec2{0.08 + 1e-12, 0};
   CHECK(solver.potential(beside) == doctest::Approx(solution.group_potential[0]).epsilon(1e-8));
 }
 
-TEST_CASE("the error follows the tolerance, and the residual says how large it is") {
+TEST_CASE("error: it follows the tolerance, and the residual indicates it") {
   LaplaceProblem problem = crowd(40, {1, 1}, 0.04, 0.01);
   set_walls(problem, 4, {});
   MultipoleSolver reference(options(1e-13));
@@ -311,7 +310,7 @@ TEST_CASE("the error follows the tolerance, and the residual says how large it i
   }
 }
 
-TEST_CASE("the last solution shortens the next solve and doesn't change it; forgotten, the same bits come out") {
+TEST_CASE("history: it shortens the next solve, and forget() restores the bits") {
   LaplaceProblem problem = crowd(20, {1, 1}, 0.05, 0.02);
   set_walls(problem, 4, {});
   LaplaceProblem moved = problem;
@@ -328,7 +327,7 @@ TEST_CASE("the last solution shortens the next solve and doesn't change it; forg
   }
 }
 
-TEST_CASE("options out of range are refused") {
+TEST_CASE("options: values out of range are refused") {
   CHECK_THROWS_AS(MultipoleSolver(options(0)), InputError);
   CHECK_THROWS_AS(MultipoleSolver(options(1e-15)), InputError);
   CHECK_THROWS_AS(MultipoleSolver(options(NAN)), InputError);
@@ -337,13 +336,13 @@ TEST_CASE("options out of range are refused") {
   CHECK_THROWS_AS(MultipoleSolver{none}, InputError);
 }
 
-TEST_CASE("there is no field before a solve") {
+TEST_CASE("field: none is available before a solve") {
   MultipoleSolver solver;
   CHECK_THROWS_AS(solver.field(), Failure);
   CHECK_THROWS_AS(solver.potential({0, 0}), Failure);
 }
 
-TEST_CASE("the field is the potential at cell centres, and names the disk that covers one") {
+TEST_CASE("field: the potential and the covering disk at cell centres") {
   LaplaceProblem problem = crowd(3, {2, 1}, 0.1, 0.1);
   set_walls(problem, 4, {});
   MultipoleOptions o = options(1e-8);
@@ -361,10 +360,11 @@ TEST_CASE("the field is the potential at cell centres, and names the disk that c
   const int inside = static_cast<int>(centre.y / 0.05) * 40 + static_cast<int>(centre.x / 0.05);
   CHECK(field.body[inside] == 1);
   CHECK(field.value[inside] == solution.group_potential[1]);
-  CHECK(std::count(field.body.begin(), field.body.end(), -1) > 700);  // 3 pi (0.1 / 0.05)^2 = 38 of 800 are covered
+  // 3 pi (0.1 / 0.05)^2 = 38 of 800 cells are covered.
+  CHECK(std::count(field.body.begin(), field.body.end(), -1) > 700);
 }
 
-TEST_CASE("scenes that the method can't solve are refused") {
+TEST_CASE("multipole method: scenes that it cannot solve are refused") {
   LaplaceProblem problem = crowd(2, {1, 1}, 0.1, 0.1);
   problem.groups[0] = {false, 0, 0};
   MultipoleOptions o;

@@ -28,7 +28,7 @@ struct Crowd {
   std::vector<double> position, radius;
 };
 
-/// Of n particles, in [-spread, 1 + spread] times a box of that length.
+/// Returns n random particles in [-spread, 1 + spread] times a box of the given length.
 Crowd crowd(int n, int dimension, double length, double smallest, double largest, double spread, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-spread * length, (1 + spread) * length), radius(smallest, largest);
@@ -40,7 +40,7 @@ Crowd crowd(int n, int dimension, double length, double smallest, double largest
   return crowd;
 }
 
-/// Of every image of the second within three turns.
+/// Distance to the nearest image of the second particle within three box lengths.
 template <int d>
 double nearest(const Spheres<d>& s, int i, int j) {
   double sum = 0;
@@ -66,8 +66,8 @@ std::vector<Pair> all_pairs(const Spheres<d>& s, double range, std::vector<doubl
 
 }  // namespace
 
-TEST_CASE("cells find the pairs that a look at all pairs and images finds, in ascending order") {
-  // Boxes of 2 cells a side to 11, with places up to a turn outside.
+TEST_CASE("cells: they find the pairs of a search over all pairs and images") {
+  // Boxes of 2 to 11 cells per side, with positions up to one box length outside.
   for (const double length : {6.5, 8.0, 9.5, 13.0, 33.0}) {
     const Crowd two = crowd(200, 2, length, 0.2, 1, 1, 1), three = crowd(200, 3, length, 0.2, 1, 1, 2);
     for (const double range : {-0.3, 0.0, 1.2})
@@ -84,19 +84,19 @@ TEST_CASE("cells find the pairs that a look at all pairs and images finds, in as
   }
 }
 
-TEST_CASE("a box without periodic sides is no box") {
+TEST_CASE("box without periodic sides: pairs are those without a box") {
   const Crowd some = crowd(100, 2, 10, 0.2, 1, 1, 3);
   CHECK(pairs_closer_than(Spheres<2>{some.position, some.radius, periodic_box<2>(1, 0)}, 0.5) ==
         pairs_closer_than(Spheres<2>{some.position, some.radius}, 0.5));
 }
 
-TEST_CASE("two particles meet across every face, edge and corner of a periodic box, each pair once") {
+TEST_CASE("periodic box: pairs across faces, edges and corners are found once") {
   const Box<3> box = periodic_box<3>(10);
   const std::vector<double> radius = {0.5, 0.5};
   for (int x = -1; x <= 1; ++x)
     for (int y = -1; y <= 1; ++y)
       for (int z = -1; z <= 1; ++z) {
-        // Half a millimetre inside the sides that they meet across; elsewhere beside each other.
+        // The particles lie 0.2 inside the sides between them and next to each other along the other axes.
         const auto low = [](int turn) { return turn == 0 ? 5.0 : 0.2; };
         const auto high = [](int turn) { return turn == 0 ? 5.2 : 9.8; };
         std::vector<double> position;
@@ -106,16 +106,16 @@ TEST_CASE("two particles meet across every face, edge and corner of a periodic b
       }
 }
 
-TEST_CASE("a periodic box shorter than twice the range is refused") {
+TEST_CASE("periodic box: one shorter than twice the range is refused") {
   const std::vector<double> position = {1, 1, 2, 2}, radius = {0.5, 0.5};
   Box<2> box = periodic_box<2>(4, 1);
-  CHECK(pairs_closer_than(Spheres<2>{position, radius, box}, 1.0).size() == 1);  // 2 apart: half of 4
+  CHECK(pairs_closer_than(Spheres<2>{position, radius, box}, 1.0).size() == 1);  // The distance of 2 is half of 4.
   CHECK_THROWS_WITH_AS(pairs_closer_than(Spheres<2>{position, radius, box}, 1.1),
                        doctest::Contains("4 long from left to right, but particles up to 2.1 apart"), InputError);
   CHECK(pairs_closer_than(Spheres<2>{position, radius, periodic_box<2>(4, 0)}, 1.1).size() == 1);
 }
 
-TEST_CASE("a range beyond all places: every particle is every other's neighbour") {
+TEST_CASE("range beyond all positions: every pair is found") {
   const Crowd some = crowd(20, 2, 1, 0.01, 0.02, 0, 1);
   const Spheres<2> spheres{some.position, some.radius};
   const std::vector<double> reach(20, 1e300);
@@ -126,7 +126,7 @@ TEST_CASE("a range beyond all places: every particle is every other's neighbour"
   }
 }
 
-TEST_CASE("any number of threads finds the same pairs") {
+TEST_CASE("cells: any number of threads finds identical pairs") {
   const Crowd some = crowd(20000, 3, 40, 0.3, 0.7, 0, 4);
   const Spheres<3> spheres{some.position, some.radius, periodic_box<3>(40)};
   parallel::Team three(3);
@@ -136,7 +136,7 @@ TEST_CASE("any number of threads finds the same pairs") {
   CHECK(pairs_closer_than(spheres, 0.5, three) == alone);
 }
 
-TEST_CASE("particles with reaches of their own find each other across periodic sides") {
+TEST_CASE("particles with individual cutoffs: pairs across periodic sides are found") {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> exponent(-2, 1);
   const Crowd some = crowd(150, 3, 9, 0.2, 1, 0.5, 6);
@@ -145,22 +145,23 @@ TEST_CASE("particles with reaches of their own find each other across periodic s
   for (double& r : reach) r = std::pow(10, exponent(random));
   CHECK(pairs_within_reach(spheres, 0.1, reach) == all_pairs(spheres, 0.1, reach));
   std::ranges::fill(reach, 0.05);
-  reach[7] = 1e12;  // one that may fly anywhere
+  reach[7] = 1e12;  // This particle may fly to any position.
   CHECK(pairs_within_reach(spheres, 0.1, reach) == all_pairs(spheres, 0.1, reach));
 }
 
-TEST_CASE("two that both reach far find each other over many cells") {
+TEST_CASE("two large individual cutoffs: the pair is found over many cells") {
   Crowd some = crowd(1000, 3, 100, 0.01, 0.01, 0, 9);
   std::vector<double> reach(1000, 0.0);
   reach[3] = reach[5] = 5;
   for (int k = 0; k < 3; ++k) some.position[9 + k] = 50, some.position[15 + k] = 50;
-  some.position[9] = 53, some.position[15] = 62.9;  // of cells 10 wide, the next but beyond 5 m
+  // The cells are 10 wide, and the distance of 9.9 is below the sum of the cutoffs.
+  some.position[9] = 53, some.position[15] = 62.9;
   const Spheres<3> spheres{some.position, some.radius};
   CHECK(pairs_within_reach(spheres, 0, reach) == all_pairs(spheres, 0, reach));
   CHECK(std::ranges::count(all_pairs(spheres, 0, reach), Pair{3, 5}) == 1);
 }
 
-TEST_CASE("a list misses no pair of a cold gas with one fast grain") {
+TEST_CASE("neighbour list: no pair of a cold gas with one fast grain is missed") {
   constexpr int d = 3, n = 150;
   const double length = 10, range = 0.1, skin = 0.5;
   Crowd gas = crowd(n, d, length, 0.5, 0.5, 0, 7);
@@ -184,7 +185,7 @@ TEST_CASE("a list misses no pair of a cold gas with one fast grain") {
   CHECK(list.searches() == 200);
 }
 
-TEST_CASE("a list made for other numbers of particles covers none of them") {
+TEST_CASE("neighbour list: another number of particles invalidates it") {
   std::vector<double> position = {0, 0, 1.2, 0, 2.4, 0}, radius = {0.5, 0.5, 0.5};
   NeighbourList list(0.3, 0.4);
   list.update(Spheres<2>{position, radius});
@@ -197,24 +198,24 @@ TEST_CASE("a list made for other numbers of particles covers none of them") {
   CHECK(list.pairs().size() == 3);
 }
 
-TEST_CASE("a wrap is no motion for a list") {
+TEST_CASE("neighbour list: a wrap around the box is no motion") {
   std::vector<double> position = {9.99, 5, 0.5, 5}, radius = {0.5, 0.5};
   const Spheres<2> disks{position, radius, periodic_box<2>(10)};
   NeighbourList list(0, 0.4);
   list.update(disks);
   CHECK(list.pairs().size() == 1);
-  position[0] = 0.01;  // by 0.02 around
+  position[0] = 0.01;  // A displacement of 0.02 across the side.
   list.update(disks);
   CHECK(list.searches() == 1);
-  position[0] = 0.2;  // by 0.21, more than half the skin
+  position[0] = 0.2;  // A displacement of 0.21, more than half the skin.
   list.update(disks);
   CHECK(list.searches() == 2);
 }
 
 namespace {
 
-/// Lets a crowd wander, three of it fast, and compares a list that stays with a search, with two ranges and with
-/// reaches of which some are long. Returns the searches that the list has made.
+/// Moves particles randomly, three of them fast. Compares a kept list with a new search for two ranges and for
+/// individual cutoffs, some of them large. Returns the number of searches of the list.
 template <int d>
 int wander(const Box<d>& box, int steps) {
   Crowd disks = crowd(150, d, 20, 0.3, 0.5, 0, 7);
@@ -236,29 +237,29 @@ int wander(const Box<d>& box, int steps) {
 
 }  // namespace
 
-TEST_CASE("a list of pairs within reach finds what a search finds, and seldom searches") {
-  // A particle of .01 a step, each way, has gone half a skin of .3 after some .15^2 / (.01^2 2/3) = 340 steps; two that
-  // are fast and three with a long reach are fewer than make a search due.
+TEST_CASE("reach list: it equals a new search and is rarely rebuilt") {
+  // A random step of 0.01 per axis covers half a skin of 0.3 after about 0.15^2 / (0.01^2 2/3) = 340 steps. The two
+  // fast particles and the three large cutoffs are too few for a rebuild.
   CHECK(wander(Box<2>{}, 200) <= 3);
   CHECK(wander(Box<3>{}, 50) <= 3);
-  CHECK(wander(periodic_box<2>(20), 10) == 10);  // each time
+  CHECK(wander(periodic_box<2>(20), 10) == 10);  // A rebuild in each step.
 }
 
-TEST_CASE("one that reaches far finds what has come into its reach since the search") {
+TEST_CASE("reach list: a large cutoff finds pairs that entered since the search") {
   std::vector<double> position = {0, 0, 3.5, 0}, reach = {0, 0};
   const std::vector<double> radius = {0.5, 0.5};
   ReachList list;
   const auto pairs = [&] { return list.pairs(Spheres<2>{position, radius}, 0.4, reach).size(); };
   CHECK(pairs() == 0);
-  position[2] = 3.3;  // less than half a skin of .5
-  reach[0] = 2;       // more: up to centres 1.4 + 2 apart
+  position[2] = 3.3;  // Less than half a skin of 0.5.
+  reach[0] = 2;       // More than half a skin: centres up to 1.4 + 2 apart.
   CHECK(pairs() == 1);
   position[2] = 3.45;
   CHECK(pairs() == 0);
   CHECK(list.searches() == 1);
 }
 
-TEST_CASE("a list of pairs within reach searches when many have gone far, and looks at all if all reach far") {
+TEST_CASE("reach list: large moves cause a rebuild, large cutoffs a full search") {
   Crowd disks = crowd(100, 2, 20, 0.3, 0.5, 0, 8);
   ReachList list;
   std::vector<double> reach(100, 0.0);
@@ -267,7 +268,8 @@ TEST_CASE("a list of pairs within reach searches when many have gone far, and lo
     return list.pairs(now, 0.4, reach) == pairs_within_reach(now, 0.4, reach);
   };
   CHECK(same());
-  for (std::size_t k = 0; k < 100; ++k) disks.position[k] += 0.5;  // half of them, by more than half a skin
+  // Half of the particles move by more than half a skin.
+  for (std::size_t k = 0; k < 100; ++k) disks.position[k] += 0.5;
   CHECK(same());
   CHECK(list.searches() == 2);
   CHECK(list.moved()[0] == 0);
@@ -277,7 +279,7 @@ TEST_CASE("a list of pairs within reach searches when many have gone far, and lo
 
 namespace {
 
-/// Pairs of particles in ascending order, as a search in the order of cells finds them.
+/// Pairs of particles in ascending order, found by a search in cell order.
 template <int d>
 std::vector<Pair> pairs_in_cells(const Spheres<d>& spheres, double range, int threads = 1) {
   CellOrder<d> cells;
@@ -294,7 +296,7 @@ std::vector<Pair> pairs_in_cells(const Spheres<d>& spheres, double range, int th
   return pairs;
 }
 
-/// The same of those that meet in a flight, velocities by particle.
+/// Pairs that meet in a flight in ascending order; velocities are in particle order.
 std::vector<Pair> pairs_that_meet_in_cells(const Spheres<3>& spheres, double range, const std::vector<Vec3>& velocity,
                                            const CellOrder<3>::Flight& flight, int threads) {
   CellOrder<3> cells;
@@ -310,7 +312,7 @@ std::vector<Pair> pairs_that_meet_in_cells(const Spheres<3>& spheres, double ran
   return pairs;
 }
 
-/// Of the pairs within range those that are `near`, or come `within` by the rate at which their distance changes.
+/// Pairs within the range that are `near`, or that approach to `within` at the rate of change of their distance.
 std::vector<Pair> meeting(const Spheres<3>& spheres, double range, const std::vector<Vec3>& velocity,
                           const CellOrder<3>::Flight& flight) {
   std::vector<Pair> pairs;
@@ -324,9 +326,9 @@ std::vector<Pair> meeting(const Spheres<3>& spheres, double range, const std::ve
 
 }  // namespace
 
-TEST_CASE("particles in the order of cells find the pairs that a look at all pairs and images finds, each once") {
-  // One cell a side to eleven, with places up to a turn outside. Places in single precision round pairs in, not out:
-  // by 4 times 6e-8 of 100 m at most.
+TEST_CASE("cell order: it finds each pair of a search over all images once") {
+  // Boxes of 1 to 11 cells per side, with positions up to one box length outside. Single-precision positions add pairs
+  // but lose none: rounding is at most 4 times 6e-8 of 100 m.
   for (const double length : {2.5, 6.5, 9.5, 13.0, 33.0}) {
     const Crowd two = crowd(200, 2, length, 0, 0, 1, 1), three = crowd(200, 3, length, 0, 0, 1, 2);
     for (const double range : {0.9, 3.0})
@@ -347,13 +349,13 @@ TEST_CASE("particles in the order of cells find the pairs that a look at all pai
   }
 }
 
-TEST_CASE("in the order of cells those pairs are found that may meet in a flight") {
+TEST_CASE("cell order: the pairs that may meet in a flight are found") {
   constexpr double range = 2;
-  // With axes that fold (one cell) and others. Rounding lets in who misses by 4 x 1.2e-7 of 33 m and, of a way of
-  // 2 x 3.5 x .1 m, by 2 x 1.6e-5 / 1 in its direction: 4e-5 m together.
+  // Some axes have one cell and fold. Rounding adds pairs that miss by 4 x 1.2e-7 of 33 m and, for a path of 2 x 3.5 x
+  // 0.1 m, by 2 x 1.6e-5 in its direction: 4e-5 m in total.
   for (const double length : {5.5, 9.5, 33.0}) {
     const Crowd here = crowd(400, 3, length, 0, 0, 1, 5), fast = crowd(400, 3, 4, 0, 0, 0, 6);
-    std::vector<Vec3> velocity;  // -2 to 2 along each axis
+    std::vector<Vec3> velocity;  // From -2 to 2 along each axis.
     for (int i = 0; i < 400; ++i)
       velocity.push_back(Vec3{fast.position[3 * i], fast.position[3 * i + 1], fast.position[3 * i + 2]} -
                          Vec3{2, 2, 2});

@@ -38,33 +38,33 @@ Network bridge(double r1, double r2, double r3, double r4, double r5) {
 
 }  // namespace
 
-TEST_CASE("resistors in series add, in parallel their conductances do") {
+TEST_CASE("resistors: in series they add, in parallel their conductances do") {
   CHECK(resistance({.nodes = 3, .links = {{0, 1, 0.5}, {1, 2, 0.25}}}, 0, 2) == exactly(6));
   CHECK(resistance({.nodes = 2, .links = {{0, 1, 0.5}, {1, 0, 0.25}}}, 0, 1) == exactly(1 / 0.75));
 }
 
-TEST_CASE("a Wheatstone bridge of 1 to 5 Ohm has 61/21 Ohm") {
-  // Loops by hand: with 1 and 2 Ohm from the source, 3 Ohm across and 4 and 5 Ohm to ground.
+TEST_CASE("Wheatstone bridge: 1 to 5 Ohm give 61/21 Ohm") {
+  // Loop equations: 1 and 2 Ohm from the source, 3 Ohm across, and 4 and 5 Ohm to ground.
   CHECK(resistance(bridge(1, 2, 3, 4, 5), 0, 3) == exactly(61.0 / 21));
 }
 
-TEST_CASE("a balanced bridge carries nothing across, although the link could") {
+TEST_CASE("balanced bridge: the link across carries no current") {
   const Conduction c = conduct(bridge(1, 2, 3, 2, 4), 0, 3);
   CHECK(c.backbone[2]);
   CHECK(std::abs(c.link_current[2]) < 1e-15);
 }
 
-TEST_CASE("no path is an infinite resistance, whatever is in the pieces") {
+TEST_CASE("no path: the resistance is infinite for any components") {
   const Conduction c = conduct({.nodes = 5, .links = {{0, 1, 1}, {2, 3, 1}}}, 0, 3, {.voltage = 2});
   CHECK(!c.connected);
   CHECK(std::isinf(c.resistance));
   CHECK(c.conductance == 0);
-  CHECK(c.potential[1] == 0);  // a dead end has the electrode's potential
+  CHECK(c.potential[1] == 0);  // A dead end has the electrode's potential.
   CHECK(c.potential[2] == 2);
   CHECK(std::isnan(c.potential[4]));
 }
 
-TEST_CASE("dead ends carry nothing and have the potential of where they begin") {
+TEST_CASE("dead ends: no current, and the potential of their first node") {
   const Conduction c =
       conduct({.nodes = 6, .links = {{0, 1, 1}, {1, 2, 1}, {1, 3, 1}, {3, 4, 1}, {3, 5, 1}, {4, 5, 1}}}, 0, 2);
   CHECK(c.resistance == exactly(2));
@@ -72,13 +72,13 @@ TEST_CASE("dead ends carry nothing and have the potential of where they begin") 
   for (const int n : {1, 3, 4, 5}) CHECK(c.potential[n] == exactly(0.5));
 }
 
-TEST_CASE("resistances of 1e-30 and 1e30 Ohm in one network") {
-  SUBCASE("a bridge: the large conductances short-circuit, the small ones decide") {
-    // 1e-30 Ohm from the source to both inner nodes and between them, 1e30 Ohm to ground twice: 0.5e30.
+TEST_CASE("extreme values: resistances of 1e-30 and 1e30 Ohm in one network") {
+  SUBCASE("bridge: large conductances short-circuit, small ones set the result") {
+    // 1e-30 Ohm from the source to both inner nodes and between them, and 1e30 Ohm to ground twice: 0.5e30.
     CHECK(resistance(bridge(1e-30, 1e-30, 1e-30, 1e30, 1e30), 0, 3) == exactly(0.5e30));
   }
-  SUBCASE("a cluster of large conductances between small ones: power balances, and currents too") {
-    // 0 -1e30- 1, a square 1-2-4-3 of 1e-30 Ohm, 4 -1e30- 5: each side of the square carries half.
+  SUBCASE("cluster of large conductances: power and currents balance") {
+    // 0 -1e30- 1, a square 1-2-4-3 of 1e-30 Ohm, 4 -1e30- 5: each branch of the square carries half.
     const Network n = {.nodes = 6,
                        .links = {{0, 1, 1e-30}, {1, 2, 1e30}, {1, 3, 1e30}, {2, 4, 1e30}, {3, 4, 1e30}, {4, 5, 1e-30}}};
     const Conduction c = conduct(n, 0, 5);
@@ -86,8 +86,8 @@ TEST_CASE("resistances of 1e-30 and 1e30 Ohm in one network") {
     CHECK(c.power_balance < 1e-13);
     for (const int k : {1, 2, 3, 4}) CHECK(-c.link_current[k] == exactly(0.25e-30));
   }
-  SUBCASE("a ladder whose rungs and rails alternate between the two") {
-    // R_n = rail + 1 / (1 / rung + 1 / R_{n-1}): a recursion without subtractions, exact but for rounding.
+  SUBCASE("ladder of alternating rungs and rails") {
+    // R_n = rail + 1 / (1 / rung + 1 / R_{n-1}): a recursion without subtractions, exact within rounding.
     Network n{.nodes = 1};
     double expected = std::numeric_limits<double>::infinity();
     const int rungs = 40;
@@ -116,7 +116,8 @@ std::string message_of(const std::function<void()>& work) {
 }
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-/// Three disks of radius 1 in a column between bottom (y = 0) and top, overlapping by a tenth, and one beside them.
+/// Packing of three disks of radius 1 in a column between bottom (y = 0) and top, with an overlap of 10 %, and one disk
+/// next to it.
 ParticlePacking column() {
   return {.position = {{0, 0.9, 0}, {0, 2.7, 0}, {0, 4.5, 0}, {3, 3, 0}},
           .radius = {1, 1, 1, 0.5},
@@ -126,7 +127,7 @@ const std::vector<PackingElectrode> walls = {{true, 0}, {true, 1}};
 
 }  // namespace
 
-TEST_CASE("what a network cannot be is refused in a sentence") {
+TEST_CASE("network: impossible nodes and links are refused") {
   const Network net = {.nodes = 3, .links = {{0, 1, 1}, {1, 2, 1}}};
   CHECK(contains(message_of([&] { conduct(net, 1, 1); }), "node 1 is named twice"));
   CHECK(contains(message_of([&] { conduct(net, 0, 3); }), "there is no node 3"));
@@ -136,7 +137,7 @@ TEST_CASE("what a network cannot be is refused in a sentence") {
   CHECK(contains(message_of([&] { conduct({.nodes = 2, .links = {{0, 2, 1}}}, 0, 1); }), "nodes 0 to 1"));
 }
 
-TEST_CASE("what a model cannot be is refused in a sentence") {
+TEST_CASE("resistor model: impossible parameters are refused") {
   CHECK(contains(message_of([&] { resistor_model("ideal"); }), "no resistor model \"ideal\""));
   CHECK(contains(message_of([&] { check(resistor_model("constriction"), {.resistivity = 1}); }), "needs spot in m"));
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 0}); }), "greater than 0"));
@@ -165,7 +166,7 @@ TEST_CASE("what a model cannot be is refused in a sentence") {
   CHECK(contains(message_of([&] { check(bad); }), "particle 2 has radius -1"));
 }
 
-TEST_CASE("a column of three disks is resistors in series") {
+TEST_CASE("column of three disks: it is resistors in series") {
   const ParticlePacking packing = column();
   const Contacts contacts = find_contacts(packing);
   REQUIRE(contacts.pairs.size() == 2);
@@ -178,13 +179,13 @@ TEST_CASE("a column of three disks is resistors in series") {
   };
   CHECK(measured(particle_network, "constant") == exactly(4 * 3));
   CHECK(measured(contact_network, "constant") == exactly(3 * 3));
-  CHECK(measured(particle_network, "length") == exactly(2 * 5.4));  // the whole height, either way
+  CHECK(measured(particle_network, "length") == exactly(2 * 5.4));  // The whole height in both cases.
   CHECK(measured(contact_network, "length") == exactly(2 * 5.4));
   CHECK(measured(particle_network, "constriction") == exactly(6 * 5 / 0.04));
 }
 
-TEST_CASE("constriction: the contact-centred network is the particle-centred one, but for its nodes") {
-  // A ring of five disks, each touching two, with the bottom wall under one and the top wall over another.
+TEST_CASE("constriction: contact and particle networks agree") {
+  // A ring of five disks, each with two contacts, with the bottom wall under one and the top wall over another.
   ParticlePacking packing{.walls = {{"bottom", {0, -1.5, 0}, {0, 1, 0}}, {"top", {0, 1.6, 0}, {0, -1, 0}}}};
   for (int k = 0; k < 5; ++k) {
     const double angle = 2 * std::numbers::pi * (k + 0.1) / 5;
@@ -202,15 +203,16 @@ TEST_CASE("constriction: the contact-centred network is the particle-centred one
   CHECK(measured(contact_network) == exactly(measured(particle_network)));
 }
 
-TEST_CASE("sphere: the series of its Neumann function, and small spots that are equipotential disks") {
+TEST_CASE("sphere model: the Neumann series with small equipotential spots") {
   constexpr double a = 1.5, b = 0.01, rho = 0.7, pi = std::numbers::pi;
   Particle sphere{.centre = {1, 2, 3}, .radius = a};
   const std::vector<Point> at = {{0, 0, 1}, {std::sqrt(0.75), 0, -0.5}, {0.28, 0.96, 0}};
   for (const Point& n : at) sphere.contacts.push_back({1 + a * n[0], 2 + a * n[1], 3 + a * n[2]});
   const Eigen::MatrixXd links = resistor_model("sphere").particle({.resistivity = rho, .spot = b}, sphere);
   Network net{.nodes = 3, .links = {{0, 1, links(0, 1)}, {0, 2, links(0, 2)}, {1, 2, links(1, 2)}}};
-  // Fed with I at a point and drained evenly, the surface has rho I / (4 pi a) times sum_l (2 + 1/l) P_l(cos gamma), in
-  // which sum_l P_l = 1 / (2 sin(gamma / 2)) from l = 0 on. What is left of the rest after n terms is below n^-1.5.
+  // For a current I injected at a point and collected uniformly the surface potential is rho I / (4 pi a) times sum_l
+  // (2 + 1/l) P_l(cos gamma). Here sum_l P_l = 1 / (2 sin(gamma / 2)) from l = 0. The remainder after n terms is below
+  // n^-1.5.
   const auto potential = [&](double cosine) {
     double sum = 2 * (1 / std::sqrt(2 - 2 * cosine) - 1), before = 1, legendre = cosine;
     for (int l = 1; l <= 20000; ++l) {
@@ -219,8 +221,9 @@ TEST_CASE("sphere: the series of its Neumann function, and small spots that are 
     }
     return sum;
   };
-  // Near the point it is a (2/d - ln(d / 2a) / a) - 2 and smaller terms. Under the density of an equipotential disk,
-  // 1 / (2 pi b sqrt(b^2 - r^2)), 2/d has the mean pi / b, and ln d has ln b + 2 ln 2 - 3/2.
+  // Near the point the potential is a (2/d - ln(d / 2a) / a) - 2 plus smaller terms. For the current density of an
+  // equipotential disk, 1 / (2 pi b sqrt(b^2 - r^2)), the mean of 2/d is pi / b and that of ln d is ln b + 2 ln 2 -
+  // 3/2.
   const double itself = pi * a / b - (std::log(b / (2 * a)) + 2 * std::numbers::ln2 - 1.5) - 2;
   for (int j = 0; j < 3; ++j)
     for (int i = 0; i < j; ++i) {
@@ -229,14 +232,14 @@ TEST_CASE("sphere: the series of its Neumann function, and small spots that are 
     }
 }
 
-TEST_CASE("a pair that only just touches is no contact: rattlers come to rest there") {
+TEST_CASE("contacts: a pair at the contact threshold, as rattlers have, is none") {
   ParticlePacking packing{.position = {{0, 0, 0}, {2 - 1e-9, 0, 0}}, .radius = {1, 1}};
   CHECK(find_contacts(packing).pairs.empty());
   packing.position[1][0] = 2 - 4e-9;
   CHECK(find_contacts(packing).pairs.size() == 1);
 }
 
-TEST_CASE("cells find every contact of spheres of many sizes") {
+TEST_CASE("contacts: the cell search finds all of spheres of many sizes") {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> place(-5, 5), radius(0.05, 0.9);
   for (const int dimension : {2, 3}) {
@@ -253,7 +256,7 @@ TEST_CASE("cells find every contact of spheres of many sizes") {
   }
 }
 
-TEST_CASE("condensation to several nodes is the Schur complement") {
+TEST_CASE("condense: it gives the Schur complement of several nodes") {
   std::mt19937_64 random(7);
   Network net{.nodes = 300};
   std::uniform_int_distribution<int> node(0, net.nodes - 1);
@@ -261,7 +264,7 @@ TEST_CASE("condensation to several nodes is the Schur complement") {
   for (int k = 0; k < 500; ++k) net.links.push_back({node(random), node(random), 0.5 + k % 7});
   const std::vector<int> kept = {17, 3, 250, 99};
   const Eigen::MatrixXd s = conductance_matrix(net);
-  // By potentials: row i of the reduced matrix is the current into the kept nodes with node i at 1 V, others at 0.
+  // Row i of the reduced matrix is the current into the kept nodes with node i at 1 V and the others at 0.
   const Eigen::MatrixXd mesh = condense(net, kept);
   std::vector<int> rest;
   for (int n = 0; n < net.nodes; ++n)
@@ -272,7 +275,7 @@ TEST_CASE("condensation to several nodes is the Schur complement") {
     for (int j = 0; j < i; ++j) CHECK(mesh(i, j) == Approx(-schur(i, j)).epsilon(1e-12));
 }
 
-TEST_CASE("potentials of several right-hand sides are those of the dense system") {
+TEST_CASE("potentials: several right-hand sides are those of the dense system") {
   std::mt19937_64 random(11);
   Network net{.nodes = 120};
   std::uniform_int_distribution<int> node(0, net.nodes - 1);
@@ -308,7 +311,7 @@ TEST_CASE("one node to all: resistances are those of each pair") {
     std::uniform_int_distribution<int> node(0, net.nodes - 1);
     for (int k = 1; k < net.nodes; ++k) net.links.push_back({k - 1, k, std::pow(10, decades(random))});
     for (int k = 0; k < 300; ++k) net.links.push_back({node(random), node(random), std::pow(10, decades(random))});
-    net.nodes += 2;  // which nothing joins
+    net.nodes += 2;  // Isolated nodes.
     if (positions)
       for (int n = 0; n < net.nodes; ++n) net.position.push_back({place(random), place(random), 0});
     const std::vector<double> found = resistances_from(net, 77);
@@ -325,11 +328,11 @@ TEST_CASE("one node to all: on a ring of n it is k (n - k) / n") {
   Network ring{.nodes = n};
   for (int k = 0; k < n; ++k) ring.links.push_back({k, (k + 1) % n, 1});
   const std::vector<double> found = resistances_from(ring, 0);
-  // Two ways in parallel. Sums of up to a thousand terms.
+  // Two paths in parallel; sums of up to 1000 terms.
   for (int k = 1; k < n; ++k) CHECK(found[k] == Approx(k * double(n - k) / n).epsilon(1e-12));
 }
 
-TEST_CASE("positions change the order of elimination and not the result") {
+TEST_CASE("positions: they change the order of elimination and not the result") {
   const int side = 40;
   Network net{.nodes = side * side};
   for (int y = 0; y < side; ++y)
@@ -344,7 +347,7 @@ TEST_CASE("positions change the order of elimination and not the result") {
 
 namespace {
 
-/// A cubic lattice of side^3 nodes between two electrodes, conductances 1 to 5.
+/// Cubic lattice of side^3 nodes between two electrodes with conductances from 1 to 5.
 Network cubic_lattice(int side, bool positions) {
   const int bulk = side * side * side;
   Network net{.nodes = bulk + 2};
@@ -365,7 +368,7 @@ Network cubic_lattice(int side, bool positions) {
 
 }  // namespace
 
-TEST_CASE("multigrid and elimination agree") {
+TEST_CASE("multigrid and elimination: they agree") {
   const Network net = cubic_lattice(16, true);
   const int low = net.nodes - 2, high = net.nodes - 1;
   const Conduction direct = conduct(net, low, high, {.method = Method::elimination, .voltage = 3});
@@ -380,7 +383,7 @@ TEST_CASE("multigrid and elimination agree") {
   CHECK(largest < 1e-8);
 }
 
-TEST_CASE("what the elimination has no memory for goes to the multigrid, but not conductances over many decades") {
+TEST_CASE("method: multigrid if memory is short, except for extreme conductances") {
   Network net = cubic_lattice(6, true);
   CHECK(conduct(net, 216, 217).method == Method::elimination);
   CHECK(conduct(net, 216, 217, {.memory = 1e3}).method == Method::multigrid);

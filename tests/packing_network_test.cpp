@@ -1,4 +1,4 @@
-// `lichtenberg network`: from a result file to the resistance of the particles in it, and back into the file.
+// Tests of `lichtenberg network`: from a result file to the resistance of its particles, and back into the file.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -27,9 +27,9 @@ using doctest::Approx;
 
 namespace {
 
-/// A result file of its own for each test, gone when the test is over: three spheres of radius 1 m in a column between
-/// bottom and top, overlapping by a tenth; one of 0.5 m that touches only the middle one, and one that touches nothing.
-/// The frame before has the column open in the middle.
+/// Temporary result file of one test. Three spheres of radius 1 m form a column between bottom and top with an overlap
+/// of 10 %. One sphere of 0.5 m touches only the middle one, and one touches none. In the earlier frame the column is
+/// open in the middle.
 class TwoFrames {
  public:
   explicit TwoFrames(const std::string& network_table = "") : scene_(parse_scene(text(network_table), "column.toml")) {
@@ -38,9 +38,9 @@ class TwoFrames {
     recorder.save({});
   }
   std::string path() const { return (folder_ / "column.h5").string(); }
-  /// Whether nothing else is left in its folder.
+  /// Whether the folder contains no other file.
   bool alone() const { return std::distance(std::filesystem::directory_iterator(folder_.path), {}) == 1; }
-  /// Its run goes on.
+  /// Resumes the run.
   void save_another_frame() const {
     Recorder recorder = Recorder::resume(path(), scene_);
     add_frame(recorder, 1);
@@ -56,7 +56,7 @@ class TwoFrames {
            "[[conductor]]\nposition = [6.0, 4.3]\nradius = 0.5\n"
            "[[conductor]]\nposition = [7.0, 2.0]\nradius = 0.5\n";
   }
-  /// `x` of the middle one (m).
+  /// `x` is that of the middle sphere (m).
   static void add_frame(Recorder& recorder, double x) {
     ConductorFrame frame;
     frame.time = 5 - x;
@@ -70,7 +70,7 @@ class TwoFrames {
   Scene scene_;
 };
 
-/// A result of three disks that touch each other and no wall.
+/// Result of three disks that touch each other and no wall.
 void triangle(const std::string& path) {
   const Scene scene = parse_scene(
       "domain = { size = [6.0, 6.0] }\nfield = { cells = 400 }\n"
@@ -98,13 +98,14 @@ std::string message_of(const std::function<void()>& work) {
 
 }  // namespace
 
-TEST_CASE("both networks of a result file, and the particles sorted by what they carry") {
+TEST_CASE("result file: both networks, and the classes of particles") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(frame.frame == 1);
   const SolvedNetwork particle = solve_network(frame, NetworkModel::particle, {}, 12);
-  // Four contacts of 1 Ohm, those with the walls among them. Contact-centred: 1 Ohm across the lower and the upper
-  // particle; on the middle one, which has three contacts, 1 Ohm beside 2 Ohm by way of the third.
+  // The particle-centred network has four contacts of 1 Ohm, including those with the walls. The contact-centred one
+  // has 1 Ohm across the lower and the upper particle. Across the middle one with its three contacts there is 1 Ohm in
+  // parallel to 2 Ohm through the third.
   CHECK(particle.conduction.resistance == Approx(4).epsilon(1e-14));
   CHECK(particle.conduction.current == Approx(3).epsilon(1e-14));
   CHECK(particle.conduction.power == Approx(36).epsilon(1e-14));
@@ -117,7 +118,7 @@ TEST_CASE("both networks of a result file, and the particles sorted by what they
   }
 }
 
-TEST_CASE("a frame without a path: infinite resistance, no error") {
+TEST_CASE("frame without a path: infinite resistance and no error") {
   const TwoFrames file;
   const SolvedNetwork solved = solve_network(read_packing(file.path(), 0), NetworkModel::particle, {}, 1);
   CHECK(!solved.conduction.connected);
@@ -127,7 +128,7 @@ TEST_CASE("a frame without a path: infinite resistance, no error") {
   CHECK(run_command_line({"network", file.path(), "--frame", "0", "--no-picture", "--json"}) == 0);
 }
 
-TEST_CASE("particles as electrodes") {
+TEST_CASE("electrodes: particles can be electrodes") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(solve_network(frame, NetworkModel::particle, {.between = "0,2"}, 1).conduction.resistance ==
@@ -148,10 +149,10 @@ TEST_CASE("particles as electrodes") {
   }
 }
 
-TEST_CASE("electrodes that touch: the particle-centred value, then why no other") {
+TEST_CASE("electrodes in contact: the particle-centred value and a reason") {
   const Folder folder;
   triangle(folder / "triangle.h5");
-  // Two contacts of 1 Ohm in series beside a third.
+  // Two contacts of 1 Ohm in series, in parallel to a third.
   const Ended words = run(folder, "network triangle.h5 --between 0,1 --no-picture");
   CHECK_EQ(words.status, 0);
   CHECK(contains(words.out, "effective resistance  0.666666666667 Ohm"));
@@ -164,7 +165,7 @@ TEST_CASE("electrodes that touch: the particle-centred value, then why no other"
   check_refused(run(folder, "network triangle.h5 --between 0,1 --model contact"), "particles 0 and 1, touch");
 }
 
-TEST_CASE("electrodes that touch: the file keeps no network of others") {
+TEST_CASE("electrodes in contact: networks of other electrodes are removed") {
   const TwoFrames file;
   const auto has = [&](const char* model) {
     return hdf5::exists(hdf5::load(file.path()), std::string("network/") + model);
@@ -179,7 +180,7 @@ TEST_CASE("electrodes that touch: the file keeps no network of others") {
   CHECK(run_command_line({"network", file.path(), "--no-picture", "--between", "bottom,0", "--model", "contact"}) == 2);
 }
 
-TEST_CASE("one to all: resistances are those of pair after pair") {
+TEST_CASE("one to all: resistances are those of individual pairs") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   for (const NetworkModel model : {NetworkModel::particle, NetworkModel::contact})
@@ -233,7 +234,7 @@ TEST_CASE("one to all: too many eliminations are refused, one is not") {
                        doctest::Contains("at most 20000 are allowed: --model particle"), InputError);
 }
 
-TEST_CASE("output: it says which resistor was assumed and when to use which") {
+TEST_CASE("output: the assumed resistor and its alternatives are stated") {
   const Folder folder;
   triangle(folder / "triangle.h5");
   const std::string command = "network triangle.h5 --between bottom,top --no-save ";
@@ -250,18 +251,19 @@ TEST_CASE("output: it says which resistor was assumed and when to use which") {
   CHECK_EQ(nlohmann::json::parse(run(folder, command + "--json --resistance 1").out)["networks"][0]["assumed"], false);
 }
 
-TEST_CASE("the scene chooses the physics of the resistors") {
-  const TwoFrames file("[network]\nresistor = \"constriction\"\nresistivity = 3.0\nspot = 0.01\nmodel = \"contact\"\n");
+TEST_CASE("scene: it determines the resistor model") {
+  const TwoFrames file(
+      "[network]\nresistor = \"constriction\"\nresistivity = 3.0\ncontact_radius = 0.01\nmodel = \"contact\"\n");
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(frame.scene.network.model == NetworkModel::contact);
   const SolvedNetwork solved = solve_network(frame, NetworkModel::contact, frame.scene.network, 1);
   CHECK(solved.conduction.resistance == Approx(6 * 3.0 / (4 * 0.01)).epsilon(1e-13));
-  // Another resistor on the command line has no use for the scene's parameters, but those beside it are for itself.
+  // Another resistor on the command line ignores the scene's parameters and uses those given with it.
   CHECK(run_command_line({"network", file.path(), "--no-picture", "--resistor", "constant", "--resistance", "2"}) == 0);
   CHECK(run_command_line({"network", file.path(), "--no-picture", "--resistance", "2"}) == 2);
 }
 
-TEST_CASE("powers balance however small they are") {
+TEST_CASE("power balance: it holds for extremely small powers") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   const SolvedNetwork solved =
@@ -270,19 +272,19 @@ TEST_CASE("powers balance however small they are") {
   CHECK(solved.conduction.power_balance < 1e-12);
 }
 
-TEST_CASE("conductors of different materials in one network") {
+TEST_CASE("different materials: their resistivities combine in one network") {
   const TwoFrames file;
   PackingFrame frame = read_packing(file.path(), {});
   frame.packing.resistivity = {1e-30, 1e30, 1e-30, 1, 1};
-  // Bottom to top, particle-centred: half of each contact lies in either particle. 1e30 twice, in series.
+  // From bottom to top, particle-centred, half of each contact lies in either particle: 1e30 twice, in series.
   const SolvedNetwork solved = solve_network(frame, NetworkModel::particle, {}, 1);
   CHECK(solved.conduction.resistance == Approx(1e30).epsilon(1e-14));
   CHECK(solved.conduction.power_balance < 1e-14);
 }
 
-TEST_CASE("the file keeps the networks, and everything else") {
+TEST_CASE("result file: networks are stored, and all other data are unchanged") {
   const TwoFrames file;
-  for (const double voltage : {1.0, 12.0}) {  // the second call over the first
+  for (const double voltage : {1.0, 12.0}) {  // The second call replaces the data of the first.
     const PackingFrame frame = read_packing(file.path(), {});
     save_networks(file.path(), frame, {solve_network(frame, NetworkModel::particle, {}, voltage)});
   }
@@ -301,7 +303,7 @@ TEST_CASE("the file keeps the networks, and everything else") {
   CHECK(hdf5::shape(result, "particles/conductors/position/value")[0] == 2);
 }
 
-TEST_CASE("a file that changes while it is measured stays as its run left it") {
+TEST_CASE("result file: one that changes during the measurement stays unchanged") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   const SolvedNetwork solved = solve_network(frame, NetworkModel::particle, {}, 1);
@@ -312,7 +314,7 @@ TEST_CASE("a file that changes while it is measured stays as its run left it") {
   CHECK(file.alone());
 }
 
-TEST_CASE("what cannot be measured is refused in a sentence") {
+TEST_CASE("network: impossible measurements are refused with an error message") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   const auto refused = [&](const NetworkOptions& options) {
@@ -356,7 +358,7 @@ TEST_CASE("what cannot be measured is refused in a sentence") {
     CHECK(run_command_line({"network", file.path(), "--voltage", voltage}) == 2);
   CHECK(run_command_line({"network", file.path(), "--resistance", "inf"}) == 2);
   CHECK(run_command_line({"network", file.path(), "--resistivity", "1"}) == 2);
-  // Before anything is solved and kept:
+  // The refusal precedes the solution and its storage.
   CHECK(run_command_line({"network", file.path(), "--out", file.path() + "/nowhere/picture.png"}) == 2);
   const std::string picture = file.path().substr(0, file.path().size() - 3) + "-network-contact.png";
   std::ofstream(picture) << "mine";

@@ -9,7 +9,7 @@
 
 namespace lichtenberg {
 
-/// Every particle's partners in ascending order, each pair from both its ends.
+/// Partners of every particle in ascending order, with each pair in the rows of both particles.
 template <class Executor>
 class PartnerTable {
  public:

@@ -1,4 +1,4 @@
-// The device's periodic sums, run by the CPU item after item, against the CPU's.
+// Tests of the device's periodic sums, executed by the CPU item by item, against the CPU's.
 
 #include <doctest/doctest.h>
 
@@ -31,7 +31,7 @@ struct Charges {
   operator Sources() const { return {lengths, position, charge}; }
 };
 
-/// At random places, or in a ball; charges of either sign, some large.
+/// Charges of both signs, some large, at random positions in the box or in a ball.
 Charges some(int count, Vec3 lengths, double ball = 0) {
   Charges charges{lengths};
   std::mt19937_64 random(3);
@@ -85,7 +85,7 @@ double relative(std::span<const double> found, std::span<const double> exact) {
 
 }  // namespace
 
-TEST_CASE("a table of neighbours has all pairs within the range, from both ends") {
+TEST_CASE("neighbour table: all pairs within the range, from both ends") {
   const parallel::HostExecutor run;
   std::mt19937 random(1);
   for (const Vec3 lengths : {Vec3{10, 10, 10}, Vec3{4, 9, 30}}) {
@@ -93,7 +93,8 @@ TEST_CASE("a table of neighbours has all pairs within the range, from both ends"
     for (std::size_t i = 0; i < place.size(); ++i) {
       for (std::uint32_t* turns : {&place[i].x, &place[i].y, &place[i].z})
         *turns = static_cast<std::uint32_t>(random());
-      if (i % 2) place[i].x >>= 4, place[i].y = static_cast<std::uint32_t>(-(place[i].y >> 5));  // a crowd at a corner
+      // A dense group at a corner.
+      if (i % 2) place[i].x >>= 4, place[i].y = static_cast<std::uint32_t>(-(place[i].y >> 5));
     }
     for (const double range : {0.3, 1.0, 2.0}) {
       CellGrid<parallel::HostExecutor> cells(run, lengths, {range / 2, range / 2, range / 4});
@@ -119,8 +120,8 @@ TEST_CASE("a table of neighbours has all pairs within the range, from both ends"
         REQUIRE(std::ranges::includes(found, partners));
         REQUIRE(std::ranges::adjacent_find(found) == found.end());
       }
-      CHECK(table.entries() <= expected + 2);  // a distance that rounds
-      // Each once: in the row of the one that is sorted first.
+      CHECK(table.entries() <= expected + 2);  // Distances may round.
+      // Each pair once: in the row of the particle that is sorted first.
       const std::size_t both = table.entries();
       table.build(
           700, cells.view(), lengths, range, [=](int s) { return in_order[s]; }, true);
@@ -132,7 +133,7 @@ TEST_CASE("a table of neighbours has all pairs within the range, from both ends"
   }
 }
 
-TEST_CASE("the device's sums are the CPU's to single precision") {
+TEST_CASE("device sums: they equal the CPU's to single precision") {
   for (const auto& [lengths, ball] :
        {std::pair{Vec3{12, 12, 12}, 0.0}, {Vec3{12, 15, 10}, 0.0}, {Vec3{12, 12, 12}, 3.5}})
     for (const double accuracy : {1e-2, 1e-3, 1e-4}) {
@@ -144,8 +145,8 @@ TEST_CASE("the device's sums are the CPU's to single precision") {
       ParticleMesh cpu(choice.mesh, cloud);
       const auto device = device::make_host_mesh(choice.mesh, cloud);
       const Response expected = evaluated_near(cpu, charges), found = evaluated_near(*device, charges);
-      // Coordinates of 2^-32 of the box, sums of a hundred terms in single precision and a mesh that is rounded at 1e-8
-      // of the largest charge, four times the root mean square.
+      // Coordinates have a resolution of 2^-32 of the box. Sums of 100 terms are in single precision, and the mesh is
+      // rounded to 1e-8 of the largest charge, four times the rms.
       CHECK(relative(found.field, expected.field) < 1e-6);
       CHECK(relative(found.potential, expected.potential) < 1e-6);
       CHECK(relative(found.force, expected.force) < 1e-6);
@@ -158,11 +159,11 @@ TEST_CASE("the device's sums are the CPU's to single precision") {
         net[static_cast<int>(k % 3)] += found.force[k];
         forces += std::abs(found.force[k]);
       }
-      CHECK(norm(net) < 6e-8 * forces);  // each is rounded by at most so much of itself
+      CHECK(norm(net) < 6e-8 * forces);  // Each force is rounded by at most this fraction.
     }
 }
 
-TEST_CASE("on a device charges alone are spread with prolate windows, and have the error that is asked for") {
+TEST_CASE("device: charges use prolate windows and keep the accuracy") {
   const Vec3 lengths{12, 15, 10};
   const Charges charges = some(250, lengths);
   const Response exact = evaluated_near(*std::make_unique<Ewald>(splitting_for(charges, 1e-9)), charges);
@@ -172,7 +173,7 @@ TEST_CASE("on a device charges alone are spread with prolate windows, and have t
     const MeshChoice choice = choose_quick_mesh(request);
     REQUIRE(choice.mesh.window == Window::prolate);
     const auto device = device::make_host_mesh(choice.mesh, choice.cloud());
-    // Estimated over found .8 to 1.17 (README): of charges that are all alike, and these are not.
+    // Estimated over found error is 0.8 to 1.17 (README) for equal charges; these are unequal.
     CHECK(relative(evaluated_near(*device, charges).force, exact.force) < 1.5 * accuracy);
     request.polarizability = 0.02;
     CHECK(choose_quick_mesh(request).mesh.window == Window::spline);
@@ -183,7 +184,7 @@ TEST_CASE("on a device charges alone are spread with prolate windows, and have t
   CHECK_THROWS_AS(evaluated(*device, random_crowd(250, lengths, 0.9, true, 2)), InputError);
 }
 
-TEST_CASE("charges with dipoles, and dipoles alone, are on the device what they are on the CPU") {
+TEST_CASE("device: charges with dipoles and dipoles alone equal the CPU's") {
   for (const Vec3 lengths : {Vec3{12, 12, 12}, Vec3{12, 15, 10}})
     for (const double accuracy : {1e-2, 1e-4}) {
       CAPTURE(accuracy);
@@ -194,8 +195,8 @@ TEST_CASE("charges with dipoles, and dipoles alone, are on the device what they 
       ParticleMesh cpu(choice.mesh, cloud);
       const auto device = device::make_host_mesh(choice.mesh, cloud);
       const Response expected = evaluated_on(cpu, crowd), found = evaluated(*device, crowd);
-      // As of charges; each derivative of the splines and of the near part has an error as many times larger as its
-      // waves have 2 pi in a spacing, 3 to 7.
+      // As for charges. Each derivative of the splines and of the near part multiplies the error by 2 pi waves per
+      // spacing, 3 to 7.
       CHECK(relative(found.field, expected.field) < 3e-6);
       CHECK(relative(found.potential, expected.potential) < 3e-6);
       CHECK(relative(found.force, expected.force) < 1e-5);
@@ -211,11 +212,11 @@ TEST_CASE("charges with dipoles, and dipoles alone, are on the device what they 
         net[static_cast<int>(k % 3)] += found.force[k];
         forces += std::abs(found.force[k]);
       }
-      CHECK(norm(net) < 6e-8 * forces);  // each is rounded by at most so much of itself
+      CHECK(norm(net) < 6e-8 * forces);  // Each force is rounded by at most this fraction.
     }
 }
 
-TEST_CASE("the device's sums do not depend on the order of the charges by a bit, and scale with powers of two") {
+TEST_CASE("device sums: independent of the order of charges, exact scaling") {
   const Vec3 lengths{12, 12, 12};
   const Charges charges = some(250, lengths);
   const MeshChoice choice = choose_mesh(1e-3, 250, lengths, 0.9);
@@ -237,7 +238,7 @@ TEST_CASE("the device's sums do not depend on the order of the charges by a bit,
   for (std::size_t k = 0; k < more.force.size(); ++k) REQUIRE(more.force[k] == 4096 * expected.force[k]);
 }
 
-TEST_CASE("addends of near sums are multiples of 2^-31, off by at most 2^-30 or by their own rounding") {
+TEST_CASE("near sums: terms are multiples of 2^-31 with bounded rounding") {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> digits(1, 2);
   for (int exponent = -60; exponent < 10; ++exponent)
@@ -250,7 +251,7 @@ TEST_CASE("addends of near sums are multiples of 2^-31, off by at most 2^-30 or 
       }
 }
 
-TEST_CASE("a device refuses what it has not") {
+TEST_CASE("device: unavailable parameters are refused") {
   CHECK_THROWS_AS(device::make_host_mesh({{40, 40, 40}, {64, 64, 64}, 6}, prolate_cloud(60, 9)), InputError);
 #ifndef LICHTENBERG_WITH_CUDA
   const MeshChoice choice = choose_mesh(1e-3, 250, {12, 12, 12}, 1);

@@ -1,4 +1,4 @@
-// Dipoles, given and induced, and sums over pairs alone.
+// Tests of given and induced dipoles and of pair sums.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -23,8 +23,8 @@ namespace {
 
 parallel::Team& alone = parallel::Team::single();
 
-/// A row of `n` grains that touch (diameter 1) and goes on for ever; other rows are so far away that their field, which
-/// falls as exp(-2 pi distance), is none. Along it T is 4 zeta(3): 2/r^3 of both sides' grains.
+/// Infinite row of touching grains of diameter 1 with period `n`. Other rows are so far away that their field, which
+/// decays as exp(-2 pi distance), vanishes. Along the row T is 4 zeta(3), from 2/r^3 of the grains on both sides.
 Crowd chain(int n) {
   Crowd crowd{.lengths = {7, 7, static_cast<double>(n)}, .charge = std::vector<double>(n)};
   for (int i = 0; i < n; ++i)
@@ -39,7 +39,7 @@ std::vector<double> along_z(int n) {
   return field;
 }
 
-/// Two charges with dipoles, one at the origin, the other at `z` above it.
+/// Two equal charges with dipoles, one at the origin and one at height `z`.
 Crowd two(double z, double charge, double dipole, double length) {
   return {.lengths = {length, length, length},
           .position = {0, 0, 0, 0, 0, z},
@@ -69,8 +69,8 @@ Response with_induced(const Crowd& crowd, DipoleSum variant, double tolerance = 
   return response;
 }
 
-/// Grains of diameter 1 or nearly, where no two are near half the box's length (2) apart, so that a small step does not
-/// take a pair across it.
+/// Grains of diameter 0.9 to 1. No two are at a distance close to half the box's length (2), so a small step keeps each
+/// pair's nearest image.
 Crowd grains() { return random_crowd(8, {4, 4.5, 5}, 0.9, false, 8); }
 
 double worst_slope_error(Crowd crowd, const std::vector<double>& force, DipoleSum variant) {
@@ -84,7 +84,7 @@ double worst_slope_error(Crowd crowd, const std::vector<double>& force, DipoleSu
 
 }  // namespace
 
-TEST_CASE("a lone dipole in a cube feels 4 pi / (3 L^3) times itself") {
+TEST_CASE("single dipole in a cube: its field is 4 pi / (3 L^3) times itself") {
   const double length = 1.5;
   Crowd lone = lattice(length, {{0.1, 0.2, 0.3}}, {0});
   lone.dipole = {0.3, -0.4, 0.5};
@@ -95,12 +95,12 @@ TEST_CASE("a lone dipole in a cube feels 4 pi / (3 L^3) times itself") {
   }
 }
 
-TEST_CASE("with dipoles too nothing depends on alpha") {
+TEST_CASE("Ewald sum with dipoles: the result does not depend on alpha") {
   const Crowd crowd = random_crowd(12, {1, 1.25, 0.75}, 0.1, true, 1);
   const Response expected = by_ewald(crowd, 1e-14, 3);
   for (const double alpha : {1.5, 5.0, 8.0}) {
     const Response response = by_ewald(crowd, 1e-14, alpha);
-    const double rounding = 4e-15;  // of terms up to the largest results, rounded some ten times each
+    const double rounding = 4e-15;  // Terms are as large as the largest results, and each is rounded about ten times.
     CHECK(largest_difference(response.potential, expected.potential) < rounding * largest(expected.potential));
     CHECK(largest_difference(response.field, expected.field) < rounding * largest(expected.field));
     CHECK(largest_difference(response.force, expected.force) < rounding * largest(expected.force));
@@ -108,23 +108,23 @@ TEST_CASE("with dipoles too nothing depends on alpha") {
   }
 }
 
-TEST_CASE("forces and fields are the energy's slopes by places and dipoles") {
+TEST_CASE("forces and fields: energy derivatives by positions and dipoles") {
   Crowd crowd = random_crowd(6, {1, 1.25, 0.75}, 0.2, true, 2);
   const Response at = by_ewald(crowd);
   const auto energy = [&] { return by_ewald(crowd).energy; };
   const double step = 1e-3;
   const double bound =
-      2 * 84 * std::pow(step, 4) / std::pow(0.2, 8);  // step^4 / 30 times the fifth derivative of 1/r^3
+      2 * 84 * std::pow(step, 4) / std::pow(0.2, 8);  // step^4 / 30 times the fifth derivative of 1/r^3.
   for (int k = 0; k < 18; ++k) {
     CHECK(std::abs(energy_slope(crowd.position[k], step, energy) + at.force[k]) < bound);
-    // The energy is a square in the dipoles: the differences are exact but for the rounding of some 100 / 0.1.
+    // The energy is quadratic in the dipoles: the differences are exact, except for rounding of about 100 / 0.1.
     CHECK(std::abs(energy_slope(crowd.dipole[k], 0.1, energy) + at.field[k]) < 1e-12);
   }
 }
 
-TEST_CASE("nearest images: the laws of two charges and two dipoles, across the box's side") {
+TEST_CASE("minimum image: charges and dipoles interact across the box's side") {
   MinimumImage near;
-  const Response charges = evaluated(near, two(9.5, 2, 0, 10));  // 0.5 apart
+  const Response charges = evaluated(near, two(9.5, 2, 0, 10));  // The distance is 0.5.
   CHECK(charges.energy == doctest::Approx(8).epsilon(1e-15));
   CHECK(charges.potential[0] == doctest::Approx(4).epsilon(1e-15));
   CHECK(charges.force[2] == doctest::Approx(16).epsilon(1e-15));
@@ -135,7 +135,7 @@ TEST_CASE("nearest images: the laws of two charges and two dipoles, across the b
   CHECK(dipoles.force[5] == -dipoles.force[2]);
 }
 
-TEST_CASE("nearest images reach half a box, or all of it if asked to") {
+TEST_CASE("minimum image: the cutoff is half the box or the whole box") {
   Crowd far = two(5, 1, 0, 10);
   far.position[3] = 0.1;
   MinimumImage half, all(MinimumImage::Reach::box);
@@ -143,41 +143,42 @@ TEST_CASE("nearest images reach half a box, or all of it if asked to") {
   CHECK(evaluated(all, far).energy == doctest::Approx(1 / std::hypot(5, 0.1)).epsilon(1e-15));
 }
 
-TEST_CASE("a few neutral sources in a large box are nearly alone, by nearest images as by all") {
+TEST_CASE("few neutral sources in a large box: nearly isolated with either sum") {
   Crowd crowd = random_crowd(6, {1, 1, 1}, 0.2, true, 9);
   crowd.charge.back() -= std::accumulate(crowd.charge.begin(), crowd.charge.end(), 0.0);
   crowd.lengths = {400, 400, 400};
   MinimumImage near;
   const Response expected = evaluated(near, crowd), response = by_ewald(crowd, 1e-10, 0.1);
-  // Images act as 4 pi / (3 V) times the whole moment, at most 6 (1 + sqrt(3)), on moments of that size.
+  // The images act as 4 pi / (3 V) times the total moment, at most 6 (1 + sqrt(3)), on moments of that size.
   const double bound = 4 * pi / 3 * std::pow(17 / 400.0, 2) / 400;
   CHECK(std::abs(response.energy - expected.energy) < bound);
   CHECK(largest_difference(response.force, expected.force) < bound);
 }
 
-TEST_CASE("the shifted force is its energy's slope, and both end at the cut-off") {
+TEST_CASE("shifted force: it is its energy's derivative and vanishes at the cutoff") {
   for (const double alpha : {0.0, 1.5}) {
     Crowd crowd = random_crowd(6, {2, 2.5, 2}, 0.4, false, 2);
     const Response at = by_shifted_force(crowd, 0.95, alpha);
     CHECK(at.energy != 0);
     for (int k = 0; k < 18; ++k) {
       const auto energy = [&] { return by_shifted_force(crowd, 0.95, alpha).energy; };
-      // As for Ewald's sum; a pair that crosses the cut-off, where the force bends, would add step times its bend,
-      // 2e-3.
+      // As for Ewald's sum. A pair that crosses the cutoff, where the slope of the force jumps, would add the step
+      // times this jump, 2e-3.
       CHECK(std::abs(energy_slope(crowd.position[k], 1e-3, energy) + at.force[k]) < 4e-12 / std::pow(0.4, 6));
     }
     Crowd pair = two(0.95 - 1e-9, 1, 0, 2);
     pair.dipole = {};
     const double itself =
         by_shifted_force({.lengths = {2, 2, 2}, .position = {0, 0, 0}, .charge = {1}}, 0.95, alpha).energy;
-    CHECK(std::abs(by_shifted_force(pair, 0.95, alpha).energy - 2 * itself) < 1e-15);  // of order (c - r)^2
-    CHECK(largest(by_shifted_force(pair, 0.95, alpha).force) < 1e-8);                  // of order c - r
+    // (c - r)^2 in order of magnitude.
+    CHECK(std::abs(by_shifted_force(pair, 0.95, alpha).energy - 2 * itself) < 1e-15);
+    CHECK(largest(by_shifted_force(pair, 0.95, alpha).force) < 1e-8);  // c - r in order of magnitude.
     pair.position[5] = 0.96;
     CHECK(largest(by_shifted_force(pair, 0.95, alpha).force) == 0);
   }
 }
 
-TEST_CASE("opposite charges that meet leave nothing of the shifted force, and rock salt has nearly its energy") {
+TEST_CASE("shifted force: close opposite charges cancel; rock salt has its energy") {
   Crowd crowd = random_crowd(6, {2, 2.5, 2}, 0.4, false, 2);
   const double expected = by_shifted_force(crowd, 0.95, 1.5).energy, apart = 0x1p-20;
   for (const double sign : {1.0, -1.0}) {
@@ -185,7 +186,7 @@ TEST_CASE("opposite charges that meet leave nothing of the shifted force, and ro
     for (const double x : {1.0, 1.0, 1.0 + (sign < 0 ? apart : 0)}) crowd.position.push_back(x);
   }
   CHECK(std::abs(by_shifted_force(crowd, 0.95, 1.5).energy + 1 / apart - expected) <
-        1e-5);  // slopes of some 10 times apart
+        1e-5);  // Slopes of about 10, times the distance.
   Crowd salt{.lengths = {8, 8, 8}};
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y)
@@ -196,8 +197,8 @@ TEST_CASE("opposite charges that meet leave nothing of the shifted force, and ro
   CHECK(2 * by_shifted_force(salt, 4, 0.5).energy / 512 == doctest::Approx(-1.7476).epsilon(0.01));
 }
 
-TEST_CASE("the shifted force has the same bits on any number of threads, and knows its limits") {
-  const Crowd crowd = random_crowd(60, {2, 2, 2}, 0.1, false, 3);  // 1770 pairs, more than one piece of work
+TEST_CASE("shifted force: identical bits with threads; bad cutoffs are refused") {
+  const Crowd crowd = random_crowd(60, {2, 2, 2}, 0.1, false, 3);  // 1770 pairs form more than one work item.
   const Response one = by_shifted_force(crowd, 0.9), four = by_shifted_force(crowd, 0.9, 0, 4);
   CHECK(four.force == one.force);
   CHECK(four.potential == one.potential);
@@ -207,7 +208,7 @@ TEST_CASE("the shifted force has the same bits on any number of threads, and kno
         "the shifted force is defined for charges only, not for dipoles");
 }
 
-TEST_CASE("a touching chain is polarized as its closed sum says, up to where it would never end") {
+TEST_CASE("touching chain: induced dipoles follow the closed sum up to divergence") {
   Ewald ewald(1e-14);
   for (const int n : {1, 3}) {
     const Crowd row = chain(n);
@@ -215,7 +216,7 @@ TEST_CASE("a touching chain is polarized as its closed sum says, up to where it 
     for (const double polarizability : {0.005, 0.04, 0.075, 0.12}) {
       std::vector<double> dipole(3 * n);
       solve_dipoles(field_of, along_z(n), polarizability, 1e-13, dipole);
-      for (int i = 0; i < n; ++i)  // asked for 1e-13 of the residual, which 1 - A T divides
+      for (int i = 0; i < n; ++i)  // The tolerance is 1e-13 of the residual, which 1 - A T divides.
         CHECK(std::abs(dipole[3 * i + 2] * (1 - polarizability * chain_sum) / polarizability - 1) < 1e-12);
     }
     CHECK(largest_polarizability(field_of, n) == doctest::Approx(1 / chain_sum).epsilon(1e-9));
@@ -229,7 +230,8 @@ TEST_CASE("a touching chain is polarized as its closed sum says, up to where it 
 TEST_CASE("dipoles: a growing mode that the charges do not excite is refused") {
   Ewald ewald(1e-14);
   Crowd row = chain(6);
-  row.charge = {1, 0, 0, -1, 0, 0};  // whose field along the row is odd about a charge: the uniform mode has none of it
+  // The field along the row is odd about a charge and does not excite the uniform mode.
+  row.charge = {1, 0, 0, -1, 0, 0};
   const auto refusal = [&](double polarizability) {
     return message_of(
         [&] { InducedDipoles(ewald, DipoleSum::ewald, polarizability, 1e-10).check_stability(row, {}, alone); });
@@ -243,11 +245,12 @@ TEST_CASE("dipoles: a growing mode that the charges do not excite is refused") {
     std::vector<double> dipole;
     Response response;
     const InducedDipoles induced(ewald, DipoleSum::ewald, polarizability, 1e-10);
-    CHECK(message_of([&] { induced.evaluate(row, {}, alone, dipole, response); }) == "");  // which sees no more
+    // The evaluation does not detect the mode.
+    CHECK(message_of([&] { induced.evaluate(row, {}, alone, dipole, response); }) == "");
   }
 }
 
-TEST_CASE("Jacobi's sweeps leave A times T's eigenvalue of the error: 0.361 in a chain at A = 0.075") {
+TEST_CASE("Jacobi sweeps: the error is multiplied by A T, 0.361 for A = 0.075") {
   Ewald ewald(1e-14);
   const Crowd row = chain(2);
   const DipoleField field_of = field_by(ewald, row, {}, alone);
@@ -258,34 +261,35 @@ TEST_CASE("Jacobi's sweeps leave A times T's eigenvalue of the error: 0.361 in a
     field_of(dipole, field);
     for (int k = 0; k < 6; ++k) dipole[k] = polarizability * (along_z(2)[k] + field[k]);
     const double before = std::exchange(error, solution - dipole[2]);
-    CHECK(std::abs(error / before - polarizability * chain_sum) < 1e-10);  // rounding over the last error, 3e-5
+    // Rounding, divided by the last error of 3e-5.
+    CHECK(std::abs(error / before - polarizability * chain_sum) < 1e-10);
   }
   CHECK(polarizability * chain_sum == doctest::Approx(0.361).epsilon(2e-3));
 }
 
-TEST_CASE("densely packed grains can be polarized up to 3 / (4 pi sqrt(2))") {
+TEST_CASE("close packing: the largest polarizability is 3 / (4 pi sqrt(2))") {
   const Crowd packed = lattice(std::sqrt(2.0), {{0, 0, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}, {0, 0, 0, 0});
   Ewald ewald(1e-14);
   const double largest = largest_polarizability(field_by(ewald, packed, {}, alone), 4);
   CHECK(largest == doctest::Approx(3 / (4 * pi * std::sqrt(2.0))).epsilon(1e-9));
 }
 
-TEST_CASE("three variants of induced dipoles have an energy whose slopes are the forces; the source's has not") {
+TEST_CASE("induced dipoles: three variants have an energy, the source's has none") {
   const Crowd crowd = grains();
   for (const DipoleSum variant : {DipoleSum::ewald, DipoleSum::mixed_consistent, DipoleSum::minimum_image}) {
     const Response at = with_induced(crowd, variant);
-    // step^4 / 30 times the fifth derivative, 120 / 0.9^6 of charges and not more of what they induce: 2e-10.
+    // step^4 / 30 times the fifth derivative, 120 / 0.9^6 for charges and no more for their dipoles: 2e-10.
     CHECK(worst_slope_error(crowd, at.force, variant) < 2e-10);
     CHECK(at.energy < by_ewald(crowd).energy - 0.05);
   }
   CHECK(worst_slope_error(crowd, with_induced(crowd, DipoleSum::source).force, DipoleSum::source) > 1e-3);
 }
 
-TEST_CASE("the source's forces are not the slopes of anything: their own slopes differ crosswise") {
+TEST_CASE("source variant: its forces have asymmetric derivatives, so no energy") {
   const auto crosswise = [](DipoleSum variant) {
     const double step = 1e-4;
     Crowd crowd = grains();
-    const auto slope = [&](int of, int by) {  // of one component of the force by another coordinate
+    const auto slope = [&](int of, int by) {  // Derivative of one force component by another coordinate.
       const double at = crowd.position[by];
       crowd.position[by] = at + step;
       const double above = with_induced(crowd, variant).force[of];
@@ -299,13 +303,13 @@ TEST_CASE("the source's forces are not the slopes of anything: their own slopes 
       for (int by = 0; by < of; ++by) difference = std::max(difference, std::abs(slope(of, by) - slope(by, of)));
     return difference;
   };
-  // step^2 / 6 times the energy's fourth derivative, 24 / 0.9^5
+  // step^2 / 6 times the fourth derivative of the energy, 24 / 0.9^5.
   for (const DipoleSum variant : {DipoleSum::ewald, DipoleSum::mixed_consistent, DipoleSum::minimum_image})
     CHECK(crosswise(variant) < 7e-8);
   CHECK(crosswise(DipoleSum::source) > 5e-4);
 }
 
-TEST_CASE("what is induced is A times the field, and a tolerance enters the energy by its square") {
+TEST_CASE("induced dipoles: A times the field; the energy error is quadratic") {
   const Crowd crowd = grains();
   Ewald ewald(1e-14);
   const double tolerance = 1e-4;
@@ -321,15 +325,15 @@ TEST_CASE("what is induced is A times the field, and a tolerance enters the ener
       field = std::hypot(field, response.field[k]);
     }
     CHECK(residual < tolerance * field);
-    CHECK(residual > 0.02 * tolerance * field);  // an application gains less than a factor of ten
+    CHECK(residual > 0.02 * tolerance * field);  // One application reduces the residual by less than a factor of ten.
     CHECK(applications < 8);
-    // A/2 residual^2 / (1 - A rho) of a field whose square adds up to some 2, A rho < 1/2
+    // A/2 residual^2 / (1 - A rho), for a field whose squares sum to about 2 and A rho < 1/2.
     CHECK(std::abs(response.energy - with_induced(crowd, variant).energy) < 0.15 * tolerance * tolerance);
-    CHECK(induced.evaluate(crowd, {}, alone, dipole, response) <= 1);  // it starts from where it was
+    CHECK(induced.evaluate(crowd, {}, alone, dipole, response) <= 1);  // The previous dipoles are the initial guess.
   }
 }
 
-TEST_CASE("charges feel the potential of dipoles by the sum that takes their forces") {
+TEST_CASE("potential of dipoles: charges use the sum that gives their forces") {
   const Crowd crowd = grains();
   const std::vector<double> charges = by_ewald(crowd).potential;
   Ewald ewald(1e-14);
@@ -347,7 +351,7 @@ TEST_CASE("charges feel the potential of dipoles by the sum that takes their for
   }
 }
 
-TEST_CASE("without polarizability nothing is induced; less than none is refused") {
+TEST_CASE("polarizability: zero induces no dipole, a negative one is refused") {
   const Crowd crowd = grains();
   Ewald ewald(1e-14);
   std::vector<double> dipole = {1, 2, 3};
@@ -360,12 +364,12 @@ TEST_CASE("without polarizability nothing is induced; less than none is refused"
         }) == "a polarizability is -1: it must not be negative");
 }
 
-TEST_CASE("the predictor has Kolafa's weights, follows what changes steadily, and comes back from its history") {
+TEST_CASE("predictor: Kolafa's weights, linear changes, and a restored history") {
   const std::vector<std::vector<double>> weights = {
       {1}, {2, -1}, {2.5, -2, 0.5}, {2.8, -2.8, 1.2, -0.2}, {2.8, -2.8, 1.2, -0.2}};
   for (std::size_t steps = 1; steps <= weights.size(); ++steps)
     for (std::size_t j = 0; j < weights[steps - 1].size(); ++j) {
-      DipolePredictor predictor;  // of a dipole that was 1 once, j + 1 steps ago
+      DipolePredictor predictor;  // A dipole that was 1 in one step, j + 1 steps ago.
       for (std::size_t step = steps; step-- > 0;) predictor.keep({step == j ? 1.0 : 0.0});
       CHECK(predictor.predict()[0] == doctest::Approx(weights[steps - 1][j]).epsilon(1e-15));
     }
@@ -376,7 +380,7 @@ TEST_CASE("the predictor has Kolafa's weights, follows what changes steadily, an
   CHECK(predictor.predict()[0] == doctest::Approx(6).epsilon(1e-15));
   CHECK(predictor.predict()[1] == doctest::Approx(-10).epsilon(1e-15));
   DipolePredictor corrected = predictor;
-  corrected.replace({4, -2});  // in place of 5, -8: of which 2.8 were taken
+  corrected.replace({4, -2});  // Replaces 5, -8, of which the prediction took 2.8.
   CHECK(corrected.history().size() == 4);
   CHECK(corrected.predict()[0] == doctest::Approx(3.2).epsilon(1e-15));
   resumed.restore(predictor.history());

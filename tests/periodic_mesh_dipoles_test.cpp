@@ -1,4 +1,4 @@
-// Dipoles on a mesh, given and induced: against Ewald's sum, and against what they must be whatever the mesh.
+// Tests of given and induced dipoles on a mesh, against Ewald's sum and against invariants.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 parallel::Team& alone = parallel::Team::single();
 
-/// 300 charges and dipoles at the density of GRANULAR's gas.
+/// 300 charges and dipoles at the density of the gas of GRANULAR.
 Crowd gas(unsigned seed) { return random_crowd(300, {12.8, 12.8, 12.8}, 1, true, seed); }
 
 Crowd without_charges(Crowd crowd) {
@@ -53,7 +53,7 @@ double product(const std::vector<double>& a, const std::vector<double>& b) {
   return sum;
 }
 
-/// Minus its slope by every coordinate of `x`, a part of the crowd.
+/// Negative derivatives of the energy by every coordinate of `x`, a part of the particles.
 std::vector<double> slopes(ParticleMesh& sum, const Crowd& crowd, std::vector<double>& x, double step) {
   std::vector<double> result;
   for (double& coordinate : x)
@@ -61,7 +61,7 @@ std::vector<double> slopes(ParticleMesh& sum, const Crowd& crowd, std::vector<do
   return result;
 }
 
-/// Eight grains of diameter 1 or nearly.
+/// Eight grains of diameter 0.9 to 1.
 Crowd grains() { return random_crowd(8, {4, 4.5, 5}, 0.9, false, 8); }
 
 ParticleMesh mesh_for_grains() { return mesh_for(choose_mesh(1e-6, 8, grains().lengths, 0.9, lowest_dipole_order)); }
@@ -77,11 +77,11 @@ constexpr DipoleSum variants[] = {DipoleSum::ewald, DipoleSum::mixed_consistent,
 
 }  // namespace
 
-// Errors are waves, and a dipole on either side multiplies them by k / sqrt(3). They are no longer than the cloud's
-// band limit, where the transform is cut off, and no shorter than the mesh's first alias, 2 pi over its spacing. At
-// places that are 1 or more apart, squared forces add up to 4 pi between charges, 8 pi / 3 from charges to dipoles and
-// 8 pi between dipoles. Charges' errors are 1.25 of what is estimated at most (README).
-TEST_CASE("random dipoles: errors are those of charges times their waves' numbers") {
+// Errors are waves, and a dipole at either end multiplies them by k / sqrt(3). Their wavenumbers lie between the
+// cloud's band limit, where the transform is cut off, and the mesh's first alias, 2 pi over its spacing. For positions
+// at least 1 apart the squared forces sum to 4 pi between charges, 8 pi / 3 from charges on dipoles and 8 pi between
+// dipoles. The errors of charges are at most 1.25 of the estimate (README).
+TEST_CASE("random dipoles: the error is that of charges times the wavenumber") {
   const Crowd crowd = gas(1), dipoles = without_charges(crowd);
   const Response exact = by_ewald(crowd, 1e-11), exact_of_dipoles = by_ewald(dipoles, 1e-11);
   for (const auto& [band_limit, cutoff, points] : {std::tuple{6.3, 1.8, 16}, {9.0, 3.0, 18}, {15.4, 5.3, 24}})
@@ -101,7 +101,7 @@ TEST_CASE("random dipoles: errors are those of charges times their waves' number
       const double force = relative_difference(response.force, exact_of_dipoles.force);
       CHECK(force < shortest * shortest * std::sqrt(0.5) * charges);
       CHECK(force > longest * longest * std::sqrt(0.5) * charges);
-      // Here charges do a fourth of what dipoles do, and their errors less than that.
+      // Charges contribute 1/4 of the dipoles' fields, and less of the error.
       const Response both = evaluated_on(sum, crowd);
       CHECK(relative_difference(both.field, exact.field) < field);
       CHECK(relative_difference(both.force, exact.force) < force);
@@ -110,7 +110,7 @@ TEST_CASE("random dipoles: errors are those of charges times their waves' number
     }
 }
 
-TEST_CASE("random charges with dipoles: the error is the one that is estimated, whatever their share") {
+TEST_CASE("random charges and dipoles: the error estimate holds for any ratio") {
   for (const double factor : {0.1, 0.5, 3.0}) {
     const Crowd crowd = with_dipoles(gas(4), factor);
     const Response exact = by_ewald(crowd, 1e-11);
@@ -135,11 +135,11 @@ TEST_CASE("random charges with dipoles: the error is the one that is estimated, 
   }
 }
 
-TEST_CASE("dipoles that touching charges induce are as large as is foreseen") {
-  // A simple cubic lattice of touching charges with random signs: the mean square of the field is the sum of the
-  // squares of single charges' fields, 12.60 by Ewald's sum over the other places of 9^3 (16.5 without an end); 4 pi +
-  // 6 = 18.57 is foreseen. Dipoles on dipoles take off (8 pi / 3) 2 A, a thirtieth. Chance: 2 / 3 for one place, and
-  // some forty independent ones a lattice: sqrt(2 / 3 / 320) of eight, .05.
+TEST_CASE("induced dipoles: those of touching charges have the predicted size") {
+  // A simple cubic lattice of touching charges with random signs. The mean square field is the sum of the squared
+  // fields of single charges: 12.60 by Ewald's sum over the other sites of 9^3 (16.5 for an infinite lattice). The
+  // prediction is 4 pi + 6 = 18.57. Interactions between dipoles subtract (8 pi / 3) 2 A, 1/30. Statistical error: 2/3
+  // per site and about 40 independent sites per lattice, sqrt(2 / 3 / 320) = 0.05 for eight lattices.
   constexpr int side = 9, lattices = 8;
   constexpr double polarizability = 0.002;
   std::mt19937 random(5);
@@ -160,31 +160,31 @@ TEST_CASE("dipoles that touching charges induce are as large as is foreseen") {
   CHECK(ratio == doctest::Approx(12.60 / 18.57).epsilon(0.15));
 }
 
-TEST_CASE("dipoles of a tenth of the charges, as induced ones are, leave forces what is asked for") {
+TEST_CASE("dipoles of 10 % of the charges: forces keep the requested accuracy") {
   const Crowd crowd = with_dipoles(gas(2), 0.1);
   const Response exact = by_ewald(crowd, 1e-11);
   for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
     const MeshChoice choice = choose_mesh(accuracy, crowd.size(), crowd.lengths, 1, lowest_dipole_order);
     ParticleMesh sum = mesh_for(choice);
     const Response response = evaluated_on(sum, crowd);
-    // Squares of charges are 1/3 here, of dipoles .01: so errors' squares grow by this, once more for the dipoles that
-    // feel them; waves and 1.25 as above.
+    // The mean squares are 1/3 for charges and 0.01 for dipoles. The squared errors grow by this factor, and again for
+    // the dipoles that the field acts on. Wavenumbers and 1.25 are as above.
     const double growth = 1 + 0.03 * std::pow(2 * M_PI / choice.mesh.spacing().x, 2) / 3;
     CHECK(relative_difference(response.field, exact.field) < 1.25 * std::sqrt(growth) * accuracy);
     CHECK(relative_difference(response.force, exact.force) < 1.25 * growth * accuracy);
   }
 }
 
-TEST_CASE("the near part of dipoles is that of the cloud's derivatives, to what the cloud itself loses") {
+TEST_CASE("near field of dipoles: it equals the derivatives of the cloud") {
   constexpr double alpha = 0.75, cutoff = 4.5;
   const Vec3 lengths{12, 12, 12}, direction{2.0 / 3, -1.0 / 3, 2.0 / 3};
   const Cloud cloud = gauss_cloud(alpha, cutoff);
   const Near<double> near(lengths, cloud);
   Columns<double> columns(lengths, near.layout(0));
-  constexpr double by_potential = 1 / cutoff, by_field = 1 / (cutoff * cutoff);  // as the largest charge is 1
-  // Rounding in the last terms of the series is not taken for something to be kept.
+  constexpr double by_potential = 1 / cutoff, by_field = 1 / (cutoff * cutoff);  // The largest charge is 1.
+  // The choice of the degree ignores rounding in the last terms of the series.
   CHECK(Near<double>(lengths, prolate_cloud(15.4, 5.3)).degree(Kind::dipoles) <= 18);
-  // Of a force between charges; and k of the cloud for each dipole more.
+  // The first factor is the error of a force between charges; each dipole adds a factor k of the cloud.
   const double bound = 0.1 * std::sqrt(cloud.lost / (4 * M_PI / 3 * std::pow(cutoff, 3))), k = std::sqrt(2) * alpha;
   for (double distance = 0.5; distance < cutoff; distance += 0.01) {
     Crowd crowd{.lengths = lengths, .position = {1, 1, 1}, .charge = {1, 1}, .dipole = {1, 0, 0, 0, 0.6, -0.8}};
@@ -210,28 +210,27 @@ TEST_CASE("the near part of dipoles is that of the cloud's derivatives, to what 
   }
 }
 
-TEST_CASE("a lone dipole in a cube feels 4 pi / (3 L^3) times itself, wherever it is on the mesh") {
+TEST_CASE("single dipole in a cube: its field is 4 pi / (3 L^3) times itself") {
   const double length = 6, own = 4 * M_PI / 3 / (length * length * length);
   const Cloud cloud = prolate_cloud(18, 3);
   ParticleMesh sum({{length, length, length}, {32, 32, 32}, 7}, cloud);
   for (const double x : {0.0, 0.05, 0.1, 2.9}) {
     Crowd lone{{length, length, length}, {x, 1 - x, 0.5 * x}, {0}, {0.3, -0.4, 0.5}};
     const Response response = evaluated_on(sum, lone);
-    // Splines of order 7 mistake (1.1 / (2 pi - 1.1))^7 = 2e-5 of the waves at the band limit, 1.1 a spacing, for
-    // others, and less of all others.
+    // Splines of order 7 alias a fraction (1.1 / (2 pi - 1.1))^7 = 2e-5 of the waves at the band limit, 1.1 per
+    // spacing, and less of longer ones.
     for (int k = 0; k < 3; ++k) CHECK(std::abs(response.field[k] / lone.dipole[k] - own) < 1e-6 * cloud.dipole_field);
     CHECK(largest(response.force) < 1e-16);
   }
 }
 
-TEST_CASE(
-    "fields and forces are the energy's slopes, but for the mean force of the mesh, and forces add up to nothing") {
+TEST_CASE("fields and forces: energy derivatives minus the mesh's mean force") {
   Crowd crowd = random_crowd(20, {6, 7, 8}, 0.8, true, 4);
-  // A mesh so coarse that its own error is seen.
+  // The mesh is so coarse that its error is visible.
   const Mesh mesh{crowd.lengths, {12, 12, 12}, 5};
   ParticleMesh sum(mesh, prolate_cloud(8, 2.9));
   const Response at = evaluated_on(sum, crowd);
-  // The energy is a square in the dipoles: no more than rounding.
+  // The energy is quadratic in the dipoles: the difference is rounding.
   const std::vector<double> field = slopes(sum, crowd, crowd.dipole, 0.1);
   CHECK(largest_difference(field, at.field) < 1e-12 * largest(at.field));
 
@@ -241,18 +240,19 @@ TEST_CASE(
     const Multipole source = multipole(crowd, i);
     strength.push_back(source.charge * source.charge + norm2(source.dipole) / (apart * apart));
   }
-  // Third derivatives of splines of order 5 jump: step / 4 of that, 1e-7 of what waves of the mesh's make of forces.
+  // Third derivatives of splines of order 5 jump. The error is step / 4 of the jump: 1e-7 of the force contribution of
+  // the mesh's waves.
   std::vector<double> force = slopes(sum, crowd, crowd.position, 1e-5);
   double all = 0;
   for (const double s : strength) all += s;
   for (std::size_t k = 0; k < force.size(); ++k) missing[k % 3] += force[k] / all, net[k % 3] += at.force[k];
   for (std::size_t k = 0; k < force.size(); ++k) force[k] -= strength[k / 3] * missing[k % 3];
-  CHECK(largest(missing) > 1e-5);  // there is something to take off
+  CHECK(largest(missing) > 1e-5);  // The mean force is not zero.
   CHECK(largest(net) < 1e-14 * crowd.size() * largest(at.force));
   CHECK(largest_difference(force, at.force) < 1e-6 * largest(at.force));
 }
 
-TEST_CASE("the field of dipoles is linear and symmetric to rounding, however coarse the mesh") {
+TEST_CASE("dipole field: linear and symmetric to rounding on any mesh") {
   Crowd a = random_crowd(200, {10, 11, 12}, 0.8, true, 5), b = a, both = a;
   std::ranges::rotate(b.dipole, b.dipole.begin() + 100);
   for (std::size_t k = 0; k < a.dipole.size(); ++k) both.dipole[k] = 0.5 * a.dipole[k] - 4 * b.dipole[k];
@@ -263,11 +263,11 @@ TEST_CASE("the field of dipoles is linear and symmetric to rounding, however coa
   CHECK(largest_difference(of_both, expected) < 1e-14 * largest(expected));
   const double magnitude = std::sqrt(product(of_a, of_a) * product(b.dipole, b.dipole));
   CHECK(std::abs(product(of_a, b.dipole) - product(of_b, a.dipole)) < 1e-15 * magnitude);
-  // And it is the one that comes with forces.
+  // The evaluation with forces gives the same field.
   CHECK(largest_difference(of_a, evaluated_on(sum, without_charges(a)).field) < 1e-14 * largest(of_a));
 }
 
-TEST_CASE("dipoles of nothing change nothing, and what is neither charged nor polarized feels no force") {
+TEST_CASE("zero dipoles: they change nothing, and neutral particles have no force") {
   Crowd crowd = gas(3);
   std::fill_n(crowd.dipole.begin(), 30, 0.0);
   std::fill_n(crowd.charge.begin(), 10, 0.0);
@@ -275,13 +275,13 @@ TEST_CASE("dipoles of nothing change nothing, and what is neither charged nor po
   const Response response = evaluated_on(sum, crowd);
   for (int k = 0; k < 30; ++k) CHECK(response.force[k] == 0);
   const Response none = evaluated_on(sum, with_dipoles(crowd, 0)), charges = evaluated_on(sum, without_dipoles(crowd));
-  // Polynomials of other degrees, 1e-8 of what the cloud loses.
+  // The polynomials have other degrees: 1e-8 of the cloud's truncation.
   CHECK(relative_difference(none.force, charges.force) < 1e-8);
   CHECK(relative_difference(none.field, charges.field) < 1e-8);
   CHECK(relative_difference(none.potential, charges.potential) < 1e-8);
 }
 
-TEST_CASE("with dipoles, any number of threads gives the same bits") {
+TEST_CASE("dipoles: any number of threads gives identical bits") {
   const Crowd crowd = random_crowd(2000, {30, 24, 21}, 0.5, true, 5);
   ParticleMesh sum({crowd.lengths, {36, 30, 24}, 5}, prolate_cloud(8, 3));
   const Response expected = evaluated_on(sum, crowd);
@@ -297,7 +297,7 @@ TEST_CASE("with dipoles, any number of threads gives the same bits") {
   }
 }
 
-TEST_CASE("powers of two in lengths, charges and dipoles come out exactly") {
+TEST_CASE("dipoles: scaling by powers of two is exact") {
   const Crowd crowd = gas(6);
   Crowd scaled = with_dipoles(crowd, 0.5);
   for (double& x : scaled.position) x *= 2;
@@ -324,11 +324,11 @@ TEST_CASE("induced dipoles on a mesh: the largest polarizability is Ewald's") {
     const auto pairs = pairs_of(crowd, sum.cutoff());
     return largest_polarizability(field_by(sum, crowd, pairs, alone), crowd.size());
   };
-  // An accuracy of 1e-6 of charges, times waves of 2 pi / .2 over sqrt(3).
+  // An accuracy of 1e-6 for charges, times wavenumbers of 2 pi / 0.2 over sqrt(3).
   CHECK(largest_by(mesh) == doctest::Approx(largest_by(ewald)).epsilon(2e-5));
 }
 
-TEST_CASE("induced dipoles on a mesh: four variants as by Ewald's sum") {
+TEST_CASE("induced dipoles on a mesh: four variants agree with Ewald's sum") {
   const Crowd crowd = grains();
   Ewald ewald(1e-14);
   ParticleMesh mesh = mesh_for_grains();
@@ -336,19 +336,19 @@ TEST_CASE("induced dipoles on a mesh: four variants as by Ewald's sum") {
     std::vector<double> dipole, exact_dipole;
     const Response response = with_induced(mesh, crowd, variant, dipole);
     const Response exact = with_induced(ewald, crowd, variant, exact_dipole);
-    // Eight charges are few for an estimate of random ones; waves as above.
+    // Eight charges are few for a statistical estimate; wavenumbers are as above.
     CHECK(relative_difference(dipole, exact_dipole) < 1e-5);
     CHECK(relative_difference(response.force, exact.force) < 1e-5);
     CHECK(relative_difference(response.field, exact.field) < 1e-5);
     CHECK(relative_difference(response.potential, exact.potential) < 1e-5);
     CHECK(response.energy == doctest::Approx(exact.energy).epsilon(1e-5));
-    // The near part's polynomials of charges and of multipoles differ by less than a tenth of the accuracy.
+    // The near-field polynomials of charges and of multipoles differ by less than 10 % of the accuracy.
     for (std::size_t k = 0; k < dipole.size(); ++k)
       CHECK(std::abs(0.075 * response.field[k] - dipole[k]) < 1e-7 * largest(dipole));
   }
 }
 
-TEST_CASE("induced dipoles on a mesh: forces are the slopes of the energy, where there is one") {
+TEST_CASE("induced dipoles on a mesh: forces are derivatives of the energy") {
   Crowd crowd = grains();
   ParticleMesh mesh = mesh_for_grains();
   for (const DipoleSum variant : variants) {
@@ -360,7 +360,7 @@ TEST_CASE("induced dipoles on a mesh: forces are the slopes of the energy, where
           energy_slope(crowd.position[k], 1e-3, [&] { return with_induced(mesh, crowd, variant, dipole).energy; });
       worst = std::max(worst, std::abs(slope + at.force[k]));
     }
-    // The mean force that is taken off, and what pairs lose at the cutoff, are errors of the mesh.
+    // The subtracted mean force and the truncation at the cutoff are errors of the mesh.
     if (variant == DipoleSum::source)
       CHECK(worst > 1e-3);
     else

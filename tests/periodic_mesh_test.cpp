@@ -1,4 +1,4 @@
-// Coulomb sums on a mesh: their parts, and the whole against Ewald's.
+// Tests of Coulomb sums on a mesh: their parts, and the sum against Ewald's.
 #include <doctest/doctest.h>
 
 #include <atomic>
@@ -41,7 +41,7 @@ void neutralize(Crowd& crowd) {
 /// 300 charges at the density of G's gas.
 Crowd gas(unsigned seed, Vec3 lengths = {12.8, 12.8, 12.8}) { return random_crowd(300, lengths, 1, false, seed); }
 
-/// Balls of grains that touch, in an empty box.
+/// Balls of touching grains in an empty box.
 Crowd clusters() {
   Crowd crowd{.lengths = {20, 20, 20}};
   std::mt19937 random(5);
@@ -60,7 +60,7 @@ Crowd clusters() {
 
 }  // namespace
 
-TEST_CASE("splines' weights add up to one and keep straight lines") {
+TEST_CASE("splines: weights sum to one and reproduce linear functions") {
   for (int order = 4; order <= 8; ++order) {
     const auto pieces = window_pieces(Window::spline, order);
     for (const double at : {-0.5, -0.2, 0.0, 0.49}) {
@@ -75,13 +75,13 @@ TEST_CASE("splines' weights add up to one and keep straight lines") {
   }
 }
 
-TEST_CASE(
-    "clouds: a Gauss function's by closed forms, and what any cloud's potential, transform and background share") {
+TEST_CASE("clouds: potential, transform and background are consistent") {
   const double alpha = 0.8, cutoff = 5;
   CHECK(gauss_cloud(alpha, cutoff).background == doctest::Approx(M_PI / (alpha * alpha)));
   CHECK(gauss_cloud(alpha, cutoff).potential(0) == doctest::Approx(gauss_cloud(alpha, cutoff).potential(1e-5)));
   for (const Cloud& cloud : {gauss_cloud(alpha, cutoff), prolate_cloud(9, cutoff), prolate_cloud(20, cutoff)}) {
-    // A sum of the transform over all waves is what the potential is at one place; Simpson's rule over the near rest.
+    // The integral of the transform over all waves is the potential at one position. Simpson's rule integrates the near
+    // rest.
     const int steps = 4000;
     const double limit = std::min(cloud.band_limit, 12.0), dk = limit / steps, dr = cutoff / steps;
     const auto weight = [&](int n) { return (n == 0 || n == steps ? 1.0 : n % 2 ? 4.0 : 2.0) / 3; };
@@ -89,13 +89,13 @@ TEST_CASE(
       double sum = 0;
       for (int n = 0; n <= steps; ++n)
         sum += weight(n) * dk * cloud.transform(n * dk) * (n == 0 ? 1 : std::sin(n * dk * r) / (n * dk * r));
-      // Of the prolate cloud 1e-3 to 1e-8 is left out beyond the band limit, as the square root of `lost` says.
+      // The prolate cloud omits 1e-3 to 1e-8 beyond the band limit, the square root of `lost`.
       CHECK(std::abs(2 / M_PI * sum - cloud.potential(r)) < std::sqrt(cloud.lost));
     }
     double near = 0;
     for (int n = 1; n <= steps; ++n)
       near += weight(n) * dr * 4 * M_PI * n * dr * (1 - n * dr * cloud.potential(n * dr));
-    CHECK(near == doctest::Approx(cloud.background).epsilon(1e-6));  // erfc(4) is left out, 2e-8
+    CHECK(near == doctest::Approx(cloud.background).epsilon(1e-6));  // erfc(4), 2e-8, is omitted.
     // The next term is (k r)^2 / 20 of this one, with waves up to k = 4.
     const double r = 1e-3;
     const double curvature = 2 * (cloud.potential(r) - cloud.potential(0)) / (r * r);
@@ -104,7 +104,7 @@ TEST_CASE(
   CHECK(prolate_cloud(9, cutoff).potential(5.5) == 1 / 5.5);
 }
 
-TEST_CASE("twenty charges, their forces, potentials and energy to 1e-7") {
+TEST_CASE("twenty charges: forces, potentials and energy are accurate to 1e-7") {
   std::ifstream file(source_folder() + "/validation/data/periodic/ewald20.json");
   const nlohmann::json exact = nlohmann::json::parse(file);
   const auto numbers = [&](const char* name) {
@@ -118,7 +118,7 @@ TEST_CASE("twenty charges, their forces, potentials and energy to 1e-7") {
   for (const Cloud& cloud : {gauss_cloud(0.85, 5), prolate_cloud(18, 5)}) {
     const Mesh mesh{crowd.lengths, {40, 40, 40}, 7};
     const Response response = by_mesh(crowd, mesh, cloud);
-    // Twenty charges are few for an estimate of random ones; a factor of three is left to them.
+    // Twenty charges are few for a statistical estimate; the bound has a factor of three.
     const double bound = 3 * relative_error(mesh, cloud, 1);
     CHECK(bound < 1e-6);
     CHECK(relative_difference(response.force, numbers("force")) < bound);
@@ -127,35 +127,36 @@ TEST_CASE("twenty charges, their forces, potentials and energy to 1e-7") {
   }
 }
 
-TEST_CASE("Madelung's constants, and a charge in its background") {
-  // Two cells a side, or half a box would be too short a cutoff for so few digits as 1e-6.
+TEST_CASE("mesh: it gives Madelung's constants and a charge with background") {
+  // Two unit cells per side, because half a box is too short a cutoff for an accuracy of 1e-6.
   Crowd salt{.lengths = {4, 4, 4}};
   for (int n = 0; n < 64; ++n) {
     const int x = n % 4, y = n / 4 % 4, z = n / 16;
     for (const int coordinate : {x, y, z}) salt.position.push_back(coordinate);
     salt.charge.push_back((x + y + z) % 2 == 0 ? 1 : -1);
   }
-  // Errors of charges in a lattice all have one sign: up to N^(1/2) times what random ones have.
+  // The errors of charges in a lattice have equal signs: up to N^(1/2) times those of random charges.
   CHECK(by_accuracy(salt, 1e-6, 1).energy / 32 == doctest::Approx(-1.7475645946331822).epsilon(1e-5));
   for (const Vec3 place : {Vec3{0, 0, 0}, Vec3{0.1, 0.2, 0.3}}) {
     const Crowd lone = lattice(1, {place}, {1});
     const Response response = by_mesh(lone, {lone.lengths, {24, 24, 24}, 7}, prolate_cloud(14, 0.5));
     CHECK(2 * response.energy == doctest::Approx(-2.8372974794806195).epsilon(1e-5));
-    CHECK(largest(response.force) < 1e-15);  // the mesh's mean force is all there is
+    CHECK(largest(response.force) < 1e-15);  // The only force is the mesh's mean force.
   }
 }
 
-TEST_CASE("what a charge sees of its own cloud does not depend on where it is on the mesh") {
+TEST_CASE("self-energy: it does not depend on the position on the mesh") {
   const Mesh mesh{{1, 1, 1}, {12, 12, 12}, 6};
   std::vector<double> energy;
   for (const double place : {0.0, 0.02, 0.04, 0.06})
     energy.push_back(by_mesh(lattice(1, {{place, 0.5 * place, 0.3}}, {1}), mesh, prolate_cloud(9, 0.5)).energy);
-  // Left as they are, the two waves that are taken off make 1.3e-5 and 1.6e-7 here; what is left has shorter waves.
+  // Without the correction the two subtracted waves would contribute 1.3e-5 and 1.6e-7; the remaining waves are
+  // shorter.
   const auto [least, most] = std::ranges::minmax(energy);
   CHECK(most - least < 5e-8);
 }
 
-TEST_CASE("random charges: the error is the one that is estimated, whatever cloud, order, mesh and box") {
+TEST_CASE("random charges: errors are as estimated for all clouds, orders and boxes") {
   for (const Vec3 lengths : {Vec3{12.8, 12.8, 12.8}, Vec3{10, 20, 10.5}}) {
     const Crowd crowd = gas(1, lengths);
     const Response exact = by_ewald(crowd, 1e-11);
@@ -177,7 +178,7 @@ TEST_CASE("random charges: the error is the one that is estimated, whatever clou
   }
 }
 
-TEST_CASE("an accuracy that is asked for is kept, in a gas and in clusters, and not by much") {
+TEST_CASE("accuracy: forces keep it in a gas and in clusters, within a factor") {
   for (const Crowd& crowd : {gas(2), clusters()}) {
     const Response exact = by_ewald(crowd, 1e-11);
     for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
@@ -189,7 +190,7 @@ TEST_CASE("an accuracy that is asked for is kept, in a gas and in clusters, and 
   }
 }
 
-TEST_CASE("a net charge has its background: nothing depends on how the sum is split") {
+TEST_CASE("net charge: with its background the sum does not depend on the split") {
   Crowd crowd = gas(3);
   for (double& q : crowd.charge) q += 0.5;
   const Response exact = by_ewald(crowd);
@@ -202,9 +203,9 @@ TEST_CASE("a net charge has its background: nothing depends on how the sum is sp
     }
 }
 
-TEST_CASE("forces are the energy's slopes, but for the mean force of the mesh, and add up to nothing") {
+TEST_CASE("forces: energy derivatives minus the mesh's mean force, and sum zero") {
   Crowd crowd = random_crowd(40, {6, 7, 8}, 0.5, false, 4);
-  // A mesh so coarse that its own error is seen: 1e-2.
+  // The mesh is so coarse that its error of 1e-2 is visible.
   ParticleMesh sum({crowd.lengths, {12, 12, 12}, 5}, prolate_cloud(8, 2.9));
   const Response at = evaluated_on(sum, crowd);
   Vec3 net;
@@ -224,14 +225,14 @@ TEST_CASE("forces are the energy's slopes, but for the mean force of the mesh, a
     slope[k] = -(above - below) / (2 * step);
     missing[k % 3] += slope[k] / square;
   }
-  CHECK(largest(missing) > 1e-5);  // there is something to take off
+  CHECK(largest(missing) > 1e-5);  // The mean force is not zero.
   for (std::size_t k = 0; k < slope.size(); ++k)
-    // Third derivatives are 6 / r^4 for each pair, 100 at the least distance: step^2 / 6 of that, and rounding of some
-    // 10 over the step.
+    // Third derivatives are 6 / r^4 per pair, 100 at the smallest distance: the error is step^2 / 6 of that, and
+    // rounding of about 10 divided by the step.
     CHECK(std::abs(slope[k] - missing[k % 3] * std::pow(crowd.charge[k / 3], 2) - at.force[k]) < 1e-6);
 }
 
-TEST_CASE("tiles that are worked on at a time reach no charge in common") {
+TEST_CASE("tiles: those processed concurrently share no charge") {
   const Crowd crowd = random_crowd(1500, {30, 20, 12}, 0.5, false, 10);
   const double reach = 2.4;
   Columns<double> columns(crowd.lengths, {.together = 8, .widest = 4, .reach = reach});
@@ -254,18 +255,18 @@ TEST_CASE("tiles that are worked on at a time reach no charge in common") {
       }
     for (int k = 0; k < crowd.size(); ++k)
       if (mine[k]) conflicts += reached[k].fetch_add(1) > 0;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));  // for other threads to come to help
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));  // Gives other threads time to join.
     for (int k = 0; k < crowd.size(); ++k)
       if (mine[k]) --reached[k];
     seen += end - first;
   });
   CHECK(conflicts == 0);
-  // Points are spread to within half a spline, of the largest spacing.
+  // Points are spread to within half a spline, in units of the largest spacing.
   CHECK(reach_of({{8, 8, 12}, {16, 16, 16}, 5}) == 2.5 * 0.75);
   CHECK(seen == crowd.size());
 }
 
-TEST_CASE("any number of threads, and pairs beyond the cutoff, give the same bits") {
+TEST_CASE("mesh: threads and pairs beyond the cutoff keep identical bits") {
   const Crowd crowd = random_crowd(2000, {30, 24, 21}, 0.5, false, 5);
   const Mesh fine{crowd.lengths, {36, 30, 24}, 5}, coarse{crowd.lengths, {14, 14, 14}, 7};
   ParticleMesh near_reaches_far(fine, prolate_cloud(8, 3)), mesh_reaches_far(coarse, prolate_cloud(2, 0.6));
@@ -283,7 +284,7 @@ TEST_CASE("any number of threads, and pairs beyond the cutoff, give the same bit
   }
 }
 
-TEST_CASE("powers of two in lengths and charges come out exactly") {
+TEST_CASE("mesh: scaling lengths and charges by powers of two is exact") {
   const Crowd crowd = gas(6);
   Crowd scaled = crowd;
   for (double& x : scaled.position) x *= 2;
@@ -298,7 +299,7 @@ TEST_CASE("powers of two in lengths and charges come out exactly") {
   for (int k = 0; k < 3 * crowd.size(); ++k) CHECK(response.force[k] == expected.force[k] / 64);
 }
 
-TEST_CASE("whole spacings of the mesh and whole boxes move everything alike") {
+TEST_CASE("mesh: shifts by whole spacings and boxes change nothing") {
   const Crowd crowd = gas(7);
   const Mesh mesh{crowd.lengths, {16, 16, 16}, 5};
   Crowd moved = crowd;
@@ -307,12 +308,13 @@ TEST_CASE("whole spacings of the mesh and whole boxes move everything alike") {
       moved.position[3 * i + k] += (k + 3) * mesh.spacing()[k] + (i % 5 - 2) * crowd.lengths[k];
   const Cloud cloud = prolate_cloud(9, 4);
   const Response expected = by_mesh(crowd, mesh, cloud), response = by_mesh(moved, mesh, cloud);
-  // Places are rounded by 1e-15 of some lengths, which the forces' slopes multiply by 2 over a distance of 1.
+  // Positions are rounded by 1e-15 of several lengths; the gradients of the forces multiply this by 2 over a distance
+  // of 1.
   CHECK(largest_difference(response.force, expected.force) < 1e-13 * largest(expected.force));
   CHECK(response.energy == doctest::Approx(expected.energy).epsilon(1e-12));
 }
 
-TEST_CASE("no charges, and charges of nothing, feel nothing") {
+TEST_CASE("mesh: without charges there is no force") {
   const Mesh mesh{{10, 10, 10}, {16, 16, 16}, 4};
   CHECK(by_mesh(Crowd{.lengths = mesh.lengths}, mesh, prolate_cloud(8, 4)).energy == 0);
   Crowd crowd = random_crowd(5, mesh.lengths, 1, false, 8);
@@ -320,7 +322,7 @@ TEST_CASE("no charges, and charges of nothing, feel nothing") {
   CHECK(largest(by_mesh(crowd, mesh, prolate_cloud(8, 4)).force) == 0);
 }
 
-TEST_CASE("what cannot be done is refused with a sentence") {
+TEST_CASE("mesh: impossible parameters are refused with an error message") {
   const Vec3 cube{10, 10, 10};
   const Cloud cloud = prolate_cloud(8, 4);
   const Mesh mesh{cube, {16, 16, 16}, 4};

@@ -1,4 +1,4 @@
-// Coulomb sums on a mesh in single precision, against those in double precision with the same mesh and cloud.
+// Tests of Coulomb sums on a mesh in single precision, against double precision with the same mesh and cloud.
 #include <doctest/doctest.h>
 
 #include <numeric>
@@ -16,8 +16,9 @@ using namespace lichtenberg::periodic;
 
 namespace {
 
-// Errors of single precision: sums of some hundred numbers rounded to 6e-8 of themselves, of which near ones are some
-// times as large as what is left of them, and places to 2e-7 of the cut-off. Found: .7 to 4e-7 of the rms force.
+// Errors of single precision: sums of some hundred numbers, each rounded to 6e-8. Near fields are a few times larger
+// than the remaining sum, and positions are rounded to 2e-7 of the cutoff. Regression values: 0.7 to 4e-7 of the rms
+// force.
 constexpr double rounding = 1e-6;
 
 double rms(const std::vector<double>& values) {
@@ -26,15 +27,15 @@ double rms(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-/// Both sums lose what the cloud loses, but not quite the same: polynomials add up to .3 of it in single precision.
-/// `lost` is the square of a force between unit charges, all over space; theirs is 4 pi.
+/// Compares single with double precision. Both lose the cloud's truncation, but their polynomials differ by up to 0.3
+/// of it. `lost` is the square of a force between unit charges, integrated over space; that of the full force is 4 pi.
 void check_against_double(const Crowd& crowd, const Mesh& mesh, const Cloud& cloud) {
   ParticleMesh reference(mesh, cloud);
   SingleMesh single(mesh, cloud);
   const Response expected = evaluated_on(reference, crowd), found = evaluated(single, crowd);
   const double most = rounding + 0.3 * std::sqrt(cloud.lost / (4 * M_PI));
   const auto check = [&](std::vector<double> values, const std::vector<double>& reference_values) {
-    const double size = rms(reference_values) + 0.1;  // forces between few charges that are far from each other
+    const double size = rms(reference_values) + 0.1;  // The offset covers forces between a few distant charges.
     for (std::size_t k = 0; k < values.size(); ++k) values[k] -= reference_values[k];
     CHECK(rms(values) < most * size);
   };
@@ -47,7 +48,7 @@ void check_against_double(const Crowd& crowd, const Mesh& mesh, const Cloud& clo
 Crowd gas() { return random_crowd(300, {12.8, 12.8, 12.8}, 1, false, 2); }
 const Mesh fine{{12.8, 12.8, 12.8}, {24, 24, 24}, 7};
 
-/// A ball across a corner of the box, and one charge far from all.
+/// Particles in a ball across a corner of the box, and one charge far from it.
 Crowd ball() {
   Crowd crowd{.lengths = {30, 30, 30}};
   std::mt19937 random(5);
@@ -65,7 +66,7 @@ Crowd ball() {
 
 }  // namespace
 
-TEST_CASE("windows are as wide as their order, smooth, and have the transforms that are said") {
+TEST_CASE("windows: smooth, as wide as their order, with the stated transforms") {
   for (const Window window : {Window::spline, Window::prolate})
     for (int order = 4; order <= 8; ++order) {
       const auto pieces = window_pieces(window, order);
@@ -75,14 +76,15 @@ TEST_CASE("windows are as wide as their order, smooth, and have the transforms t
         for (auto term = pieces.rbegin(); term != pieces.rend(); ++term) sum = sum * s + (*term)[c];
         return sum;
       };
-      // The c-th of the points around a place lies c + 1 - order / 2 - (s + 1 / 2) from it, up to half of an odd
-      // order's spacing; its weight is the window's there. Ends meet, as boxes make them.
+      // The c-th point around a position lies c + 1 - order / 2 - (s + 1 / 2) from it, up to half a spacing for an odd
+      // order. Its weight is the window's value there. Pieces join continuously at cell boundaries.
       for (int c = 0; c + 1 < order; ++c) CHECK(weight(c, -0.5) == doctest::Approx(weight(c + 1, 0.5)).epsilon(1e-12));
       CHECK(std::abs(weight(order - 1, -0.5)) + std::abs(weight(0, 0.5)) < 1e-14);
       const WindowTransform& transform = WindowTransform::of(window, order);
-      // Gauss' rule with three points leaves (k / parts)^7 / 2016000 of what oscillates with k, less than 1e-15; sums
-      // of order x parts numbers round by 1e-14. A turn or two away, transforms of order 8 are down to 1e-8.
-      constexpr int parts = 100;  // of a spacing
+      // Gauss's rule with three points has an error of (k / parts)^7 / 2016000 for an oscillation of wavenumber k,
+      // below 1e-15. Sums of order x parts numbers round by 1e-14. One or two periods away, transforms of order 8 are
+      // 1e-8.
+      constexpr int parts = 100;  // Parts of a spacing.
       const double nodes[] = {-std::sqrt(0.6), 0, std::sqrt(0.6)}, weights[] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
       for (const double k : {0.0, 0.7, 3.0})
         for (const int turns : {0, 1}) {
@@ -101,7 +103,7 @@ TEST_CASE("windows are as wide as their order, smooth, and have the transforms t
     }
 }
 
-TEST_CASE("with any window the error is the one that is estimated, and prolate ones have the least") {
+TEST_CASE("windows: errors are as estimated, and smallest for prolate windows") {
   const Crowd crowd = gas();
   const Response exact = by_ewald(crowd, 1e-11);
   const auto estimate = [&](Window window, int order, int points, const Cloud& cloud) {
@@ -110,11 +112,11 @@ TEST_CASE("with any window the error is the one that is estimated, and prolate o
     const double expected = std::hypot(relative_error(mesh, cloud, 1), error_of_single_precision);
     const double error = relative_difference(evaluated(sum, crowd).force, exact.force);
     CAPTURE(order);
-    CHECK(error < 1.5 * expected);  // 300 charges are few: found .8 to 1.1
+    CHECK(error < 1.5 * expected);  // 300 charges are few: regression values are 0.8 to 1.1.
     CHECK(error > expected / 1.5);
     return expected;
   };
-  // Spacings of about what an accuracy of 1e-2 to 1e-6 takes with prolate windows.
+  // The spacings suit an accuracy of 1e-2 to 1e-6 with prolate windows.
   struct Case {
     int order, points;
     double band_limit, cutoff;
@@ -126,17 +128,17 @@ TEST_CASE("with any window the error is the one that is estimated, and prolate o
   }
 }
 
-TEST_CASE("single precision gives what double precision does, for any order of splines") {
+TEST_CASE("single precision: it equals double precision for all spline orders") {
   for (const int order : {4, 5, 6, 7})
     check_against_double(gas(), {{12.8, 12.8, 12.8}, {20, 24, 16}, order}, prolate_cloud(16, 3.9));
 }
 
-TEST_CASE("the same for meshes of any numbers of points") {
+TEST_CASE("single precision: it equals double precision for any mesh size") {
   for (const std::array points : {std::array{16, 18, 20}, {21, 25, 14}, {15, 28, 36}, {22, 27, 26}, {32, 45, 30}})
     check_against_double(gas(), {{12.8, 12.8, 12.8}, points, 6}, prolate_cloud(14, 4.1));
 }
 
-TEST_CASE("the same in long boxes, with clusters, voids, few charges and any polynomial") {
+TEST_CASE("single precision: it equals double precision in long boxes and clusters") {
   check_against_double(random_crowd(200, {10, 12, 31}, 1, false, 3), {{10, 12, 31}, {16, 18, 48}, 6},
                        prolate_cloud(8, 3.3));
   check_against_double(random_crowd(200, {31, 10, 12}, 1, false, 3), {{31, 10, 12}, {48, 16, 18}, 6},
@@ -147,7 +149,7 @@ TEST_CASE("the same in long boxes, with clusters, voids, few charges and any pol
     check_against_double(random_crowd(few, {9, 9, 9}, 1, false, 4), {{9, 9, 9}, {16, 16, 16}, 6}, prolate_cloud(9, 3));
 }
 
-TEST_CASE("splines of order 8 leave less error than those of order 7") {
+TEST_CASE("splines: order 8 has a smaller error than order 7") {
   const Crowd crowd = gas();
   const Response exact = by_ewald(crowd, 1e-10);
   const auto error = [&](int order) {
@@ -157,7 +159,7 @@ TEST_CASE("splines of order 8 leave less error than those of order 7") {
   CHECK(error(8) < 0.8 * error(7));
 }
 
-TEST_CASE("any number of threads gives the same bits in single precision, and so do powers of two") {
+TEST_CASE("single precision: threads and powers of two keep identical bits") {
   const Crowd crowd = random_crowd(3000, {27.4, 27.4, 27.4}, 0.9, false, 7);
   const Mesh mesh{crowd.lengths, {48, 48, 48}, 6};
   const Cloud cloud = prolate_cloud(10, 3.7);
@@ -182,7 +184,7 @@ TEST_CASE("any number of threads gives the same bits in single precision, and so
   CHECK(found.force == one.force);
 }
 
-TEST_CASE("forces alone are the same bits as with potentials") {
+TEST_CASE("single precision: forces are identical with and without potentials") {
   const Crowd crowd = random_crowd(3000, {27.4, 27.4, 27.4}, 0.9, false, 7);
   for (const double cutoff : {2.5, 3.7, 5.0}) {
     SingleMesh sum({crowd.lengths, {48, 48, 48}, 6}, prolate_cloud(10, cutoff));
@@ -192,7 +194,7 @@ TEST_CASE("forces alone are the same bits as with potentials") {
   }
 }
 
-TEST_CASE("forces in single precision add up to 0, and do not depend on which image of a charge is given") {
+TEST_CASE("single precision: forces sum to zero for any images of the charges") {
   Crowd crowd = gas();
   SingleMesh sum(fine, prolate_cloud(11, 4));
   const Response found = evaluated(sum, crowd);
@@ -202,11 +204,11 @@ TEST_CASE("forces in single precision add up to 0, and do not depend on which im
     CHECK(std::abs(net) < 1e-14 * all);
   }
   for (int i = 0; i < crowd.size(); ++i) crowd.position[3 * i] += crowd.lengths.x * (i % 3 - 1);
-  // Moving a place by the box rounds it to 2e-15, one part of 2^-32 at most.
+  // Moving a position by the box rounds it to 2e-15, at most one part of 2^-32.
   CHECK(relative_difference(evaluated(sum, crowd).force, found.force) < rounding);
 }
 
-TEST_CASE("single precision is chosen where it is good enough, and reaches the accuracy") {
+TEST_CASE("mesh choice: single precision where it suffices, with the accuracy") {
   const Crowd crowd = gas();
   const Response exact = by_ewald(crowd, 1e-10);
   for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) {
@@ -214,25 +216,25 @@ TEST_CASE("single precision is chosen where it is good enough, and reaches the a
     CHECK(choice.single == (accuracy >= 1e-6));
     const auto sum = make_mesh_sum(choice);
     const double error = relative_difference(evaluated_on(*sum, crowd).force, exact.force);
-    CHECK(error < 1.2 * accuracy);  // the estimate is good to 17 %
+    CHECK(error < 1.2 * accuracy);  // The estimate has an error of 17 %.
     CHECK(error > accuracy / 3);
   }
 }
 
-TEST_CASE("forces asked are forces achieved, within a factor of three below, at random places and in clusters") {
+TEST_CASE("mesh choice: measured errors are 0.3 to 1.05 of the request") {
   for (const Crowd& crowd : {gas(), ball(), random_crowd(800, {17.6, 17.6, 17.6}, 1, false, 8)})
     for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5}) {
       const MeshRequest request{accuracy, crowd.size(), crowd.lengths};
       const MeshChoice choice = choose_measured_mesh(request, crowd);
       const auto sum = make_mesh_sum(choice);
       const double error = relative_difference(evaluated_on(*sum, crowd).force, by_ewald(crowd, 1e-10).force);
-      // The finer mesh that it is measured against is itself off by a thirtieth of what is asked for.
+      // The finer reference mesh has an error of 1/30 of the request.
       CHECK(error < 1.05 * accuracy);
       CHECK(error > 0.3 * accuracy);
     }
 }
 
-TEST_CASE("parameters by hand are kept, and the rest follows from the accuracy") {
+TEST_CASE("mesh choice: given parameters are kept and the rest is chosen") {
   const Crowd crowd = gas();
   const auto chosen = [&](const ByHand& by_hand) {
     return choose_quick_mesh({.accuracy = 1e-3, .charges = 300, .lengths = crowd.lengths, .by_hand = by_hand});
@@ -253,13 +255,13 @@ TEST_CASE("parameters by hand are kept, and the rest follows from the accuracy")
   CHECK(by_hand.mesh.points[1] == 18);
   CHECK(by_hand.error == doctest::Approx(relative_difference(evaluated_on(*make_mesh_sum(by_hand), crowd).force,
                                                              by_ewald(crowd, 1e-10).force))
-                             .epsilon(0.3));  // estimates are good to 17 %, and 300 charges are few
+                             .epsilon(0.3));  // Estimates have an error of 17 %, and 300 charges are few.
   CHECK(message_of([&] { chosen({.cutoff = 1.2, .points = 16}); }) ==
         "no mesh of up to 1024 points along a side reaches an accuracy of 0.001 in a box of 12.8 x 12.8 x 12.8 with a "
         "cutoff of up to half of it, with the given parameters");
 }
 
-TEST_CASE("what single precision cannot do is refused") {
+TEST_CASE("single precision: impossible meshes are refused") {
   const Crowd crowd = gas();
   CHECK(message_of([&] { SingleMesh(fine, prolate_cloud(11, 5)); }) ==
         "a cut-off of 5 is more than a third of the box of 12.8 x 12.8 x 12.8");

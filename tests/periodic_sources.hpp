@@ -30,7 +30,7 @@ inline std::vector<Pair> pairs_of(const Crowd& crowd, double within) {
   const std::vector<double> radius(crowd.size());
   return pairs_closer_than(Spheres<3>{crowd.position, radius, box}, within);
 }
-/// By a sum that needs pairs; `skin`: with some that it does not need.
+/// Evaluates a sum that needs pairs; `skin` adds pairs beyond the cutoff.
 inline Response evaluated_on(Sum& sum, const Crowd& crowd, double skin = 0,
                              parallel::Team& team = parallel::Team::single()) {
   const auto pairs = pairs_of(crowd, sum.cutoff() + skin);
@@ -43,7 +43,8 @@ inline Response by_ewald(const Crowd& crowd, double tolerance = 1e-14, double al
   return evaluated(ewald, crowd);
 }
 
-/// At random places, no two nearer than `apart`, with charges (and dipoles, if any) up to 1 of both signs.
+/// Sources at random positions, at least `apart` from each other, with charges (and dipoles, if any) up to 1 of both
+/// signs.
 inline Crowd random_crowd(int n, Vec3 lengths, double apart, bool dipoles, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -64,7 +65,7 @@ inline Crowd random_crowd(int n, Vec3 lengths, double apart, bool dipoles, unsig
   return crowd;
 }
 
-/// A cubic lattice's cell with a source at each of `place` (in units of the side).
+/// Cell of a cubic lattice with a source at each of `place` (in units of the side).
 inline Crowd lattice(double side, const std::vector<Vec3>& place, const std::vector<double>& charge) {
   Crowd crowd{.lengths = {side, side, side}, .charge = charge};
   for (const Vec3 p : place)
@@ -72,7 +73,7 @@ inline Crowd lattice(double side, const std::vector<Vec3>& place, const std::vec
   return crowd;
 }
 
-/// Edge 2, so that neighbours are 1 apart.
+/// Rock salt in a cell of edge 2, so that neighbours are at distance 1.
 inline Crowd rock_salt() {
   Crowd crowd{.lengths = {2, 2, 2}};
   for (int corner = 0; corner < 8; ++corner) {
@@ -104,7 +105,7 @@ inline double relative_difference(const std::vector<double>& found, const std::v
   return std::sqrt(difference2 / exact2);
 }
 
-/// Of the energy, by the coordinate (or any other number) `x`: differences of fourth order.
+/// Derivative of the energy by the coordinate (or any other number) `x`, from fourth-order differences.
 template <class Energy>
 double energy_slope(double& x, double step, const Energy& energy) {
   const double at = x;

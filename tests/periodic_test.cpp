@@ -1,4 +1,4 @@
-// Ewald's sums of charges and dipoles.
+// Tests of Ewald sums of charges and dipoles.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -29,19 +29,19 @@ std::vector<double> flat(const nlohmann::json& values) {
 
 }  // namespace
 
-TEST_CASE("twenty charges, to the digits of a double") {
+TEST_CASE("twenty charges: accurate to the digits of a double") {
   std::ifstream file(source_folder() + "/validation/data/periodic/ewald20.json");
   const nlohmann::json exact = nlohmann::json::parse(file);
   const double length = exact["length"], energy = std::stod(std::string(exact["energy"]));
   const Crowd crowd{{length, length, length}, flat(exact["position"]), flat(exact["charge"])};
   const Response response = by_ewald(crowd, 1e-15);
-  // The largest terms are some 1, and the energy's some 5, each rounded a few times by 1.1e-16.
+  // The largest terms are about 1, and those of the energy about 5, each rounded a few times by 1.1e-16.
   CHECK(largest_difference(response.potential, flat(exact["potential"])) < 2e-15);
   CHECK(largest_difference(response.force, flat(exact["force"])) < 2e-15);
   CHECK(std::abs(response.energy - energy) < 1e-14);
 }
 
-TEST_CASE("Madelung's constants, and a charge in its background") {
+TEST_CASE("Ewald sum: Madelung's constants, and a charge in its background") {
   constexpr double rounding = 2e-15;
   CHECK(std::abs(by_ewald(rock_salt()).energy / 4 + 1.7475645946331822) < rounding);
   const Crowd caesium_chloride = lattice(1, {{0, 0, 0}, {0.5, 0.5, 0.5}}, {1, -1});
@@ -51,14 +51,14 @@ TEST_CASE("Madelung's constants, and a charge in its background") {
   CHECK(largest(by_ewald(lone).force) < rounding);
 }
 
-TEST_CASE("nothing depends on alpha, neutral or not, in a cube or not") {
+TEST_CASE("Ewald sum: it does not depend on alpha, charge or box shape") {
   for (const bool neutral : {false, true}) {
     Crowd crowd = random_crowd(12, {1, 1.25, 0.75}, 0.1, false, 1);
     const double mean = std::accumulate(crowd.charge.begin(), crowd.charge.end(), 0.0) / crowd.size();
     for (double& q : crowd.charge) q -= neutral ? mean : 0;
     const Response expected = by_ewald(crowd, 1e-14, 3);
     for (const double alpha : {1.5, 5.0, 8.0}) {
-      // Asked for 1e-14 of 1 / d^2, and the largest terms, 1 / 0.1 and 1 / 0.1^2, round at 1e-14.
+      // The tolerance is 1e-14 of 1 / d^2. The largest terms, 1 / 0.1 and 1 / 0.1^2, round at 1e-14.
       const Response response = by_ewald(crowd, 1e-14, alpha);
       CHECK(largest_difference(response.potential, expected.potential) < 1e-13);
       CHECK(largest_difference(response.field, expected.field) < 1e-12);
@@ -68,28 +68,28 @@ TEST_CASE("nothing depends on alpha, neutral or not, in a cube or not") {
   }
 }
 
-TEST_CASE("cut-offs keep the accuracy asked for, and are not much better than it") {
+TEST_CASE("cutoffs: they keep the requested accuracy and are not much larger") {
   const Crowd crowd = random_crowd(60, {1, 1, 1}, 0.05, false, 3);
   const Response exact = by_ewald(crowd);
-  const double unit = std::pow(60, 2.0 / 3);  // charge over the squared mean spacing
+  const double unit = std::pow(60, 2.0 / 3);  // Charge over the squared mean spacing.
   for (const double tolerance : {1e-3, 1e-6, 1e-9}) {
     const double error = largest_difference(by_ewald(crowd, tolerance).field, exact.field) / unit;
     CHECK(error < tolerance);
-    CHECK(error > 0.03 * tolerance);  // random places come near the bound on sums of magnitudes
+    CHECK(error > 0.03 * tolerance);  // Random positions come close to the bound on sums of magnitudes.
   }
 }
 
-TEST_CASE("forces are the energy's slopes") {
+TEST_CASE("forces: they are derivatives of the energy") {
   Crowd crowd = random_crowd(6, {1, 1.25, 0.75}, 0.2, false, 2);
   const Response at = by_ewald(crowd);
   const double step = 1e-3;
-  const double bound = 4 * std::pow(step, 4) / std::pow(0.2, 6);  // step^4 / 30 times the fifth derivative of 1/r
+  const double bound = 4 * std::pow(step, 4) / std::pow(0.2, 6);  // step^4 / 30 times the fifth derivative of 1/r.
   for (int k = 0; k < 18; ++k)
     CHECK(std::abs(energy_slope(crowd.position[k], step, [&] { return by_ewald(crowd).energy; }) + at.force[k]) <
           bound);
 }
 
-TEST_CASE("forces add up to nothing, and neither order nor origin nor image matters") {
+TEST_CASE("forces: zero sum, independent of order, origin and images") {
   for (const bool dipoles : {false, true}) {
     const Crowd crowd = random_crowd(12, {1, 1.25, 0.75}, 0.1, dipoles, 4);
     const Response response = by_ewald(crowd);
@@ -111,12 +111,12 @@ TEST_CASE("forces add up to nothing, and neither order nor origin nor image matt
     std::reverse(other.potential.begin(), other.potential.end());
     CHECK(largest_difference(other.potential, response.potential) < 1e-14 * largest(response.potential));
     for (int i = 0; i < crowd.size(); ++i)
-      for (int k = 0; k < 3; ++k)  // moved places are rounded by 2e-16, which the fields' slopes multiply
+      for (int k = 0; k < 3; ++k)  // Moved positions are rounded by 2e-16, which the gradients of the fields multiply.
         CHECK(std::abs(other.force[3 * (crowd.size() - 1 - i) + k] - response.force[3 * i + k]) < 10 * rounding);
   }
 }
 
-TEST_CASE("two cells in a row are each what one is") {
+TEST_CASE("two cells in a row: each has the result of one cell") {
   const Crowd cell = random_crowd(5, {1, 1.25, 0.75}, 0.2, true, 5);
   Crowd two = cell;
   two.lengths.z *= 2;
@@ -130,7 +130,7 @@ TEST_CASE("two cells in a row are each what one is") {
       CHECK(std::abs(response.force[k + image] - expected.force[k]) < 1e-13 * largest(expected.force));
 }
 
-TEST_CASE("powers of two in lengths and charges come out exactly") {
+TEST_CASE("Ewald sum: scaling lengths and charges by powers of two is exact") {
   for (const bool dipoles : {false, true}) {
     const Crowd crowd = random_crowd(12, {1, 1.25, 0.75}, 0.1, dipoles, 6);
     Crowd scaled = crowd;
@@ -149,7 +149,7 @@ TEST_CASE("powers of two in lengths and charges come out exactly") {
   }
 }
 
-TEST_CASE("any number of threads gives the same bits, and a sample those of all") {
+TEST_CASE("Ewald sum: any number of threads and samples give identical bits") {
   const Crowd crowd = random_crowd(30, {1, 1, 1}, 0.05, true, 7);
   Ewald ewald;
   const Response expected = evaluated(ewald, crowd);
@@ -167,7 +167,7 @@ TEST_CASE("any number of threads gives the same bits, and a sample those of all"
   CHECK(sample.field.size() == 6);
 }
 
-TEST_CASE("sources that do not fit together are refused with a sentence") {
+TEST_CASE("inconsistent sources: they are refused with an error message") {
   Crowd crowd = rock_salt();
   crowd.charge.pop_back();
   CHECK(message_of([&] { by_ewald(crowd); }) ==

@@ -1,4 +1,4 @@
-// What `plot`, `film` and the commands that draw beside their work leave: sizes, colours, words, and nothing replaced.
+// Tests of plot, film and pictures of other commands: sizes, colours, text, and no file replaced silently.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Two plates at +-10 kV and a sphere that sets out from one to the other, 6 frames, 20 ms.
+/// Scene of two plates at +-10 kV and a sphere that moves from one to the other: 6 frames, 20 ms.
 const std::string plates = R"(
 title = "Plates"
 [domain]
@@ -33,7 +33,7 @@ radius = 0.6e-3
 [effects.stokes_drag]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 6e-6
+contact_distance = 6e-6
 [field]
 cells = 32
 [output]
@@ -44,7 +44,7 @@ time = 0.02
 stationary = false
 )";
 
-/// Three spheres in a row that touch the ground and each other, fed: all at 0 V from the start.
+/// Scene of three charged spheres in a row that touch the ground and each other. All are at 0 V from the start.
 const std::string chain = R"(
 title = "Chain"
 [domain]
@@ -63,13 +63,13 @@ radius = 0.5e-3
 position = [4e-3, 2.65e-3]
 radius = 0.5e-3
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = 1e-12
 [effects.stokes_drag]
 [effects.hertz_contact]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 0.2e-3
+contact_distance = 0.2e-3
 [field]
 cells = 32
 [output]
@@ -87,7 +87,7 @@ Ended run_well(const Folder& folder, const std::string& arguments) {
   return ended;
 }
 
-/// A folder in which a scene has been run as scene.h5.
+/// Folder in which a scene has been run as scene.h5.
 struct RunFolder : Folder {
   explicit RunFolder(const std::string& scene) {
     write("scene.toml", scene);
@@ -95,8 +95,8 @@ struct RunFolder : Folder {
   }
 };
 
-/// A number that Python finds in a picture: `p` has its colours, [height][width][red, green, blue] from 0 to 1, row 0
-/// on top.
+/// Value of a Python expression for a picture. `p` has its colours, [height][width][red, green, blue] from 0 to 1, with
+/// row 0 at the top.
 double seen(const Folder& folder, const std::string& picture, const std::string& expression) {
   folder.write("look.py",
                fmt::format("import matplotlib.image, numpy as np\np = matplotlib.image.imread('{}')[..., :3]\n"
@@ -107,8 +107,8 @@ double seen(const Folder& folder, const std::string& picture, const std::string&
   return std::stod(looked.out);
 }
 
-/// Of the place at these shares of width and height from the lower left of a panel of a plane scene as wide as high:
-/// 5 inches at .22, .4 of 6.24 x 6.02 inches, less where it is narrower.
+/// Pixel at the fractions x and y of width and height from the lower left of a square panel. The panel is 5 inches wide
+/// and starts at (0.22, 0.4) of 6.24 x 6.02 inches; a narrower panel occupies less.
 std::string place(double x, double y) {
   return fmt::format("p[int((6.02 - .4 - 5 * {}) / 6.02 * p.shape[0]), int((.22 + 5 * {}) / 6.24 * p.shape[1])]", y, x);
 }
@@ -123,32 +123,32 @@ void check_refused(const Folder& folder, const std::string& arguments, const std
 
 }  // namespace
 
-TEST_CASE("frames have one layout and one colour scale, and the field behind them, whichever they are") {
+TEST_CASE("plot: all frames have one layout, one colour scale and their field") {
   const RunFolder folder(plates);
   const Ended drawn = run_well(folder, "plot scene.h5 --frames 0,2:4:2");
   CHECK(drawn.out ==
         "scene-frame-0-potential.png shows frame 0 by potential\nscene-frame-2-potential.png shows frame 2 by "
         "potential\nscene-frame-4-potential.png shows frame 4 by potential\n");
   for (const std::string picture : {"scene-frame-0-potential.png", "scene-frame-4-potential.png"}) {
-    CHECK(seen(folder, picture, "p.shape[1]") == 1248);  // 6.24 inches, 200 points each
+    CHECK(seen(folder, picture, "p.shape[1]") == 1248);  // 6.24 inches at 200 points per inch.
     CHECK(seen(folder, picture, "p.shape[0]") == 1204);
-    // Positive is red and negative blue, near the plates darker: RdBu's ends are .40, .00, .12 and .02, .19, .38.
+    // Positive is red and negative is blue, darker near the plates. The ends of RdBu are 0.40, 0.00, 0.12 and 0.02,
+    // 0.19, 0.38.
     CHECK(seen(folder, picture, place(0.02, 0.9) + "[0]") == doctest::Approx(0.45).epsilon(0.2));
     CHECK(seen(folder, picture, place(0.02, 0.9) + "[2]") < 0.2);
     CHECK(seen(folder, picture, place(0.98, 0.9) + "[2]") == doctest::Approx(0.45).epsilon(0.2));
     CHECK(seen(folder, picture, place(0.98, 0.9) + "[0]") < 0.1);
   }
-  // A range goes from the first or to the last frame where it does not say, whatever its step.
+  // An open range starts at the first frame or ends at the last, for any step.
   CHECK(contains(run_well(folder, "plot scene.h5 --frames :1,5::2147483647 --colour speed").out,
                  "shows frame 5 by speed"));
   CHECK(fs::exists(folder / "scene-frame-0-speed.png"));
-  // The bar and its words, right of the panel, are the same.
+  // The colour bar and its labels, right of the panel, are the same.
   CHECK(seen(folder, "scene-frame-0-potential.png",
              "abs(p[200:, 1060:] - matplotlib.image.imread('scene-frame-4-potential.png')[200:, 1060:, :3]).max()") ==
         0);
-  // The picture that the run left has the field of its file, on the scene's own 32 cells; solved again on 256 it is the
-  // same but for those of the old around the sphere, a twentieth of the picture, which are off by a tenth of the
-  // colours at most.
+  // The run's picture shows the field of its file, on the scene's 32 cells. The field solved again on 256 cells differs
+  // only near the sphere, in 5 % of the picture, by at most 10 % of the colour range.
   run_well(folder, "run scene.toml --overwrite --quiet --set output.picture=true");
   run_well(folder, "plot scene.h5 --frames 4,5 --out solved.png");
   const auto difference = [&](const std::string& other) {
@@ -156,44 +156,48 @@ TEST_CASE("frames have one layout and one colour scale, and the field behind the
                 "abs(p[200:1000, 60:1000] - matplotlib.image.imread('" + other + "')[200:1000, 60:1000, :3]).mean()");
   };
   CHECK(difference("solved-5.png") < 0.005);
-  CHECK(difference("solved-4.png") > 0.005);  // where the sphere was elsewhere
+  CHECK(difference("solved-4.png") > 0.005);  // The sphere has another position there.
 }
 
-TEST_CASE("words and colours are those asked for, as PNG, PDF and SVG") {
+TEST_CASE("plot: text and colours follow the options in PNG, PDF and SVG") {
   const RunFolder folder(plates);
   run_well(folder, "plot scene.h5 --frame 1 --out a.svg --range=-20e3,5e3");
   const std::string words = text_of(folder / "a.svg");
   for (const std::string word : {"potential (kV)", "Plates", "t = 0.004 s, N = 1", "connected to an electrode", "1 mm"})
     CHECK_MESSAGE(contains(words, word), word);
   CHECK_FALSE(contains(words, "ground"));
-  CHECK_FALSE(contains(words, ">10<"));  // the bar ends at 5 kV
+  CHECK_FALSE(contains(words, ">10<"));  // The colour bar ends at 5 kV.
   CHECK(contains(words, "20<"));
   run_well(folder, "plot scene.h5 --out a.pdf");
   CHECK(text_of(folder / "a.pdf").starts_with("%PDF"));
-  // viridis ends in purple and yellow, .27, .00, .33 and .99, .91, .14.
+  // viridis ends in purple and yellow: 0.27, 0.00, 0.33 and 0.99, 0.91, 0.14.
   run_well(folder, "plot scene.h5 --cmap viridis --out viridis.png");
   CHECK(seen(folder, "viridis.png", place(0.01, 0.9) + "[1]") > 0.8);
   CHECK(seen(folder, "viridis.png", place(0.99, 0.9) + "[1]") < 0.1);
   for (const std::string colour : {"charge", "force", "cluster", "speed"}) {
     run_well(folder, "plot scene.h5 --colour " + colour);
-    CHECK(seen(folder, "scene-frame-5-" + colour + ".png", place(0.5, 0.8) + ".min()") == 1);  // no field behind them
+    // There is no field in the background.
+    CHECK(seen(folder, "scene-frame-5-" + colour + ".png", place(0.5, 0.8) + ".min()") == 1);
   }
 }
 
-TEST_CASE("where all is at 0 V a picture shows what the tree carries, and says so") {
+TEST_CASE("plot: with all conductors at 0 V it shows the currents of the tree") {
   const RunFolder folder(chain);
   CHECK(contains(run_well(folder, "plot scene.h5 --out chain.svg").out, "by current"));
   const std::string words = text_of(folder / "chain.svg");
   CHECK(contains(words, "100 % connected to the ground, all at 0 V"));
   CHECK(contains(words, "current carried to the ground (pA)"));
-  // Three conductors' currents pass through the lowest, one through the uppermost: viridis_r's ends.
+  // The lowest conductor carries three currents and the uppermost one: the two ends of viridis_r.
   run_well(folder, "plot scene.h5");
   CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 0.55e-3 / 8e-3) + "[1]") < 0.1);
   CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 2.65e-3 / 8e-3) + "[1]") > 0.8);
-  for (const std::string colour : {"order", "joined"}) run_well(folder, "plot scene.h5 --colour " + colour);
+  for (const std::string colour : {"strahler", "connection_time"}) run_well(folder, "plot scene.h5 --colour " + colour);
+  const Ended old = run_program(folder, "plot scene.h5 --colour joined --overwrite");
+  CHECK(old.status == 0);
+  CHECK(contains(old.err, "--colour joined is an old name: it is called connection_time now"));
 }
 
-TEST_CASE("nothing is replaced in silence") {
+TEST_CASE("plot and run: no existing file is replaced silently") {
   const RunFolder folder(plates);
   run_well(folder, "plot scene.h5");
   check_refused(folder, "plot scene.h5",
@@ -204,7 +208,7 @@ TEST_CASE("nothing is replaced in silence") {
   fs::create_symlink(folder / "scene.toml", folder / "link.png");
   check_refused(folder, "plot scene.h5 --out link.png --overwrite", "link.png is no plain file");
   CHECK(text_of(folder / "scene.toml") == plates);
-  // What a run leaves takes the place of nothing but its own.
+  // A run replaces only its own files.
   folder.write("other.toml", replaced(replaced(plates, "picture = false", ""), "time = 0.02", "time = 0.004"));
   folder.write("other.png", "mine");
   check_refused(folder, "run other.toml --quiet", "other.png exists, where the run writes its picture");
@@ -214,7 +218,7 @@ TEST_CASE("nothing is replaced in silence") {
   CHECK(text_of(folder / "other.png").starts_with("\x89PNG"));
 }
 
-TEST_CASE("what cannot be drawn is refused with a sentence") {
+TEST_CASE("plot: impossible requests are refused with an error message") {
   const RunFolder folder(plates);
   check_refused(folder, "plot scene.h5 --range 5,-5", "--range 5,-5 is reversed");
   check_refused(folder, "plot scene.h5 --range 5", "--range 5 is not valid: it must be two numbers");
@@ -251,12 +255,12 @@ TEST_CASE("what cannot be drawn is refused with a sentence") {
   CHECK(without.status == 2);
   CHECK(contains(without.err, "there is no ffmpeg, which makes films of pictures: install Debian's package ffmpeg"));
   CHECK(text_of(folder / "scene.mp4") == "mine");
-  // A folder that others own; root writes everywhere.
+  // Another user owns this folder; root can write everywhere.
   if (std::system("test $(id -u) != 0") == 0)
     check_refused(folder, "plot scene.h5 --out /proc/a.png", "cannot be written");
 }
 
-TEST_CASE("results with a colon or a leading dash in their names are drawn") {
+TEST_CASE("plot: file names with a colon or a leading dash are accepted") {
   const RunFolder folder(plates);
   REQUIRE(run_shell(folder, "cp scene.h5 a:b.h5; cp -- scene.h5 -c.h5").status == 0);
   for (const std::string name : {"a:b", "-c"}) {
@@ -272,7 +276,7 @@ TEST_CASE("results with a colon or a leading dash in their names are drawn") {
   CHECK(fs::file_size(folder / "-d:e.mp4") > 0);
 }
 
-TEST_CASE("a backend of matplotlib's environment that does not exist is no hindrance") {
+TEST_CASE("plot: an unknown MPLBACKEND in the environment is ignored") {
   const RunFolder folder(plates);
   for (const std::string command : {"plot scene.h5 --overwrite", "plot scene.h5 --series --overwrite"}) {
     const Ended ended = run_shell(folder, "MPLBACKEND=nonsense LICHTENBERG " + command);
@@ -281,7 +285,7 @@ TEST_CASE("a backend of matplotlib's environment that does not exist is no hindr
   }
 }
 
-TEST_CASE("an interrupted film leaves nothing behind, and no list of Python's calls") {
+TEST_CASE("film: an interrupted one leaves no file and prints no traceback") {
   const RunFolder folder(plates);
   folder.write(
       "ffmpeg",
@@ -294,13 +298,13 @@ TEST_CASE("an interrupted film leaves nothing behind, and no list of Python's ca
   CHECK(run_shell(folder, "ls | grep -c partial").out == "0\n");
 }
 
-TEST_CASE("a range of frames without ends goes over all") {
+TEST_CASE("plot: a range of frames without ends covers all frames") {
   const RunFolder folder(plates);
   CHECK(run_well(folder, "plot scene.h5 --frames ::5 --out a.png").out ==
         "a-0.png shows frame 0 by potential\na-5.png shows frame 5 by potential\n");
 }
 
-TEST_CASE("a film has each frame once, in the size that it was drawn in") {
+TEST_CASE("film: each frame appears once and in the size of the picture") {
   const RunFolder folder(plates);
   const Ended made = run_well(folder, "film scene.h5 --rate 10");
   CHECK(made.out == "scene.mp4 shows 6 frames by potential in 0.6 s\n");
@@ -308,8 +312,8 @@ TEST_CASE("a film has each frame once, in the size that it was drawn in") {
                                  "ffprobe -v error -count_frames -select_streams v -show_entries "
                                  "stream=width,height,nb_read_frames,pix_fmt -of csv=p=0 scene.mp4");
   REQUIRE(probed.status == 0);
-  CHECK(probed.out == "1060,1024,yuv420p,6\n");  // 6.24 x 6.02 inches, 170 points each, even
-  // What is red in the pictures is red in the film.
+  CHECK(probed.out == "1060,1024,yuv420p,6\n");  // 6.24 x 6.02 inches at 170 points per inch, rounded to even numbers.
+  // The film has the colours of the pictures.
   REQUIRE(run_shell(folder, "ffmpeg -v error -i scene.mp4 -frames:v 1 first.png").status == 0);
   CHECK(seen(folder, "first.png", place(0.02, 0.9) + "[0]") > 0.3);
   CHECK(seen(folder, "first.png", place(0.02, 0.9) + "[2]") < 0.25);
@@ -319,7 +323,7 @@ TEST_CASE("a film has each frame once, in the size that it was drawn in") {
             .out == "3\n");
 }
 
-TEST_CASE("curves over time, of two runs in the same axes and of an ensemble; runs beside each other") {
+TEST_CASE("plot: time series of several results, and results side by side") {
   const RunFolder folder(plates);
   fs::copy_file(folder / "scene.h5", folder / "twin.h5");
   run_well(folder, "plot scene.h5 --series --observables energy,charge_held --out curves.svg");
@@ -327,7 +331,7 @@ TEST_CASE("curves over time, of two runs in the same axes and of an ensemble; ru
   run_well(folder, "plot scene.h5 twin.h5 --series --out both.svg");
   CHECK(contains(text_of(folder / "both.svg"), "twin"));
   run_well(folder, "plot scene.h5 twin.h5");
-  // 2 panels of 4.2 inches, .35 between, .22 and 1.02 beside them.
+  // Two panels of 4.2 inches with 0.35 between them, and margins of 0.22 and 1.02.
   CHECK(seen(folder, "scene-beside-twin-frame-5-potential.png", "p.shape[1]") ==
         doctest::Approx(200 * 9.99).epsilon(1e-3));
 
@@ -343,7 +347,7 @@ TEST_CASE("curves over time, of two runs in the same axes and of an ensemble; ru
   check_refused(folder, "plot many/absent.json", "there is no many/absent.json");
 }
 
-TEST_CASE("spheres in space hide each other, and a cut takes away what is before it") {
+TEST_CASE("plot: spheres in space hide each other, and a cut removes the front") {
   const RunFolder folder(R"(
 [domain]
 size = [10.0, 10.0, 10.0]
@@ -365,7 +369,7 @@ stationary = false
   run_well(folder, "plot scene.h5 --frame 0 --colour speed");
   run_well(folder, "plot scene.h5 --frame 0 --colour speed --cut z=5");
   const std::string both = "scene-frame-0-speed.png", cut = "scene-frame-0-speed-cut-z-5.png";
-  // The sphere that moves is purple, one end of the map; the one at rest, which hides it, is pale.
+  // The moving sphere is purple, one end of the colour map. The sphere at rest in front of it is pale.
   const std::string purple = "(p[..., 2] > p[..., 1] + .08)[:, :1000].sum()";
   CHECK(seen(folder, cut, purple) > 3000);
   CHECK(seen(folder, both, purple) == 0);

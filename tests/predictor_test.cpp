@@ -1,4 +1,4 @@
-// Forces between field solves predicted on a coarser grid (src/mechanics/README.md).
+// Tests of forces predicted on a coarser grid between field solves (src/mechanics/README.md).
 #include <doctest/doctest.h>
 
 #include "src/effects/field_choice.hpp"
@@ -14,7 +14,7 @@ using namespace lichtenberg::steel_spheres;
 
 namespace {
 
-/// A crowd in a box so small that a radius is ten cells, and two and a half of the predictor's.
+/// Dense scene in a box so small that a radius is ten cells of the field and 2.5 cells of the predictor.
 Scene resolved_crowd() {
   Scene scene = crowd();
   scene.domain.size = {0.02, 0.02};
@@ -26,14 +26,14 @@ Scene resolved_crowd() {
 
 }  // namespace
 
-TEST_CASE("the predictor's grid is the field's, halved while a radius has two cells, or there is none") {
+TEST_CASE("predictor grid: the field's, halved while a radius has two cells") {
   Scene scene = resolved_crowd();
   CHECK(effects::predictor_cells(scene) == 64);
   scene.field().cells = 512;
   CHECK(effects::predictor_cells(scene) == 64);
-  scene.field().cells = 128;  // half as many are not worth a second field
+  scene.field().cells = 128;  // Half as many cells do not justify a second field.
   CHECK(effects::predictor_cells(scene) == 0);
-  scene.field().cells = 250;  // 125, and then no whole cells
+  scene.field().cells = 250;  // 125 cells, which cannot be halved.
   CHECK(effects::predictor_cells(scene) == 0);
   for (const auto& change : std::initializer_list<void (*)(Scene&)>{
            [](Scene& s) { s.mechanics.predictor = false; },
@@ -47,8 +47,8 @@ TEST_CASE("the predictor's grid is the field's, halved while a radius has two ce
   }
 }
 
-TEST_CASE("the predictor takes the place of most field solves and leaves trajectories as exact") {
-  const double until = 0.3;  // some contacts; later small errors grow by them
+TEST_CASE("predictor: it replaces most field solves at the same accuracy") {
+  const double until = 0.3;  // Some contacts occur by then; later they amplify small errors.
   const auto run = [&](bool predictor, double tolerance) {
     Scene scene = resolved_crowd();
     scene.mechanics.predictor = predictor;
@@ -61,19 +61,20 @@ TEST_CASE("the predictor takes the place of most field solves and leaves traject
   const auto [without, plain] = run(false, 1);
   const auto [with, few] = run(true, 1);
   CHECK(few.predictions > 0);
-  CHECK(few.corrections + few.rejected_corrections + 1 == few.field_solves);  // and the first instant
+  CHECK(few.corrections + few.rejected_corrections + 1 == few.field_solves);  // The first instant is one solve.
   CHECK(2 * few.field_solves < plain.field_solves);
   CHECK(plain.predictions == 0);
   CHECK(few.contacts_made == many.contacts_made);
-  // The tolerance is per step, and there are some tens of steps: a factor 10 is allowed, as without the predictor.
+  // The tolerance holds per step, and there are some tens of steps: the bound has a factor of 10, as without the
+  // predictor.
   CHECK(largest_distance(without, exact) < 10e-3 * radius);
   CHECK(largest_distance(with, exact) < 10e-3 * radius);
 }
 
-TEST_CASE("what predictions were wrong by until a field solve is made up for") {
+TEST_CASE("predictor: errors since the last field solve are corrected") {
   const auto run = [&](bool predictor, double tolerance) {
     Scene scene = resolved_crowd();
-    scene.effects.remove<effects::ContactDischargeOptions>();  // forces do not jump
+    scene.effects.remove<effects::ContactDischargeOptions>();  // Without contacts the forces do not jump.
     scene.mechanics.predictor = predictor;
     scene.mechanics.position_tolerance *= tolerance;
     Simulation simulation(scene);
@@ -82,12 +83,12 @@ TEST_CASE("what predictions were wrong by until a field solve is made up for") {
   };
   const auto [exact, many] = run(false, 0.02);
   const auto [with, few] = run(true, 1);
-  // Each time they were wrong by up to two tolerances, of 1e-3 radius. What is made up for grew like no known power of
-  // time: if it was there from the start, or came at the end, half of it is missed or too much.
+  // Each prediction had an error of up to two tolerances of 1e-3 radius. The corrected error grows by an unknown power
+  // of time. If it exists from the start or arises at the end, the correction misses or exceeds half of it.
   CHECK(largest_distance(with, exact) < static_cast<double>(few.corrections) * 1e-3 * radius);
 }
 
-TEST_CASE("a prediction's correction fades with the force that it has corrected, and never grows") {
+TEST_CASE("predictor: a correction decreases with its force and never grows") {
   const Scene scene = conductor_scene({{0.04, 0.05}, {0.06, 0.05}});
   std::vector<Vec2> coarse{{3e-7, 4e-7}, {0, 0}};  // N
   const std::vector<Vec2> wrong_by{{1e-8, -2e-8}, {3e-8, 0}}, fine{coarse[0] + wrong_by[0], coarse[1] + wrong_by[1]};
@@ -102,15 +103,15 @@ TEST_CASE("a prediction's correction fades with the force that it has corrected,
     coarse[body] = force;
     return plane(field.predict(bodies, groups, charges).force[body]) - force;
   };
-  const auto is = [](Vec2 found, Vec2 expected) { return norm(found - expected) < 1e-6 * 1e-8; };  // rounding
+  const auto is = [](Vec2 found, Vec2 expected) { return norm(found - expected) < 1e-6 * 1e-8; };  // Rounding.
   CHECK(is(added(0, {3e-7, 4e-7}), wrong_by[0]));
-  CHECK(is(added(0, {-2e-7, 1.5e-7}), 0.5 * wrong_by[0]));  // half as large, whichever way it points
+  CHECK(is(added(0, {-2e-7, 1.5e-7}), 0.5 * wrong_by[0]));  // The force is half as large, in any direction.
   CHECK(is(added(0, {9e-7, 12e-7}), wrong_by[0]));
   CHECK(is(added(0, {0, 0}), {0, 0}));
-  CHECK(is(added(1, {1e-7, 0}), wrong_by[1]));  // nothing was corrected that could have fallen
+  CHECK(is(added(1, {1e-7, 0}), wrong_by[1]));  // This body had no force whose decrease could be measured.
 }
 
-TEST_CASE("a prediction that fails leaves nothing behind: charge is balanced to rounding") {
+TEST_CASE("predictor: a rejected prediction leaves charges balanced to rounding") {
   Scene scene = resolved_crowd();
   scene.mechanics.position_tolerance *= 0.1;
   Simulation simulation(scene);
@@ -123,7 +124,7 @@ TEST_CASE("a prediction that fails leaves nothing behind: charge is balanced to 
   CHECK(frame.charge_fed == doctest::Approx(12 * 0.2e-9 * 0.1).epsilon(1e-12));
 }
 
-TEST_CASE("a simulation with a predictor is restored bit for bit") {
+TEST_CASE("predictor: a restored run has identical bits") {
   const double every = 0.03;
   Simulation whole(resolved_crowd());
   std::vector<Checkpoint> checkpoints;
@@ -141,12 +142,13 @@ TEST_CASE("a simulation with a predictor is restored bit for bit") {
   }
 }
 
-TEST_CASE("what a field solve of a moving scene is wrong by displaces no body by two tenths of a tolerance") {
+TEST_CASE("moving tolerance: solver errors displace bodies by below 0.2 tolerances") {
   const double until = 0.3, every = 0.01;
   const Scene scene = resolved_crowd();
   Simulation without_frames(scene), simulation(scene);
   without_frames.advance_to(until);
-  const double between_solves = until / static_cast<double>(without_frames.counters().corrections);  // s, mean
+  // Mean time between solves (s).
+  const double between_solves = until / static_cast<double>(without_frames.counters().corrections);
   std::vector<ConductorFrame> path;
   for (double time = every; time < until; time += every) {
     simulation.advance_to(time);
@@ -177,10 +179,10 @@ TEST_CASE("what a field solve of a moving scene is wrong by displaces no body by
   const double usual = effects::usual_moving_tolerance(scene), bound = 0.2 * scene.mechanics.position_tolerance;
   CHECK(usual == doctest::Approx(1e-4));
   CHECK(largest_displacement(usual) < bound);
-  CHECK(largest_displacement(10 * usual) > bound);  // so the bound is near what happens
+  CHECK(largest_displacement(10 * usual) > bound);  // The bound is close to the actual errors.
 }
 
-TEST_CASE("the moving tolerance follows the position tolerance where that is what bounds the motion's error") {
+TEST_CASE("moving tolerance: it follows the position tolerance if that limits") {
   Scene scene = resolved_crowd();
   const auto usual = [&](double radii) {
     scene.mechanics.position_tolerance = radii * radius;
@@ -188,7 +190,7 @@ TEST_CASE("the moving tolerance follows the position tolerance where that is wha
   };
   CHECK(usual(1e-3) == doctest::Approx(1e-4));
   CHECK(usual(5e-4) == doctest::Approx(2.5e-5));
-  CHECK(usual(2.5e-4) == 1e-5);  // the links are wrong by as much
+  CHECK(usual(2.5e-4) == 1e-5);  // The links have an error of this size.
   CHECK(usual(4e-3) == 1e-4);
   for (const auto& change : std::initializer_list<void (*)(Scene&)>{
            [](Scene& s) { s.mechanics.coupling = FieldCoupling::monolithic; },

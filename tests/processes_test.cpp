@@ -1,4 +1,4 @@
-// The program itself, alone and started by mpirun.
+// Tests of the program on one process and started by mpirun.
 #include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>
@@ -41,7 +41,7 @@ const std::string scene = R"(
 )";
 const std::string assembled = "linear_solver = \"assembled\"\n";
 
-/// Runs a command of the shell in a folder of its own with scene.toml.
+/// Runs a shell command in a temporary folder with scene.toml.
 Ended run(const std::string& command, const std::string& text, bool (*look)(const Folder&) = nullptr) {
   const Folder folder;
   folder.write("scene.toml", text);
@@ -58,7 +58,7 @@ std::size_t count(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("two processes print one answer, that of one process") {
+TEST_CASE("two processes: they print one answer, that of one process") {
   const Ended alone = run("LICHTENBERG solve scene.toml --json", scene + assembled);
   const Ended two = run("mpirun -n 2 LICHTENBERG solve scene.toml --json --capacitance", scene + assembled);
   INFO(two.err);
@@ -71,7 +71,7 @@ TEST_CASE("two processes print one answer, that of one process") {
   CHECK(a["unknowns"] == b["unknowns"]);
 }
 
-TEST_CASE("two processes run a scene in time and write one file") {
+TEST_CASE("two processes: a run writes one file") {
   const auto has_result = [](const Folder& folder) { return exists(folder / "scene.h5"); };
   const Ended result = run("mpirun -n 2 LICHTENBERG run scene.toml", scene + assembled, has_result);
   INFO(result.err);
@@ -79,7 +79,7 @@ TEST_CASE("two processes run a scene in time and write one file") {
   CHECK(count(result.out, "energy") == 1);
 }
 
-TEST_CASE("what runs on one process only says so, before a file is made") {
+TEST_CASE("single-process features: they are refused before a file is made") {
   const auto no_file = [](const Folder& folder) { return !exists(folder / "scene.h5"); };
   const Ended multigrid = run("mpirun -n 2 LICHTENBERG run scene.toml", scene, no_file);
   CHECK(multigrid.status == 2);
@@ -87,15 +87,15 @@ TEST_CASE("what runs on one process only says so, before a file is made") {
   CHECK(count(multigrid.err, "field.linear_solver = \"multigrid\" runs on one process") == 1);
 }
 
-TEST_CASE("an error that all processes have is told once") {
+TEST_CASE("two processes: an error of all processes is printed once") {
   const Ended result = run("mpirun -n 2 LICHTENBERG solve scene.toml --petsc -field_ksp_max_it 1", scene + assembled);
   CHECK(result.status == 1);
   CHECK(count(result.err, "lichtenberg") == 1);
   CHECK(count(result.err, "no convergence after 1 iterations") == 1);
 }
 
-// Which else would wait for it for ever: five minutes are more than any machine needs.
-TEST_CASE("an error on one process ends the others") {
+// Without this the remaining process would wait endlessly; five minutes are ample.
+TEST_CASE("two processes: an error on one process ends the others") {
   const std::string program = "LICHTENBERG solve scene.toml --petsc -field_mat_type ";
   const std::string two = "timeout -k 10 300 mpirun -n 1 " + program;
   const Ended first = run(two + "nonsense : -n 1 " + program + "aij", scene + assembled);
@@ -106,7 +106,7 @@ TEST_CASE("an error on one process ends the others") {
   CHECK(count(second.err, "lichtenberg, process 1: PETSc: ") == 1);
 }
 
-TEST_CASE("a misspelt option is refused, one for nobody is remarked") {
+TEST_CASE("PETSc options: a misspelt one is refused, an unused one gives a warning") {
   const Ended misspelt = run("LICHTENBERG solve scene.toml --petsc -field_pc_tpye jacobi", scene + assembled);
   CHECK(misspelt.status == 2);
   CHECK(count(misspelt.err, "-field_pc_tpye") == 1);

@@ -8,7 +8,7 @@
 
 #include "tests/folder.hpp"
 
-/// The built program as a user meets it. For tests that CMakeLists.txt gives LICHTENBERG_BINARY to.
+/// The built program as called by a user. For tests that CMakeLists.txt gives LICHTENBERG_BINARY to.
 namespace lichtenberg {
 
 struct Ended {
@@ -16,8 +16,8 @@ struct Ended {
   std::string out, err;
 };
 
-/// Runs a command of the shell in the folder, LICHTENBERG in it standing for the program. Its output is left in the
-/// files out and err there; what the command sends elsewhere itself is not read back.
+/// Runs a shell command in the folder with LICHTENBERG replaced by the program. The files out and err there contain its
+/// output; output that the command redirects is not read back.
 inline Ended run_shell(const Folder& folder, std::string command) {
   for (std::size_t at; (at = command.find("LICHTENBERG")) != std::string::npos;)
     command.replace(at, 11, "'" LICHTENBERG_BINARY "'");

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint64_t all_ones = ~0ull;
 
-/// Means of the first four powers of n numbers, each the first of its own key or all of one.
+/// Means of the first four powers of n numbers, each the first number of its own key, or all from one key.
 using Moments = std::array<double, 4>;
 template <class Draw>
 Moments moments(int n, const Draw& draw) {
@@ -30,14 +30,14 @@ Moments moments(int n, const Draw& draw) {
   return sum;
 }
 
-/// Five standard deviations of a mean of n: once in two million seeds, and the seed is fixed.
+/// Five standard deviations of a mean of n: exceeded once in two million seeds, and the seed is fixed.
 double five_sigma(double variance, int n) { return 5 * std::sqrt(variance / n); }
 
 }  // namespace
 
-TEST_CASE("the words are Philox's: known answers of Random123 for 4x64 with ten rounds") {
-  // Counter (i, j, count, n) and key (seed, purpose). n counts blocks, so a stream shows answers for counters that end
-  // in 0; those that do not are asked of the generator that it calls.
+TEST_CASE("words: known answers of Random123's Philox 4x64 with ten rounds") {
+  // The counter is (i, j, count, n) and the key (seed, purpose). n counts blocks, so a stream gives the answers for
+  // counters that end in 0. The generator itself gives the others.
   Random zeros(RandomKey{});
   for (const std::uint64_t word :
        {0x16554d9eca36314cull, 0xdb20fe9d672d0fdcull, 0xd7e772cee186176bull, 0x7e68b68aec7ba23bull})
@@ -51,13 +51,13 @@ TEST_CASE("the words are Philox's: known answers of Random123 for 4x64 with ten 
   CHECK(pi[3] == 0x57bd43b5e52b7fe6);
 }
 
-TEST_CASE("the sequence of a key goes through counters (i, j, count, 0), (i, j, count, 1), ...") {
+TEST_CASE("sequence of a key: counters (i, j, count, 0), (i, j, count, 1), ...") {
   Random random({7, RandomPurpose::exchange, 11, 13, 17});
   for (std::uint64_t n = 0; n < 3; ++n)
     for (const std::uint64_t word : r123::Philox4x64()({{11, 13, 17, n}}, {{7, 2}})) CHECK(random.word() == word);
 }
 
-TEST_CASE("numbers of a key do not depend on what else is drawn") {
+TEST_CASE("numbers of a key: they do not depend on other draws") {
   const RandomKey key{1, RandomPurpose::gas, 5, 0, 3};
   Random alone(key), among(key), other({2, RandomPurpose::gas, 5, 0, 3});
   for (int k = 0; k < 10; ++k) {
@@ -66,7 +66,7 @@ TEST_CASE("numbers of a key do not depend on what else is drawn") {
   }
 }
 
-TEST_CASE("each part of a key makes another sequence") {
+TEST_CASE("key: each part makes another sequence") {
   std::vector<std::uint64_t> first;
   for (const RandomKey& key : {RandomKey{},
                                {.seed = 1},
@@ -81,7 +81,7 @@ TEST_CASE("each part of a key makes another sequence") {
   CHECK(std::ranges::adjacent_find(first) == first.end());
 }
 
-TEST_CASE("uniform numbers have the moments of (0, 1), along a sequence and across keys") {
+TEST_CASE("uniform numbers: moments along a sequence and across keys") {
   const int n = 200000;
   Random random({1, RandomPurpose::population});
   const auto along = [&](int) { return random.uniform(); };
@@ -91,11 +91,11 @@ TEST_CASE("uniform numbers have the moments of (0, 1), along a sequence and acro
         .uniform();
   };
   for (const Moments& found : {moments(n, along), moments(n, across)})
-    for (int p = 1; p <= 4; ++p)  // <x^p> = 1/(p+1), its variance 1/(2p+1) - 1/(p+1)^2
+    for (int p = 1; p <= 4; ++p)  // <x^p> = 1/(p+1), with the variance 1/(2p+1) - 1/(p+1)^2.
       CHECK(std::abs(found[p - 1] - 1.0 / (p + 1)) < five_sigma(1.0 / (2 * p + 1) - 1.0 / ((p + 1) * (p + 1)), n));
 }
 
-TEST_CASE("uniform numbers of neighbouring keys are not correlated") {
+TEST_CASE("uniform numbers: neighbouring keys are uncorrelated") {
   const int n = 200000;
   double sum = 0;
   for (int k = 0; k < n; ++k) {
@@ -103,11 +103,11 @@ TEST_CASE("uniform numbers of neighbouring keys are not correlated") {
     sum +=
         (Random({1, RandomPurpose::gas, i}).uniform() - 0.5) * (Random({1, RandomPurpose::gas, i + 1}).uniform() - 0.5);
   }
-  CHECK(std::abs(sum / n) < five_sigma(1.0 / 144, n));  // the product of two independent variances 1/12
+  CHECK(std::abs(sum / n) < five_sigma(1.0 / 144, n));  // The product of two independent variances of 1/12.
 }
 
-TEST_CASE("the ends of (0, 1) are out of reach, and an interval keeps its own") {
-  // The smallest and the largest number that a word can make.
+TEST_CASE("uniform numbers: they exclude the ends of (0, 1) and of intervals") {
+  // The smallest and the largest number that a word can give.
   CHECK((static_cast<double>(all_ones >> 12) + 0.5) * 0x1p-52 < 1);
   Random random({3});
   double least = 1, most = 0;
@@ -115,14 +115,14 @@ TEST_CASE("the ends of (0, 1) are out of reach, and an interval keeps its own") 
     const double x = random.uniform(-2, 3);
     least = std::min(least, x), most = std::max(most, x);
   }
-  // Nothing within .01 of an end has a probability of (1 - .002)^10000 = 2e-9.
+  // No number within 0.01 of an end has a probability of (1 - 0.002)^10000 = 2e-9.
   CHECK(least > -2);
   CHECK(least < -1.99);
   CHECK(most > 2.99);
   CHECK(most < 3);
 }
 
-TEST_CASE("normal numbers have a Gaussian's moments and distribution") {
+TEST_CASE("normal numbers: a Gaussian's moments and distribution") {
   const int n = 200000;
   Random random({1, RandomPurpose::gas});
   double beyond[3] = {};
@@ -142,7 +142,7 @@ TEST_CASE("normal numbers have a Gaussian's moments and distribution") {
   }
 }
 
-TEST_CASE("signs are fair, in a row and from pair to pair") {
+TEST_CASE("signs: fair along a sequence and across pairs") {
   const int n = 200000;
   Random random({1, RandomPurpose::exchange});
   double sum = 0, repeats = 0, before = 1;
@@ -155,9 +155,9 @@ TEST_CASE("signs are fair, in a row and from pair to pair") {
   CHECK(std::abs(repeats / n) < five_sigma(1, n));
 }
 
-TEST_CASE("charges have the density exp(-|q|^z) and its variance") {
+TEST_CASE("charges: density exp(-|q|^z) and its variance") {
   const int n = 200000;
-  // z = 200 is nearly uniform in (-1, 1), and |q|^z is below all numbers for small q.
+  // z = 200 is nearly uniform in (-1, 1), and |q|^z underflows for small q.
   for (const double z : {0.5, 1.0, 2.0, 8.0, 20.0, 200.0}) {
     Random random({1, RandomPurpose::population});
     double within = 0;
@@ -172,7 +172,7 @@ TEST_CASE("charges have the density exp(-|q|^z) and its variance") {
     const double norm = std::tgamma(1 / z), variance = std::tgamma(3 / z) / norm, fourth = std::tgamma(5 / z) / norm;
     CHECK(std::abs(found[0]) < five_sigma(variance, n));
     CHECK(std::abs(found[1] - variance) < five_sigma(fourth - variance * variance, n));
-    // The probability of |q| < .1 by the midpoints of a thousand intervals, of sqrt(q), for the density may have a
+    // Probability of |q| < 0.1 by the midpoint rule with 1000 intervals of sqrt(q), because the density may have a
     // cusp.
     double probability = 0;
     for (int k = 0; k < 1000; ++k) {

@@ -1,4 +1,4 @@
-// Commands that read results in a child process: how each end of the child becomes the end of the command.
+// Tests of commands that read results in a child process: each end of the child determines the end of the command.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::array crashes = {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL};
 
-/// Ends this process by the signal, without a core file or the words of the test's own handlers.
+/// Ends this process by the signal, without a core file or output of the test's own handlers.
 void end_by(int number) {
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
@@ -35,11 +35,11 @@ void end_by(int number) {
 }
 
 struct Ended {
-  int status = 0;  ///< as of waitpid
+  int status = 0;  ///< As of waitpid.
   std::string err;
 };
 
-/// A process that does `read` in a child, as a command does that reads two files.
+/// Process that executes `read` in a child, as a command with two input files does.
 Ended command(const std::function<void()>& read) {
   const Folder folder;
   std::fflush(nullptr);
@@ -59,7 +59,7 @@ Ended command(const std::function<void()>& read) {
 
 }  // namespace
 
-TEST_CASE("read_in_child: a crash that no file causes is one sentence, status 1") {
+TEST_CASE("read_in_child: a crash that no file causes is one message, status 1") {
   for (const int number : crashes) {
     CAPTURE(number);
     const Ended ended = command([=] { end_by(number); });
@@ -87,7 +87,7 @@ TEST_CASE("read_in_child: other ends of the reader are the command's own") {
   }
 }
 
-TEST_CASE("try_reading: a crash is an error in the input, an exception is left to the caller") {
+TEST_CASE("try_reading: a crash is an input error, an exception reaches the caller") {
   for (const int number : crashes) {
     CAPTURE(number);
     CHECK_THROWS_WITH_AS(try_reading("a.h5", [=] { end_by(number); }),

@@ -1,4 +1,5 @@
-// Results of many frames that are killed while they are written, read, written by several, and changed by others.
+// Tests of results of many frames that are killed during writes, read, written by several processes, or changed by
+// others.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -21,7 +22,7 @@ using namespace lichtenberg::many_frames;
 
 namespace {
 
-/// Of a result that is as it should be.
+/// Number of frames of an intact result.
 int frames_of_whole(const std::string& path) {
   const Numbers found = numbers(path);
   const int frames = static_cast<int>(found.at("mark")[0]);
@@ -31,15 +32,15 @@ int frames_of_whole(const std::string& path) {
 
 }  // namespace
 
-// A child saves, makes segments and puts them together, and is killed before one of the changes of the disk by which it
-// does: before every seventh of them.
-TEST_CASE("killed at any moment the result so far is readable, and the resumed run ends with the same numbers") {
+// A child saves, makes segments and merges them. It is killed before one of its changes of the disk, for every seventh
+// change.
+TEST_CASE("kill: the result is readable, and the resumed run has the same numbers") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   disk_calls::done() = 0;
   REQUIRE_EQ(status_of(in_child([&] { run(path, 30, true); })), 0);
   const long calls = disk_calls::done();
-  std::vector<int> left;  // frames in the result, after each kill
+  std::vector<int> left;  // Frames in the result after each kill.
   for (long call = 0; call < calls; call += 7) {
     fs::remove_all(segments_folder(path));
     fs::remove(path);
@@ -49,20 +50,20 @@ TEST_CASE("killed at any moment the result so far is readable, and the resumed r
     });
     CHECK_EQ(status_of(child), 128 + SIGKILL);
     left.push_back(fs::exists(path) ? frames_of_whole(path) : 0);
-    if (call % 3 != 0) continue;  // resuming takes longer than all else
+    if (call % 3 != 0) continue;  // Resuming takes most of the time.
     Recorder recorder = fs::exists(path) ? Recorder::resume(path, some_scene(), few) : start(path);
     add_until(recorder, 30);
     recorder.save(milestone(30, true));
     CHECK(numbers(path) == expected(30));
     CHECK_FALSE(fs::exists(segments_folder(path)));
   }
-  CHECK(std::ranges::is_sorted(left));  // what is saved stays
+  CHECK(std::ranges::is_sorted(left));  // Saved frames remain.
   CHECK_EQ(left.front(), 0);
   CHECK_EQ(left.back(), 30);
-  CHECK_GT(std::set(left.begin(), left.end()).size(), 6);  // of 12: ten saves on the way
+  CHECK_GT(std::set(left.begin(), left.end()).size(), 6);  // 12 values, of which ten are saves before the end.
 }
 
-TEST_CASE("a second writer is refused at once and told who the first is") {
+TEST_CASE("lock: a second writer is refused and the first one is named") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   std::optional<Recorder> first = start(path);
@@ -81,7 +82,7 @@ TEST_CASE("a second writer is refused at once and told who the first is") {
   CHECK(message_of([&] { Recorder::resume(path, some_scene()); }) == "");
 }
 
-TEST_CASE("a process that is killed locks nobody out") {
+TEST_CASE("lock: a killed process leaves no lock") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   const pid_t child = in_child([&] {
@@ -97,8 +98,8 @@ TEST_CASE("a process that is killed locks nobody out") {
   CHECK_EQ(Recorder::resume(path, some_scene()).frames(), 1);
 }
 
-// All of them at once, over and over: of those that got the lock none may have met another.
-TEST_CASE("of many that want to write at the same time, one at a time does") {
+// All processes compete repeatedly; no two may have the lock at the same time.
+TEST_CASE("lock: of many concurrent writers one has the lock at a time") {
   const Folder folder;
   const std::string path = folder / "run.h5", inside = folder / "inside";
   std::vector<pid_t> children;
@@ -114,7 +115,7 @@ TEST_CASE("of many that want to write at the same time, one at a time does") {
   for (const pid_t child : children) CHECK_EQ(status_of(child), 0);
 }
 
-TEST_CASE("who reads while a run writes sees a complete state and disturbs nothing") {
+TEST_CASE("reader: during writes it sees a complete state and disturbs none") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 3, false);
@@ -132,7 +133,7 @@ TEST_CASE("who reads while a run writes sees a complete state and disturbs nothi
   CHECK_EQ(status_of(reader), 0);
 }
 
-TEST_CASE("h5py may hold a result open, with HDF5's lock on it, while its run goes on") {
+TEST_CASE("h5py: a file that it has open and locked does not stop the run") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 10, false);
@@ -157,8 +158,8 @@ assert (file["observables/energy/value"][()] == before).all() and len(before) ==
   CHECK(numbers(path) == expected(20));
 }
 
-// Of every file of a result a bit is flipped, anywhere: what is read then is either refused or what was written.
-TEST_CASE("a flipped bit is refused in a sentence or changes nothing") {
+// A random bit of every file of a result is flipped. The file is then refused or has its original numbers.
+TEST_CASE("flipped bit: the file is refused or has the same numbers") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   std::mt19937 random(7);
@@ -167,7 +168,7 @@ TEST_CASE("a flipped bit is refused in a sentence or changes nothing") {
     const std::string whole = text_of(file);
     for (int trial = 0; trial < times; ++trial) {
       std::string flipped = whole;
-      // one in ten of the bits in the seal at the end
+      // 10 % of the bits are in the seal at the end.
       const std::size_t from = trial % 10 == 0 ? whole.size() - 24 : 0;
       flipped[std::uniform_int_distribution<std::size_t>(from, whole.size() - 1)(random)] ^= 1 << (random() % 8);
       std::ofstream(file, std::ios::binary) << flipped;
@@ -192,7 +193,7 @@ TEST_CASE("a flipped bit is refused in a sentence or changes nothing") {
   MESSAGE(refused, " refused, ", harmless, " harmless");
 }
 
-TEST_CASE("a result that another program has changed can be read, and not resumed") {
+TEST_CASE("changed result: it can be read but not resumed") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 3, false);

@@ -1,4 +1,4 @@
-// Files that stand where a run writes, and result files whose bytes are made to mislead a reader.
+// Tests of files that obstruct a run's output, and of result files whose bytes mislead a reader.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -24,7 +24,7 @@ const std::string diary = "my diary";
 
 std::string file_name_of_partial(const std::string& path) { return fmt::format("{}.partial-{}", path, getpid()); }
 
-/// Changes a result by h5py, and gives it the checksum of its new bytes.
+/// Changes a result by h5py and gives it the checksum of its new bytes.
 void change(const Folder& folder, const std::string& lines) {
   REQUIRE(python(folder, "import h5py, numpy, struct, zlib\nwith h5py.File('run.h5', 'r+') as f:\n  " + lines +
                              "\nb = open('run.h5', 'rb').read()\nopen('run.h5', 'ab').write("
@@ -33,7 +33,7 @@ void change(const Folder& folder, const std::string& lines) {
 
 }  // namespace
 
-TEST_CASE("a lock: a link, another's file or a pipe of its name stays") {
+TEST_CASE("lock: a link, another's file or a pipe of its name stays") {
   const Folder folder;
   folder.write("diary", diary);
   const fs::path lock = folder / "run.h5.lock";
@@ -62,7 +62,7 @@ TEST_CASE("a lock: a link, another's file or a pipe of its name stays") {
   CHECK(WriterLock::if_free(folder / "run.h5").has_value());
 }
 
-TEST_CASE("a new file: what a link of its partial name leads to stays") {
+TEST_CASE("new file: the target of a link with its partial name stays") {
   const Folder folder;
   folder.write("diary", diary);
   const std::string path = folder / "out", bytes = "whole";
@@ -76,7 +76,7 @@ TEST_CASE("a new file: what a link of its partial name leads to stays") {
   CHECK_FALSE(fs::exists(folder / "nowhere"));
 }
 
-TEST_CASE("partial files of killed processes go, and others' files of like names stay") {
+TEST_CASE("partial files: those of killed processes go, others stay") {
   const Folder folder;
   for (const char* name : {"run.h5.partial-17", "run.h5.partial-", "run.h5.partial-notes", "run.h5.partial-17b"})
     folder.write(name, diary);
@@ -87,7 +87,7 @@ TEST_CASE("partial files of killed processes go, and others' files of like names
     CHECK(fs::exists(folder / name));
 }
 
-TEST_CASE("segments: a folder that is a link is refused, and nothing behind it is removed") {
+TEST_CASE("segments: a folder that is a link is refused and its target stays") {
   const Folder folder, other;
   other.write("segment-000000.h5", diary);
   const std::string path = folder / "run.h5";
@@ -113,7 +113,7 @@ TEST_CASE("segments: files of other names in their folder stay") {
     CHECK_FALSE(fs::exists(fs::path(segments_folder(path)) / name));
 }
 
-TEST_CASE("a checksum's mark: damage and a missing end are refused") {
+TEST_CASE("checksum: damage and a missing end are refused") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 3, false);
@@ -131,10 +131,10 @@ TEST_CASE("a checksum's mark: damage and a missing end are refused") {
   CHECK(contains(sentence_of(whole.substr(0, whole.size() - 1)), "the checksum at its end is damaged"));
   CHECK(contains(sentence_of(whole + "x"), "the checksum at its end is damaged"));
   CHECK(contains(sentence_of(whole.substr(0, whole.size() - footer - 1)), "its end is missing"));
-  CHECK(sentence_of(whole.substr(0, whole.size() - footer)).empty());  // as another program leaves it
+  CHECK(sentence_of(whole.substr(0, whole.size() - footer)).empty());  // Another program leaves the file in this state.
 }
 
-// Each of these led HDF5 to write behind the variable that it was given, or asked for more memory than there is.
+// Each of these files made HDF5 write beyond the given variable or request more memory than available.
 TEST_CASE("hostile files: types and lengths are checked before HDF5 reads") {
   const Folder folder;
   const std::string path = folder / "run.h5";
@@ -156,7 +156,7 @@ TEST_CASE("hostile files: types and lengths are checked before HDF5 reads") {
   }
 }
 
-TEST_CASE("damaged files: a radius of 0 or NaN is refused, and so are more numbers than are stored") {
+TEST_CASE("damaged files: a radius of 0 or NaN and excess numbers are refused") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   for (const std::string radius : {"0", "-1e-3", "numpy.nan"}) {
@@ -176,8 +176,8 @@ TEST_CASE("damaged files: a radius of 0 or NaN is refused, and so are more numbe
                                    source_folder())) == 0);
 }
 
-// HDF5 goes on forever where free space of a heap has the length 0.
-TEST_CASE("hostile files: a heap of texts whose free space has no length is refused") {
+// HDF5 loops endlessly if the free space of a heap has the length 0.
+TEST_CASE("hostile files: a text heap with free space of length 0 is refused") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 3, false);

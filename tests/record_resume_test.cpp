@@ -1,5 +1,4 @@
-// Result files that are gone on with, and that neither a kill, a full disk nor a damaged file costs more than one
-// sentence.
+// Tests of resumed result files after kills, full disks and damage.
 #include <doctest/doctest.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -28,7 +27,7 @@ using namespace lichtenberg::recorded_pair;
 
 namespace {
 
-/// Exit status of a child process that runs the action: 99 if it throws, 128 and the signal's number if it crashes.
+/// Exit status of a child process that runs the action: 99 if it throws, 128 plus the signal's number if it crashes.
 int in_child(const std::function<int()>& action) {
   const pid_t child = fork();
   if (child == 0) {
@@ -44,7 +43,7 @@ int in_child(const std::function<int()>& action) {
 
 }  // namespace
 
-TEST_CASE("a resumed run goes on where the file ends and adds its own provenance") {
+TEST_CASE("resume: a run continues at the end of the file and adds provenance") {
   const Folder folder;
   saved_run(folder / "run.h5", 2);
   Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
@@ -61,7 +60,7 @@ TEST_CASE("a resumed run goes on where the file ends and adds its own provenance
   CHECK_EQ(hdf5::get<double>(file, "summary/energy"), std::vector<double>{2.5});
 }
 
-TEST_CASE("a resumed run leaves out columns that its file was begun without, and says which") {
+TEST_CASE("resume: columns that the file lacks are left out with a warning") {
   const Folder folder;
   saved_run(folder / "run.h5", 2);
   Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
@@ -77,7 +76,7 @@ TEST_CASE("a resumed run leaves out columns that its file was begun without, and
   CHECK_FALSE(hdf5::exists(file, "network/ends_end"));
 }
 
-TEST_CASE("a run that another build has carried on last says so when it is resumed, and once") {
+TEST_CASE("resume: another build since the start gives a warning, once") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   saved_run(path, 2);
@@ -98,7 +97,7 @@ TEST_CASE("a run that another build has carried on last says so when it is resum
   CHECK_EQ(Recorder::resume(path, two_conductors()).warning(), "");
 }
 
-TEST_CASE("frames after the last checkpoint can be saved without one, and a resumed run makes them anew") {
+TEST_CASE("resume: frames saved after the last checkpoint are computed again") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);
   analysis::ContactNetwork fewer = network_of_two();
@@ -124,7 +123,7 @@ TEST_CASE("frames after the last checkpoint can be saved without one, and a resu
     CHECK_EQ(hdf5::get<std::int64_t>(cut, list), hdf5::get<std::int64_t>(whole, list));
 }
 
-TEST_CASE("a resumed run's file holds what an uninterrupted one's does, what grains' units are among it") {
+TEST_CASE("resume: a file contains the data of an uninterrupted run, with units") {
   const Folder folder;
   Scene grains = two_conductors();
   grains.reference = Reference{};
@@ -202,7 +201,7 @@ TEST_CASE("resume: frames of iterations are added to times with unit 1 or none")
   }
 }
 
-TEST_CASE("contacts of a packing that was at rest do not stand beside the frames of one that goes on") {
+TEST_CASE("resume: contacts of a packing at rest are removed by later frames") {
   const Folder folder;
   Milestone last = milestone(1);
   last.findings = {
@@ -215,7 +214,7 @@ TEST_CASE("contacts of a packing that was at rest do not stand beside the frames
   CHECK_FALSE(hdf5::exists(hdf5::load(folder / "run.h5"), "packing"));
 }
 
-TEST_CASE("saving the same again does not let the file grow") {
+TEST_CASE("save: repeated saves do not enlarge the file") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);
   Milestone m = milestone(1);
@@ -226,7 +225,7 @@ TEST_CASE("saving the same again does not let the file grow") {
   CHECK_EQ(fs::file_size(folder / "run.h5"), size);
 }
 
-TEST_CASE("an existing file is refused, and overwritten only by the first save") {
+TEST_CASE("start: an existing file is refused, and the first save overwrites it") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   write_bytes(path, {'o', 'l', 'd'});
@@ -238,16 +237,16 @@ TEST_CASE("an existing file is refused, and overwritten only by the first save")
   CHECK_EQ(hdf5::shape(hdf5::load(path), "observables/energy/value"), hdf5::Shape{1});
 }
 
-TEST_CASE("a place that cannot be written is refused before any work starts") {
+TEST_CASE("start: a path that cannot be written is refused before any work") {
   const Folder folder;
   CHECK_THROWS_AS(Recorder::start(folder / "missing/run.h5", two_conductors(), masses, false), InputError);
   fs::create_directory(folder / "run.h5");
   CHECK_THROWS_AS(Recorder::start(folder / "run.h5", two_conductors(), masses, true), InputError);
 }
 
-// A file-size limit fails a write just as a full disk does, only with another error number. The limit is set so low
-// that nothing fits, that half of the new version fits, and that all but its last byte fits.
-TEST_CASE("a full disk costs one sentence and leaves the last good version") {
+// A file-size limit fails a write as a full disk does, with another error number. The limit admits nothing, half of the
+// new version, or all except its last byte.
+TEST_CASE("full disk: a save gives one message and keeps the last good version") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   saved_run(path, 2);
@@ -273,11 +272,11 @@ TEST_CASE("a full disk costs one sentence and leaves the last good version") {
   for (const rlim_t limit : {rlim_t{0}, size / 2, size - 1}) {
     CHECK_EQ(save_more(limit), 3);
     CHECK_EQ(bytes_of(path), before);
-    CHECK(std::distance(fs::directory_iterator(fs::path(path).parent_path()), {}) == 1);  // no partial file
+    CHECK(std::distance(fs::directory_iterator(fs::path(path).parent_path()), {}) == 1);  // There is no partial file.
   }
 }
 
-TEST_CASE("two writers of one file do not mix") {
+TEST_CASE("save: two writers of one file do not mix their data") {
   const Folder folder;
   const std::string path = folder / "shared";
   constexpr std::size_t size = 1 << 16;
@@ -302,8 +301,8 @@ TEST_CASE("two writers of one file do not mix") {
   CHECK(std::distance(fs::directory_iterator(fs::path(path).parent_path()), {}) == 1);
 }
 
-// Each version's checkpoint says how many frames it was written with: a mixture of two versions would not agree.
-TEST_CASE("a kill at any moment leaves a whole version") {
+// Each version's checkpoint contains its number of frames; a mixture of two versions would disagree.
+TEST_CASE("save: a kill at any moment leaves a complete version") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   std::mt19937 random(11);
@@ -325,13 +324,13 @@ TEST_CASE("a kill at any moment leaves a whole version") {
     kill(child, SIGKILL);
     int status = 0;
     waitpid(child, &status, 0);
-    CHECK(WIFSIGNALED(status));  // it was still saving
+    CHECK(WIFSIGNALED(status));  // The process was still saving.
     const Recorder resumed = Recorder::resume(path, two_conductors());
     CHECK_EQ(resumed.checkpoint()->reals.at("mark")[0], *resumed.saved_time());
   }
 }
 
-TEST_CASE("a truncated file is damaged, wherever it was cut") {
+TEST_CASE("resume: a truncated file is damaged for any length") {
   const Folder folder;
   saved_run(folder / "run.h5", 3);
   const std::vector<char> whole = bytes_of(folder / "run.h5");
@@ -343,7 +342,7 @@ TEST_CASE("a truncated file is damaged, wherever it was cut") {
            std::string::npos);
 }
 
-TEST_CASE("what is no result file of this format cannot be resumed") {
+TEST_CASE("resume: a file of another kind or format is refused") {
   const Folder folder;
   const auto resume = [&](const std::string& name) {
     const std::string path = folder / name;
@@ -359,10 +358,11 @@ TEST_CASE("what is no result file of this format cannot be resumed") {
   hdf5::put_attribute(old, "lichtenberg_result", 0);
   write_atomically(folder / "old.h5", hdf5::image(old));
   CHECK_NE(resume("old.h5").find("has result format 0"), std::string::npos);
-  CHECK_EQ(resume("old.h5").find("can be resumed"), std::string::npos);  // no list of those that are only read
+  // There is no list of formats that can only be read.
+  CHECK_EQ(resume("old.h5").find("can be resumed"), std::string::npos);
 }
 
-TEST_CASE("a run is resumed with the scene it was started with") {
+TEST_CASE("resume: the scene must be that of the start") {
   const Folder folder;
   saved_run(folder / "run.h5", 1);
   Scene other = two_conductors();
@@ -374,7 +374,7 @@ TEST_CASE("a run is resumed with the scene it was started with") {
   CHECK_EQ(Recorder::resume(folder / "run.h5", other).saved_time(), 0);
 }
 
-TEST_CASE("the first change of a scene is named; comments, order, [stop], [output] and [network] do not count") {
+TEST_CASE("scene change: the first relevant one is named") {
   const std::string scene = "a = 1\n[medium]\nviscosity = 0.7\n[[conductor]]\nx = 1\n[stop]\ntime = 1\n";
   CHECK_EQ(first_change(scene, scene), "");
   CHECK_EQ(first_change(scene,
@@ -389,7 +389,7 @@ TEST_CASE("the first change of a scene is named; comments, order, [stop], [outpu
   CHECK_EQ(first_change(scene, "a = 1\n[medium]\nviscosity = 0.7\ndepth = 2\n[[conductor]]\nx = 1\n"), "medium.depth");
 }
 
-TEST_CASE("a minimization may go on with more iterations, another tolerance and other threads, and with nothing else") {
+TEST_CASE("scene change: a minimization permits iterations, tolerance and threads") {
   const std::string now = "[minimize]\nmax_iterations = 9\nforce_tolerance = 1e-9\nthreads = 2\n";
   CHECK_EQ(first_change("", now), "");
   CHECK_EQ(first_change("[minimize]\nmax_iterations = 5\n", now), "");

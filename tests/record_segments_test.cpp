@@ -1,4 +1,4 @@
-// Results of many frames: written in segments, put together, gone on with.
+// Tests of results with many frames: segments, merging, resuming.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -14,7 +14,7 @@ namespace record_segments_test {
 using namespace lichtenberg;
 using namespace lichtenberg::many_frames;
 
-TEST_CASE("frames in segments are the frames that were added, also to h5py") {
+TEST_CASE("segments: they contain the added frames, also for h5py") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 20, false);
@@ -33,14 +33,14 @@ assert len(file["network/contacts"]) == 3
 )") == 0);
 }
 
-TEST_CASE("few frames stay in one file, of which no folder speaks") {
+TEST_CASE("segments: few frames stay in one file without a folder") {
   const Folder folder;
   run(folder / "run.h5", 20, false, 1 << 20);
   CHECK_FALSE(fs::exists(segments_folder(folder / "run.h5")));
   CHECK(numbers(folder / "run.h5") == expected(20));
 }
 
-TEST_CASE("a frame above the limit is a segment at once") {
+TEST_CASE("segments: a frame above the limit is a segment at once") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   Recorder recorder = start(path, 100);
@@ -52,7 +52,7 @@ TEST_CASE("a frame above the limit is a segment at once") {
   CHECK(numbers(path) == expected(2));
 }
 
-TEST_CASE("a run that is over is one file again, and one that goes on from it copies nothing") {
+TEST_CASE("segments: a completed run is one file, and resuming copies nothing") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 20, true);
@@ -74,7 +74,7 @@ TEST_CASE("a run that is over is one file again, and one that goes on from it co
   CHECK_FALSE(fs::exists(segments_folder(path)));
 }
 
-TEST_CASE("a run resumed at any frame ends with the numbers and the history of one that never stopped") {
+TEST_CASE("resume: a run resumed at any frame has the numbers of a full one") {
   const Folder folder;
   for (const int stop : {1, 2, 7, 9, 16}) {
     const std::string path = folder / fmt::format("{}.h5", stop);
@@ -91,7 +91,7 @@ TEST_CASE("a run resumed at any frame ends with the numbers and the history of o
   }
 }
 
-TEST_CASE("segments that no save has made part of the result go when it is resumed, and a killed run's partial file") {
+TEST_CASE("resume: unsaved segments and partial files are removed") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 10, false);
@@ -108,7 +108,7 @@ TEST_CASE("segments that no save has made part of the result go when it is resum
   CHECK_FALSE(fs::exists(folder / "run.h5.partial-1"));
 }
 
-TEST_CASE("the segments of a run that is overwritten stay until the first save") {
+TEST_CASE("overwrite: the old segments stay until the first save") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 10, false);
@@ -120,8 +120,8 @@ TEST_CASE("the segments of a run that is overwritten stay until the first save")
   CHECK_EQ(segments(path), 1);
 }
 
-// Of a run that is to end at once, whose checkpoint ends a segment, stands in the middle of one, or in none.
-TEST_CASE("frames after the last checkpoint are all shown without one, and made anew by a run that is resumed") {
+// The last checkpoint of an interrupted run lies at the end of a segment, within one, or before any segment.
+TEST_CASE("resume: frames after the last checkpoint are readable, then replaced") {
   for (const int checkpoint : {1, 2, 3, 4, 5, 6, 7, 8, 11})
     for (const int end : {checkpoint, checkpoint + 1, checkpoint + 3, checkpoint + 9}) {
       CAPTURE(checkpoint);
@@ -146,7 +146,7 @@ TEST_CASE("frames after the last checkpoint are all shown without one, and made 
       {
         Recorder resumed = Recorder::resume(path, some_scene(), few);
         CHECK_EQ(resumed.frames(), checkpoint);
-        check_frames(end);  // as long as nothing new is saved
+        check_frames(end);  // Until the next save the frames remain.
         resumed.save(milestone(checkpoint));
       }
       check_frames(checkpoint);
@@ -161,7 +161,7 @@ TEST_CASE("frames after the last checkpoint are all shown without one, and made 
     }
 }
 
-TEST_CASE("a segment that is missing or another run's is told by its name") {
+TEST_CASE("segments: a missing or foreign segment is named") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 10, false);
@@ -173,8 +173,8 @@ TEST_CASE("a segment that is missing or another run's is told by its name") {
   CHECK_THROWS_AS(Recorder::resume(path, some_scene()), Failure);
 }
 
-// A limit on the size of files stands for a disk without room: segments fit, all of them together do not.
-TEST_CASE("where there is no room to put segments together they stay, and are the result") {
+// A limit on the file size simulates a full disk: segments fit, but the merged file does not.
+TEST_CASE("full disk: segments that cannot be merged remain the result") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   constexpr std::uint64_t tail = 30000;  // bytes
@@ -182,7 +182,7 @@ TEST_CASE("where there is no room to put segments together they stay, and are th
   const pid_t child = in_child([&] {
     Recorder recorder = Recorder::resume(path, some_scene(), tail);
     signal(SIGXFSZ, SIG_IGN);
-    const rlimit at_most{200000, RLIM_INFINITY};  // of some 600000
+    const rlimit at_most{200000, RLIM_INFINITY};  // The merged file has about 600000 bytes.
     setrlimit(RLIMIT_FSIZE, &at_most);
     const std::string warning = recorder.save(milestone(600, true));
     if (!contains(warning, "run.h5.frames belongs to")) throw Failure("no such warning: " + warning);
@@ -198,7 +198,7 @@ TEST_CASE("where there is no room to put segments together they stay, and are th
   CHECK_EQ(segments(path), 0);
 }
 
-TEST_CASE("more segments than a process may open files are put together") {
+TEST_CASE("segments: more than the limit of open files are merged") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 200, false);
@@ -214,7 +214,7 @@ TEST_CASE("more segments than a process may open files are put together") {
   CHECK(numbers(path) == expected(200));
 }
 
-TEST_CASE("a disk that is full while a segment is written costs a sentence and nothing that was there") {
+TEST_CASE("full disk: a failed segment gives a message and loses no earlier data") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 10, false);
@@ -233,7 +233,7 @@ TEST_CASE("a disk that is full while a segment is written costs a sentence and n
   CHECK(numbers(path) == expected(10));
 }
 
-TEST_CASE("what stands is told in the run's own time") {
+TEST_CASE("error message: the saved state is given in the run's time unit") {
   const Folder folder;
   struct Case {
     std::string unit, told;
@@ -257,7 +257,7 @@ TEST_CASE("what stands is told in the run's own time") {
   }
 }
 
-TEST_CASE("what is stored beside the frames leaves them alone, however the result is stored") {
+TEST_CASE("analysis: stored data leave frames unchanged in every kind of file") {
   const Folder folder;
   const auto add = [](const hdf5::Handle& file) { hdf5::put(hdf5::open_group(file, "analysis"), "answer", 42.0, "1"); };
   struct Case {
@@ -265,7 +265,7 @@ TEST_CASE("what is stored beside the frames leaves them alone, however the resul
     bool over = false;
     std::uint64_t tail = few;
   };
-  // In segments, put together, and in one file from the start: compressed.
+  // In segments, merged, and in one compressed file from the start.
   for (const auto& [name, over, tail] : {Case{"now.h5"}, Case{"over.h5", true}, Case{"short.h5", false, 1 << 20}}) {
     CAPTURE(name);
     const std::string path = folder / name;
@@ -287,7 +287,7 @@ TEST_CASE("what is stored beside the frames leaves them alone, however the resul
   }
 }
 
-TEST_CASE("a column that cannot be recorded is named") {
+TEST_CASE("recorder: a column that cannot be recorded is named") {
   const Folder folder;
   Recorder recorder = start(folder / "run.h5");
   const auto refused = [&](const std::function<void(Frame&)>& change) {
@@ -326,7 +326,7 @@ TEST_CASE("a column that cannot be recorded is named") {
   CHECK(numbers(folder / "run.h5") == expected(2));
 }
 
-TEST_CASE("a resumed run's columns are those of the frames before") {
+TEST_CASE("resume: other columns than those of earlier frames are refused") {
   const Folder folder;
   run(folder / "run.h5", 10, false);
   Recorder resumed = Recorder::resume(folder / "run.h5", some_scene(), few);
@@ -335,7 +335,7 @@ TEST_CASE("a resumed run's columns are those of the frames before") {
   CHECK(contains(message_of([&] { resumed.add(other); }), "column `charge`"));
 }
 
-TEST_CASE("frames are compressed once the run is over, and not by each save before") {
+TEST_CASE("frames: they are compressed at the end of the run, not at each save") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   const auto stored = [&] {
@@ -347,7 +347,7 @@ TEST_CASE("frames are compressed once the run is over, and not by each save befo
   run(path, 100, false, 1 << 20);
   CHECK_EQ(stored(), bytes);
   Recorder::resume(path, some_scene(), 1 << 20).save(milestone(100, true));
-  CHECK_LT(stored(), bytes / 2);  // of three coordinates one is always 0, and one the same for all
+  CHECK_LT(stored(), bytes / 2);  // The x, y and z arrays compress: one is always 0, and one is the same for all.
   CHECK(numbers(path) == expected(100));
 }
 

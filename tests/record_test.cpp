@@ -1,6 +1,6 @@
-// Result files: what stands in them.
+// Tests of the content of result files.
 #include <doctest/doctest.h>
-#include <petscsys.h>  // the MPI that PETSc stands on
+#include <petscsys.h>  // The MPI library that PETSc uses.
 
 #include <array>
 #include <cmath>
@@ -53,7 +53,7 @@ void for_each_dataset(hid_t group, const std::string& path, const std::function<
 
 }  // namespace
 
-TEST_CASE("frames are elements of H5MD that share one step and one time") {
+TEST_CASE("frames: they are H5MD elements that share one step and one time") {
   const Folder folder;
   saved_run(folder / "run.h5", 3);
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
@@ -65,7 +65,7 @@ TEST_CASE("frames are elements of H5MD that share one step and one time") {
   CHECK_EQ(a.addr, b.addr);
 }
 
-TEST_CASE("what drained to each terminal stands in the file under its name, and nothing does without terminals") {
+TEST_CASE("terminals: collected charges are stored by name, if there are any") {
   const Folder folder;
   Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
   for (int k = 0; k < 2; ++k) {
@@ -86,7 +86,7 @@ TEST_CASE("what drained to each terminal stands in the file under its name, and 
   CHECK_FALSE(hdf5::exists(hdf5::load(folder / "without.h5"), "observables/charge_drained_by_terminal"));
 }
 
-TEST_CASE("vectors are in space, with z = 0, and carry their units") {
+TEST_CASE("vectors: they have three components, with z = 0, and units") {
   const Folder folder;
   saved_run(folder / "run.h5", 2);
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
@@ -106,7 +106,7 @@ TEST_CASE("box: a periodic axis gives a matrix of edges for each frame") {
   const Folder folder;
   const std::string path = folder / "box.h5";
   Scene scene = two_conductors();
-  scene.electrodes.clear();  // which have no third dimension
+  scene.electrodes.clear();  // Electrodes have no third dimension.
   scene.domain.size.z = 0.03;
   for (const int side : {0, 1, 4, 5}) scene.domain.sides[side].periodic = true;
   Recorder recorder = Recorder::start(path, scene, masses, false);
@@ -142,7 +142,7 @@ TEST_CASE("time: a number of iterations has no unit") {
   CHECK_EQ(H5Aexists_by_name(file, "particles/conductors/position/time", "unit", H5P_DEFAULT), 0);
 }
 
-TEST_CASE("a file says that its units are SI, and of grains that they are not") {
+TEST_CASE("units: a file states SI units, or others for grains") {
   const Folder folder;
   Scene grains = two_conductors();
   grains.reference = Reference{};
@@ -155,7 +155,7 @@ TEST_CASE("a file says that its units are SI, and of grains that they are not") 
   CHECK_EQ(system(folder / "grains.h5", grains), std::vector<std::string>{"reduced"});
 }
 
-TEST_CASE("every number but steps and the checkpoint's arrays has a unit") {
+TEST_CASE("units: all numbers have one except steps and checkpoint arrays") {
   const Folder folder;
   Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
   recorder.add(columns(frame(0)));
@@ -174,7 +174,7 @@ TEST_CASE("every number but steps and the checkpoint's arrays has a unit") {
   CHECK_GT(datasets, 60);
 }
 
-TEST_CASE("the scene stands in the file, with the geometry that a picture needs") {
+TEST_CASE("scene: the file contains its text and the geometry for pictures") {
   const Folder folder;
   saved_run(folder / "run.h5", 1);
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
@@ -189,12 +189,12 @@ TEST_CASE("the scene stands in the file, with the geometry that a picture needs"
   CHECK_EQ(hdf5::get<double>(file, "scene/contact_gap"), std::vector<double>{0.00075});
   CHECK_EQ(hdf5::get<double>(file, "particles/conductors/radius"), std::vector<double>{0.001, 0.0005});
   CHECK_EQ(hdf5::get<double>(file, "particles/conductors/mass"), masses);
-  // One species a radius, in ascending order.
+  // One species per radius, in ascending order.
   CHECK_EQ(hdf5::get<std::int32_t>(file, "particles/conductors/species"), std::vector<std::int32_t>{1, 0});
   CHECK_EQ(hdf5::get<double>(file, "parameters/vmd_structure/radius"), std::vector<double>{0.0005, 0.001});
 }
 
-TEST_CASE("the network stands in the file frame by frame, its contacts for the last") {
+TEST_CASE("network: successors are stored per frame, contacts for the last frame") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);
   const analysis::ContactNetwork loose{{{1, analysis::to_ground}}, {analysis::unconnected, analysis::to_ground}, {}};
@@ -207,7 +207,7 @@ TEST_CASE("the network stands in the file frame by frame, its contacts for the l
   CHECK_EQ(hdf5::get<std::int32_t>(file, "network/contacts"), std::vector<std::int32_t>{1, -1});
 }
 
-TEST_CASE("a neutral scene without contacts has neither charges nor a network") {
+TEST_CASE("neutral scene: without contacts it has no charges and no network") {
   const Folder folder;
   Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
   ConductorFrame neutral = frame(0);
@@ -221,7 +221,7 @@ TEST_CASE("a neutral scene without contacts has neither charges nor a network") 
   CHECK_FALSE(hdf5::exists(file, "particles/conductors/successor"));
 }
 
-TEST_CASE("frames reach the disk with the checkpoint, not before") {
+TEST_CASE("frames: they are written with the checkpoint and not earlier") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);
   CHECK_EQ(recorder.saved_time(), 1);
@@ -235,7 +235,7 @@ TEST_CASE("frames reach the disk with the checkpoint, not before") {
   CHECK_EQ(hdf5::get<double>(file, "checkpoint/reals/mark"), std::vector<double>{2});
 }
 
-TEST_CASE("a checkpoint comes back bit for bit") {
+TEST_CASE("checkpoint: reading it back gives identical bits") {
   const Folder folder;
   std::optional<Recorder> recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
   recorder->add(columns_of(frame(0), {}));
@@ -246,7 +246,7 @@ TEST_CASE("a checkpoint comes back bit for bit") {
   m.checkpoint.reals["old"] = {1, 2, 3};
   m.checkpoint.integers["large"] = {std::numeric_limits<std::int64_t>::min(), -1};
   recorder->save(m);
-  m.checkpoint.reals.erase("old");  // and of another shape
+  m.checkpoint.reals.erase("old");  // The array has another shape.
   m.checkpoint.reals["odd"].push_back(4);
   recorder->save(m);
   recorder.reset();
@@ -257,7 +257,7 @@ TEST_CASE("a checkpoint comes back bit for bit") {
   CHECK_EQ(resumed.checkpoint()->integers, m.checkpoint.integers);
 }
 
-TEST_CASE("a field becomes cells of VTKHDF that fill the box, once") {
+TEST_CASE("field: it becomes VTKHDF cells that fill the box once") {
   const Folder folder;
   const std::string path = folder / "field.vtkhdf";
   write_field_vtkhdf(path, laplace::Field{3, 2, 0.5, {1, 2, 3, 4, 5, 6}, {-1, -1, 0, 0, 1, 1}});
@@ -269,7 +269,7 @@ TEST_CASE("a field becomes cells of VTKHDF that fill the box, once") {
   const std::vector<double> corners = hdf5::get<double>(file, "VTKHDF/Points");
   const std::vector<std::int64_t> ends = hdf5::get<std::int64_t>(file, "VTKHDF/Connectivity");
   CHECK_EQ(corners.size(), 3 * 4 * 3);
-  // The last cell, the upper right one: its lower left corner and its upper right one, the box's.
+  // The last cell, the upper right one: its lower left corner, and its upper right corner, which is the box's.
   const auto corner = [&](int k) { return Vec2{corners[3 * ends[20 + k]], corners[3 * ends[20 + k] + 1]}; };
   CHECK_EQ(corner(0).x, 1);
   CHECK_EQ(corner(0).y, .5);
@@ -280,7 +280,7 @@ TEST_CASE("a field becomes cells of VTKHDF that fill the box, once") {
   CHECK_EQ(bytes_of(path), before);
 }
 
-TEST_CASE("a field may be stored in single precision, and takes the less room the smoother it is") {
+TEST_CASE("field: single precision, and compression according to smoothness") {
   const Folder folder;
   laplace::Field field{256, 256, 1, {}, {}};
   for (int k = 0; k < 256 * 256; ++k) field.value.push_back(1 + k / 256), field.body.push_back(-1);
@@ -298,15 +298,15 @@ TEST_CASE("a field may be stored in single precision, and takes the less room th
   CHECK(bytes(StoredField::double_precision) < raw / 10);
 }
 
-TEST_CASE("a result that has been moved reads what it read before") {
+TEST_CASE("result: a moved object reads the same data") {
   const Folder folder;
   saved_run(folder / "run.h5", 2);
   std::vector<Result> results;
-  for (int k = 0; k < 5; ++k) results.emplace_back(folder / "run.h5");  // where those before move
+  for (int k = 0; k < 5; ++k) results.emplace_back(folder / "run.h5");  // The vector moves the earlier results.
   for (const Result& result : results) CHECK_EQ(result.conductor_frame(1).charge, std::vector<double>{1e-10, 2e-10});
 }
 
-TEST_CASE("HDF5 leaves MPI alone") {
+TEST_CASE("HDF5: it does not initialize MPI") {
   const Folder folder;
   saved_run(folder / "run.h5", 1);
   int initialized = 1;
@@ -314,7 +314,7 @@ TEST_CASE("HDF5 leaves MPI alone") {
   CHECK_EQ(initialized, 0);
 }
 
-TEST_CASE("the environment's options for PETSc are part of where a run came from") {
+TEST_CASE("provenance: it contains the environment's options for PETSc") {
   setenv("PETSC_OPTIONS", "-field_ksp_max_it 77", 1);
   CHECK(provenance().petsc_options == "-field_ksp_max_it 77");
   unsetenv("PETSC_OPTIONS");

@@ -12,7 +12,7 @@
 #include "tests/frames.hpp"
 #include "tests/message.hpp"
 
-/// The result of a run of two conductors, with frames made by hand.
+/// Result of a run of two conductors with given frames.
 namespace lichtenberg::recorded_pair {
 
 namespace fs = std::filesystem;
@@ -22,7 +22,7 @@ inline Scene two_conductors() {
   scene.path = "pair.toml";
   scene.title = "a pair";
   scene.text = "title = \"a pair\"\n[stop]\ntime = 1.0\n";
-  scene.seed = 18446744073709551615u;  // the largest there is
+  scene.seed = 18446744073709551615u;  // The largest value.
   scene.domain.size = {0.05, 0.04};
   scene.domain.sides[2] = {true, -3.0};
   scene.medium = {4e-11, 0.7, 1.5e-3};
@@ -73,7 +73,7 @@ inline Milestone milestone(double mark) {
   return m;
 }
 
-/// A run of frames 0, 1, ..., n - 1 (s), saved once.
+/// Run of frames 0, 1, ..., n - 1 (s), saved once.
 inline Recorder saved_run(const std::string& path, int n) {
   Recorder recorder = Recorder::start(path, two_conductors(), masses, false);
   for (int k = 0; k < n; ++k) recorder.add(columns(frame(k)));

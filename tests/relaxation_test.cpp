@@ -17,16 +17,16 @@ using std::numbers::pi;
 
 namespace {
 
-// Lengths are in lattice spacings throughout: a box of S spacings is S long, and eps = 1.
+// Lengths are in lattice spacings: a box of S spacings has the length S, and eps = 1.
 
 void set_all_sides(LaplaceProblem& problem, Side side) { problem.sides.fill(side); }
 
 Side electrode(double potential) { return {.kind = Side::Kind::electrode, .potential = potential, .profile = {}}; }
 
-/// The bipolar potential of line charges +1 and -1 (2 pi eps = 2 pi).
+/// Bipolar potential of line charges +1 and -1 (2 pi eps = 2 pi).
 double bipolar(Vec2 plus, Vec2 minus, Vec2 p) { return std::log(norm(p - minus) / norm(p - plus)) / (2 * pi); }
 
-/// Two equal disks, `ratio` = d / 2R, in the plane: the sides of the box have the exact potential, the second disk too,
+/// Problem of two equal disks with `ratio` = d / 2R. The sides of the box and the second disk have the exact potential;
 /// the first floats with charge 1 (D 6.5.4). Line charges at +-a, a = sqrt(d^2/4 - R^2), make both circles
 /// equipotential at +- acosh(d / 2R) / 2 pi.
 LaplaceProblem pair_in_plane(double radius, double ratio, int sites, Vec2 shift) {
@@ -50,7 +50,7 @@ double pair_force(double radius, double ratio) {
 }
 
 struct PairErrors {
-  double capacitance = 0, force = 0;  ///< relative, mean over positions
+  double capacitance = 0, force = 0;  ///< Relative errors, averaged over positions.
 };
 PairErrors pair_errors(double radius, double ratio, Stress stress = Stress::maxwell) {
   const int sites = static_cast<int>(16 * radius), positions = 6;
@@ -78,7 +78,8 @@ LaplaceProblem neutral_quartet() {
   return problem;
 }
 
-/// Two disks, d / 2R = 4, in a box whose sides insulate: the first floats with charge 1, the second is at 0.
+/// Problem of two disks with d / 2R = 4 in a box with insulating sides: the first floats with charge 1, the second is
+/// at 0.
 LaplaceProblem floating_beside_grounded() {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {128, 128};
@@ -89,13 +90,13 @@ LaplaceProblem floating_beside_grounded() {
 
 }  // namespace
 
-TEST_CASE("over-relaxation and its sweeps have the values given for S = 512 (D 6.8, 6.9)") {
+TEST_CASE("over-relaxation: factor and sweeps have the values of D 6.8, 6.9") {
   CHECK(over_relaxation(512) == Approx(1.98780).epsilon(5e-6));
   CHECK(sweeps_per_decade(512) == Approx(92.8).epsilon(5e-4));
 }
 
-TEST_CASE("a harmonic quadratic on the walls is reproduced exactly") {
-  // x^2 - y^2 solves the five-point equation, and its mean over a cell's corners is its value in the centre.
+TEST_CASE("harmonic quadratic on the walls: it is reproduced exactly") {
+  // x^2 - y^2 solves the five-point equation, and its mean over the corners of a cell is its value at the centre.
   const auto exact = [](Vec2 p) { return p.x * p.x - p.y * p.y; };
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {24, 16};
@@ -107,46 +108,46 @@ TEST_CASE("a harmonic quadratic on the walls is reproduced exactly") {
   REQUIRE(field.ny == 16);
   for (int j = 0; j < 16; ++j)
     for (int i = 0; i < 24; ++i) CHECK(field.value[j * 24 + i] == Approx(exact({i + 0.5, j + 0.5})).epsilon(1e-8));
-  // No charge inside: what enters through one side leaves through the others. Left: -integral of dV/dx = 0 at x = 0 but
-  // for the one-sided difference, V(0) - V(1) = -1 on 15 sites and two halves.
+  // There is no charge inside: flux through one side leaves through the others. On the left, -integral of dV/dx is 0 at
+  // x = 0, except for the one-sided difference V(0) - V(1) = -1 on 15 sites and two halves.
   CHECK(solution.side_charge[left] == Approx(-16).epsilon(1e-8));
 }
 
-TEST_CASE("a bar between insulating walls is a plate capacitor, exact when its surface lies on sites") {
+TEST_CASE("plate capacitor: exact if the bar's surface lies on lattice sites") {
   LaplaceProblem problem;
   problem.size = {32, 24};
   problem.permittivity = 3;
   problem.sides[bottom] = electrode(0);
-  problem.bodies = {{Bar{{0, 18}, {32, 18}, 4}, 0}};  // lower surface at y = 16
+  problem.bodies = {{Bar{{0, 18}, {32, 18}, 4}, 0}};  // The lower surface is at y = 16.
   problem.groups = {{.floating = false, .potential = 8}};
   RelaxationSolver solver({.sites = 32, .tolerance = 1e-10});
   const LaplaceSolution solution = solver.solve(problem);
-  const double charge = 3 * 8 * 32 / 16.0;  // eps V width / gap
+  const double charge = 3 * 8 * 32 / 16.0;  // eps V width / gap.
   CHECK(solution.side_charge[bottom] == Approx(-charge).epsilon(1e-8));
-  CHECK(solution.body_charge[0] == Approx(charge).epsilon(5e-3));  // ends of the contour: 500 points on 73 spacings
+  CHECK(solution.body_charge[0] == Approx(charge).epsilon(5e-3));  // Ends of the contour: 500 points on 73 spacings.
   CHECK(solution.energy == Approx(0.5 * charge * 8).epsilon(1e-8));
-  CHECK(solution.body_force[0].y == Approx(-0.5 * charge * 8 / 16).epsilon(5e-3));  // eps/2 E^2 width
+  CHECK(solution.body_force[0].y == Approx(-0.5 * charge * 8 / 16).epsilon(5e-3));  // eps/2 E^2 width.
   CHECK(solver.field().value[4 * 32 + 7] == Approx(8 * 4.5 / 16).epsilon(1e-8));
 }
 
-TEST_CASE("capacitance and force of two disks converge at first order") {
-  // The staircase misplaces the surface by a fraction of a spacing that does not depend on R: the error is proportional
-  // to 1 / R. Over random positions its mean halves with each doubling, give or take the scatter of six positions.
+TEST_CASE("two disks: capacitance and force converge at first order") {
+  // The staircase shifts the surface by a fraction of a spacing that does not depend on R: the error is proportional to
+  // 1 / R. Its mean over random positions halves with each doubling, within the scatter of six positions.
   const PairErrors r4 = pair_errors(4, 2), r8 = pair_errors(8, 2), r16 = pair_errors(16, 2);
   for (const double ratio : {r4.capacitance / r8.capacitance, r8.capacitance / r16.capacitance,  //
                              r4.force / r8.force, r8.force / r16.force}) {
     CHECK(ratio > 1.5);
     CHECK(ratio < 2.8);
   }
-  // A surface half a spacing too far in at R = 16 changes acosh(d / 2R) = 1.317 by (1/32) 2 / sqrt(3) = 0.036: 2.7 %.
+  // A surface half a spacing too far inside at R = 16 changes acosh(d / 2R) = 1.317 by (1/32) 2 / sqrt(3) = 0.036: 2.7
+  // %.
   CHECK(r16.capacitance < 0.027);
   CHECK(r16.force < 0.027);
 }
 
-TEST_CASE("the printed force misses what lies between surface and contour, the full stress does not") {
-  // In the exact field of d / 2R = 2 the integral of (dV/dn)^2 n / 2 over the circle of radius R + sqrt 2 is computed
-  // here; it falls short of the force by 7.7 % at R = 16. The scheme's staircase adds the error that the full stress
-  // has too.
+TEST_CASE("printed force: it misses the flux between surface and contour") {
+  // The integral of (dV/dn)^2 n / 2 over the circle of radius R + sqrt(2) in the exact field of d / 2R = 2 is 7.7 %
+  // below the force at R = 16. The scheme's staircase adds the error of the full stress.
   const double radius = 16, ratio = 2, half = radius * ratio, a = std::sqrt(half * half - radius * radius);
   const int n = 500;
   double printed = 0;
@@ -162,14 +163,14 @@ TEST_CASE("the printed force misses what lies between surface and contour, the f
 
   const double full_error = pair_errors(radius, ratio).force;
   const double printed_error = pair_errors(radius, ratio, Stress::normal_derivative).force;
-  CHECK(full_error < 0.027);  // as in the test of convergence
+  CHECK(full_error < 0.027);  // As in the test of convergence.
   CHECK(std::abs(printed_error - shortfall - full_error) < 0.027);
 }
 
-TEST_CASE("where a gap is narrower than the contours are wide, the curves keep halfway") {
-  // Gap 0.8 spacings (d / 2R = 1.05, R = 8), too narrow for the lattice: the staircases face each other up to a spacing
-  // further apart, and with C ~ gap^(-1/2) that makes 1 - sqrt(0.8 / 1.8) = 33 %. Curves that run through the other
-  // disk lose flux besides: 41 % without the correction.
+TEST_CASE("narrow gap: contours stay halfway between the surfaces") {
+  // The gap of 0.8 spacings (d / 2R = 1.05, R = 8) is too narrow for the lattice. The staircases are up to a spacing
+  // farther apart; with C ~ gap^(-1/2) the error is 1 - sqrt(0.8 / 1.8) = 33 %. Contours through the other disk would
+  // lose flux as well: 41 % without the correction.
   const LaplaceProblem problem = pair_in_plane(8, 1.05, 128, {0.3, 0.4});
   RelaxationSolver solver({.sites = 128});
   const LaplaceSolution solution = solver.solve(problem);
@@ -177,7 +178,7 @@ TEST_CASE("where a gap is narrower than the contours are wide, the curves keep h
         Approx(pair_capacitance(1.05)).epsilon(0.33));
 }
 
-TEST_CASE("a floating group's charges add up to the given one within the tolerance") {
+TEST_CASE("floating group: its charges sum to the given one within the tolerance") {
   LaplaceProblem problem = neutral_quartet();
   problem.sides[bottom] = electrode(0);
   RelaxationSolver solver({.sites = 64, .tolerance = 1e-7});
@@ -188,9 +189,9 @@ TEST_CASE("a floating group's charges add up to the given one within the toleran
   CHECK(solution.body_charge[2] + solution.body_charge[3] == Approx(-0.75).epsilon(2e-7));
 }
 
-TEST_CASE("the error of the descent falls at the predicted rate (D 6.38, 6.39)") {
-  // d / 2R = 4, eta = 0.01, insulating walls (figure 6.6). A step multiplies the missing charge by 1 - eta C with C the
-  // scheme's own capacitance, so the rate is -2 ln(1 - eta C); D 6.39's 2 eta C is lower by eta C / 2 = 0.9 % of it.
+TEST_CASE("descent: the error decreases at the predicted rate (D 6.38, 6.39)") {
+  // d / 2R = 4, eta = 0.01, insulating walls (figure 6.6). A step multiplies the charge defect by 1 - eta C with the
+  // scheme's capacitance C, so the rate is -2 ln(1 - eta C). The 2 eta C of D 6.39 is lower by eta C / 2 = 0.9 % of it.
   const double eta = 0.01;
   const LaplaceProblem problem = floating_beside_grounded();
   RelaxationSolver solver({.sites = 128, .eta = eta});
@@ -201,15 +202,15 @@ TEST_CASE("the error of the descent falls at the predicted rate (D 6.38, 6.39)")
   REQUIRE(error.size() > 300);
   const int first = 20, last = 300;
   const double rate = std::log(error[first] / error[last]) / (last - first);
-  // Every potential solve leaves some of the last step's charge in the fluid, here less than 1e-3 of what is missing.
+  // Every potential solve leaves some of the last step's charge in the fluid, here less than 1e-3 of the defect.
   CHECK(rate == Approx(-2 * std::log(1 - eta * capacitance)).epsilon(1e-3));
   CHECK(rate == Approx(2 * eta * capacitance).epsilon(0.01));
 }
 
-TEST_CASE("a step beyond eta_c diverges, one below converges (D 6.35)") {
-  // The bound holds for potential solves carried to the end: 40 n10 sweeps instead of 4 n10.
+TEST_CASE("descent: a step beyond eta_c diverges, one below converges (D 6.35)") {
+  // The bound requires converged potential solves: 40 n10 sweeps instead of 4 n10.
   const LaplaceProblem problem = floating_beside_grounded();
-  const double critical = 2 * RelaxationSolver({.sites = 128}).solve(problem).group_potential[0];  // 2 / C, Q = 1
+  const double critical = 2 * RelaxationSolver({.sites = 128}).solve(problem).group_potential[0];  // 2 / C with Q = 1.
   RelaxationOptions options = {.sites = 128, .sweeps_factor = 40, .largest_iterations = 150};
   options.eta = 0.95 * critical;
   CHECK_NOTHROW(RelaxationSolver(options).solve(problem));  // 0.9^n < 1e-4 at n = 88
@@ -217,14 +218,14 @@ TEST_CASE("a step beyond eta_c diverges, one below converges (D 6.35)") {
   CHECK_THROWS_AS(RelaxationSolver(options).solve(problem), Failure);
 }
 
-TEST_CASE("the step chosen from eta_c needs fewer solves than the constant step it starts with") {
+TEST_CASE("descent: the step chosen from eta_c needs fewer solves") {
   LaplaceProblem problem = neutral_quartet();
   problem.sides[bottom] = electrode(0);
   RelaxationSolver chosen({.sites = 64}), constant({.sites = 64, .eta = 0.1});
   CHECK(2 * chosen.solve(problem).iterations < constant.solve(problem).iterations);
 }
 
-TEST_CASE("the first error is that of uncharged bodies: half the sum of the squared charges (D 6.22)") {
+TEST_CASE("descent: the first error is half the sum of squared charges (D 6.22)") {
   LaplaceProblem problem = neutral_quartet();
   problem.sides[bottom] = electrode(0);
   RelaxationSolver solver({.sites = 64});
@@ -232,19 +233,18 @@ TEST_CASE("the first error is that of uncharged bodies: half the sum of the squa
   CHECK(solver.error_history().front() == Approx(0.5 * (1 + 0.25 * 0.25 + 0.75 * 0.75)));
 }
 
-TEST_CASE("a group of fixed potential keeps it, and its charge follows") {
+TEST_CASE("group at a given potential: its charge follows") {
   LaplaceProblem problem = neutral_quartet();
   problem.groups[1] = {.floating = false, .potential = -2};
   RelaxationSolver solver({.sites = 64});
   const LaplaceSolution solution = solver.solve(problem);
   CHECK(solution.group_potential[1] == -2);
-  // Nothing else is grounded: the field lines of +1 and -0.75 that find no end go there. The integrals are not
-  // conservative, their sum is off by 1 % at R = 4 spacings.
+  // There is no other ground: the unbalanced field lines of +1 and -0.75 end there. The integrals are not conservative;
+  // their sum has an error of 1 % at R = 4 spacings.
   CHECK(solution.body_charge[1] == Approx(-0.25).epsilon(0.04));
 }
 
-TEST_CASE(
-    "without ground the potentials have zero mean over the bodies, and the charges are reached up to a common part") {
+TEST_CASE("insulated box: mean potential zero, charges up to a common part") {
   RelaxationSolver solver({.sites = 64, .tolerance = 1e-6});
   const LaplaceSolution solution = solver.solve(neutral_quartet());
   const std::vector<double>& v = solution.group_potential;
@@ -256,22 +256,22 @@ TEST_CASE(
   CHECK(q[2] + q[3] + 0.75 == Approx(common).epsilon(2e-6));
 }
 
-TEST_CASE("an antisymmetric pair in an insulated box has opposite potentials and mirrored forces") {
+TEST_CASE("antisymmetric pair: potentials are opposite and forces are mirrored") {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 32};
   problem.bodies = {{Disk{{20.3, 16.4}, 5}, 0},
-                    {Disk{{43.7, 16.4}, 5}, 1}};  // mirror images in x = 32, a line of sites
+                    {Disk{{43.7, 16.4}, 5}, 1}};  // Mirror images in x = 32, a line of sites.
   problem.groups = {{.charge = 2}, {.charge = -2}};
   RelaxationSolver solver({.sites = 64, .tolerance = 1e-8});
   const LaplaceSolution solution = solver.solve(problem);
   CHECK(solution.group_potential[0] > 0);
   CHECK(solution.group_potential[1] == Approx(-solution.group_potential[0]).epsilon(1e-7));
   const Vec2 force = solution.body_force[0];
-  CHECK(force.x > 0);  // they attract
+  CHECK(force.x > 0);  // The disks attract each other.
   CHECK(norm(solution.body_force[1] - Vec2{-force.x, force.y}) < 1e-6 * force.x);
 }
 
-TEST_CASE("members of a group share its charge by symmetry, however far apart") {
+TEST_CASE("group: distant members share its charge by symmetry") {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 64};
   problem.sides[bottom] = electrode(0);
@@ -282,8 +282,7 @@ TEST_CASE("members of a group share its charge by symmetry, however far apart") 
   CHECK(solution.body_charge[0] == Approx(1.5).epsilon(1e-6));
   CHECK(solution.body_charge[1] == Approx(1.5).epsilon(1e-6));
   CHECK(std::abs(solution.body_charge[2]) < 3e-7);
-  // The side takes what the group does not: its flux is the lattice's own, the group's is the integral, 1 % apart at R
-  // = 5.
+  // The side takes the rest. Its flux is the lattice's and the group's is the integral, with 1 % difference at R = 5.
   CHECK(solution.side_charge[bottom] == Approx(-3).epsilon(0.02));
 }
 
@@ -294,14 +293,14 @@ TEST_CASE("coaxial disk and dish: C = 2 pi eps / ln(b / a)") {
   problem.groups = {{.charge = 1}, {.floating = false, .potential = 0}};
   RelaxationSolver solver({.sites = 129, .tolerance = 1e-7});
   const LaplaceSolution solution = solver.solve(problem);
-  // Both surfaces are misplaced by half a spacing at most: ln 3 changes by 0.5 / 20 + 0.5 / 60 = 0.033, 3 %.
+  // Both surfaces are shifted by at most half a spacing: ln 3 changes by 0.5 / 20 + 0.5 / 60 = 0.033, 3 %.
   CHECK(1 / solution.group_potential[0] == Approx(2 * pi / std::log(3.0)).epsilon(0.03));
   CHECK(solution.body_charge[1] == Approx(-1).epsilon(0.01));
-  // By symmetry, as far as the relaxation has come: its charge error in the field 1 / (2 pi 20) of the disk.
+  // The force vanishes by symmetry up to the relaxation's charge error in the disk's field 1 / (2 pi 20).
   CHECK(norm(solution.body_force[0]) < 1e-7 / (2 * pi * 20));
 }
 
-TEST_CASE("of a body cut by an insulating wall only the part inside counts: half a coaxial pair has half the charge") {
+TEST_CASE("body cut by an insulating wall: half a coaxial pair has half the charge") {
   LaplaceProblem whole{.permittivity = 1};
   whole.size = {64, 64};
   whole.bodies = {{Disk{{32, 32}, 10}, 0}, {Ring{{32, 32}, 28}, 1}};
@@ -318,25 +317,26 @@ TEST_CASE("of a body cut by an insulating wall only the part inside counts: half
     half.size = size;
     half.bodies = {{Disk{centre, 10}, 0}, {Ring{centre, 28}, 1}};
     const LaplaceSolution part = solver.solve(half);
-    // The same lattice, mirrored in a line of sites. Where the contour turns into the wall its quadrature has a kink:
-    // one point of 250 is counted in a slanted direction, 0.4 %.
+    // The lattice is mirrored in a line of sites. Where the contour meets the wall its quadrature has a kink: one of
+    // 250 points is counted in an oblique direction, 0.4 %.
     CHECK(part.body_charge[0] == Approx(0.5 * all.body_charge[0]).epsilon(4e-3));
     CHECK(part.energy == Approx(0.5 * all.energy).epsilon(1e-6));
-    CHECK(dot(part.body_force[0], inward) > 0);  // the half that is left is pulled into the box
+    CHECK(dot(part.body_force[0], inward) > 0);  // The remaining half is attracted into the box.
     CHECK(std::abs(cross(part.body_force[0], inward)) < 0.01 * dot(part.body_force[0], inward));
   }
 }
 
-TEST_CASE("the capacitance matrix of an insulated box is symmetric with zero row sums, within the staircase's error") {
+TEST_CASE("capacitance matrix of an insulated box: symmetric, zero row sums") {
   RelaxationSolver solver({.sites = 64, .tolerance = 1e-6});
   const std::vector<double> c = capacitance_matrix(solver, neutral_quartet());
   for (int i = 0; i < 3; ++i) {
-    CHECK(std::abs(c[3 * i] + c[3 * i + 1] + c[3 * i + 2]) < 1e-4 * c[4 * i]);  // all at 1 V: no field at all
+    // With all groups at 1 V there is no field.
+    CHECK(std::abs(c[3 * i] + c[3 * i + 1] + c[3 * i + 2]) < 1e-4 * c[4 * i]);
     for (int j = 0; j < i; ++j) CHECK(c[3 * i + j] == Approx(c[3 * j + i]).epsilon(0.02));
   }
 }
 
-TEST_CASE("the last potentials are the first guess of the next solve until they are forgotten (D 6.21)") {
+TEST_CASE("history: the last potentials are the next initial guess (D 6.21)") {
   LaplaceProblem problem = neutral_quartet();
   problem.sides[top] = electrode(1);
   RelaxationSolver solver({.sites = 64});
@@ -344,7 +344,7 @@ TEST_CASE("the last potentials are the first guess of the next solve until they 
   CHECK(cold.iterations > 3);
   CHECK(solver.solve(problem).iterations == 1);
 
-  // Regrouping keeps the bodies' potentials: what was one group starts as two at the same potential.
+  // Regrouping keeps the bodies' potentials: the two parts of a split group start at the same potential.
   LaplaceProblem split = problem;
   split.bodies[3].group = 3;
   split.groups.push_back({.floating = false, .potential = cold.group_potential[2]});
@@ -357,7 +357,7 @@ TEST_CASE("the last potentials are the first guess of the next solve until they 
   CHECK(again.group_potential == cold.group_potential);
 }
 
-TEST_CASE("nothing charged and everything at one potential is solved at once") {
+TEST_CASE("no charges and one potential: one iteration suffices") {
   LaplaceProblem problem = neutral_quartet();
   for (Group& group : problem.groups) group.charge = 0;
   RelaxationSolver solver({.sites = 64});
@@ -367,29 +367,29 @@ TEST_CASE("nothing charged and everything at one potential is solved at once") {
   CHECK(solution.energy == 0);
 }
 
-TEST_CASE("the field shows bodies where they are, with their potentials") {
+TEST_CASE("field: it contains the bodies with their potentials") {
   RelaxationSolver solver({.sites = 64});
   const LaplaceSolution solution = solver.solve(neutral_quartet());
   const Field field = solver.field();
   CHECK(field.h == 1);
-  CHECK(field.body[17 * 64 + 14] == 0);  // centre of disk 0
+  CHECK(field.body[17 * 64 + 14] == 0);  // Centre of disk 0.
   CHECK(field.value[17 * 64 + 14] == solution.group_potential[0]);
-  CHECK(field.body[48 * 64 + 13] == 3);  // member of group 2
+  CHECK(field.body[48 * 64 + 13] == 3);  // Member of group 2.
   CHECK(field.value[48 * 64 + 13] == solution.group_potential[2]);
   CHECK(field.body[0] == -1);
 }
 
-TEST_CASE("what cannot be computed is refused") {
+TEST_CASE("relaxation: an impossible problem is refused") {
   LaplaceProblem problem = neutral_quartet();
   RelaxationSolver solver({.sites = 64});
-  SUBCASE("a problem that is malformed") { problem.groups[0].charge = 5; }
+  SUBCASE("a malformed problem") { problem.groups[0].charge = 5; }
   SUBCASE("a box that is not a whole number of spacings high") { problem.size.y = 40.5; }
   SUBCASE("a body that covers no site") { problem.bodies[3].shape = Disk{{13.5, 48.5}, 0.6}; }
   SUBCASE("a body outside the box") { problem.bodies[3].shape = Disk{{80, 48}, 3}; }
   CHECK_THROWS_AS(solver.solve(problem), InputError);
 }
 
-TEST_CASE("options out of range are refused") {
+TEST_CASE("options: values out of range are refused") {
   CHECK_THROWS_AS(RelaxationSolver({.sites = 8}), InputError);
   CHECK_THROWS_AS(RelaxationSolver({.eta = -1}), InputError);
   CHECK_THROWS_AS(RelaxationSolver({.surface_points = 4}), InputError);
@@ -398,12 +398,12 @@ TEST_CASE("options out of range are refused") {
   CHECK_THROWS_AS(RelaxationSolver({.largest_iterations = 0}), InputError);
 }
 
-TEST_CASE("there is no field before the first solve") {
+TEST_CASE("field: none is available before the first solve") {
   RelaxationSolver solver({.sites = 64});
   CHECK_THROWS_AS(solver.field(), Failure);
 }
 
-TEST_CASE("too few iterations end in a failure that says so") {
+TEST_CASE("iterations: too few end in a failure with a message") {
   RelaxationSolver solver({.sites = 64, .largest_iterations = 2});
   CHECK_THROWS_AS(solver.solve(neutral_quartet()), Failure);
 }

@@ -4,7 +4,7 @@
 
 #include "src/mechanics/simulation.hpp"
 
-/// A simulation that is restored at `middle` (s) has the bits of one that goes on, at `end`.
+/// Checks that a simulation restored at `middle` (s) is bitwise identical at `end` to one that continues.
 inline void check_restored(const lichtenberg::Scene& scene, double middle, double end) {
   lichtenberg::Simulation whole(scene), resumed(scene);
   whole.advance_to(middle);

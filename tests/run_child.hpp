@@ -20,7 +20,7 @@
 #include "tests/file_numbers.hpp"
 #include "tests/folder.hpp"
 
-/// Runs in child processes, which may be killed, and what their result files hold.
+/// Runs in child processes that may be killed, and the content of their result files.
 namespace lichtenberg::run_child {
 
 /// `lichtenberg run six.toml --out <file> ...` in a child process whose output goes to files.
@@ -32,7 +32,7 @@ class Child {
       : messages_(folder / "stderr"), summary_(folder / "stdout") {
     std::vector<std::string> arguments{"run", folder / "six.toml", "--out", folder / file};
     arguments.insert(arguments.end(), options.begin(), options.end());
-    std::fflush(nullptr);  // or the child would print what waits in our buffers again
+    std::fflush(nullptr);  // Otherwise the child would print our buffers again.
     process_ = fork();
     if (process_ != 0) return;
     for (const auto& [path, stream] : {std::pair{messages_, stderr}, std::pair{summary_, stdout}})
@@ -46,13 +46,13 @@ class Child {
   ~Child() { wait(); }
 
   void send(int signal) const { kill(process_, signal); }
-  /// Exit status, or 128 and the number of the signal that ended it.
+  /// Exit status, or 128 plus the number of the signal that ended the process.
   int wait() {
     if (process_ != 0) waitpid(process_, &status_, 0);
     process_ = 0;
     return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
   }
-  /// Waits until it has left this file, for as long as no machine needs, or until it has ended.
+  /// Waits until the file exists or the process has ended, for at most 10 minutes.
   void wait_for(const std::filesystem::path& file) {
     for (int ms = 0; ms < 600'000 && !std::filesystem::exists(file) && !has_ended(); ++ms) usleep(1000);
     REQUIRE(std::filesystem::exists(file));
@@ -72,7 +72,7 @@ class Child {
   int status_ = 0;
 };
 
-/// What prepares a child to get the signal before one of its changes of the disk, by number, from 0.
+/// Prepares a child to receive the signal before its change of the disk number `call`, counted from 0.
 inline std::function<void()> interrupted_before(long call, int signal) {
   return [=] { disk_calls::interrupt_before(call, signal); };
 }
@@ -81,9 +81,8 @@ inline int run(const Folder& folder, const std::string& file, const std::vector<
   return Child(folder, file, options).wait();
 }
 
-/// A run to six.h5 whose files cannot grow beyond `room` bytes, which fails a write as a full disk does, only with
-/// another error number: status 1, a sentence, and what was saved before and nothing else is left. Returns what it
-/// said.
+/// Runs six.toml with a file-size limit of `room` bytes, which fails a write as a full disk does, with another error
+/// number. Checks for status 1, one message, and unchanged earlier data. Returns the message.
 inline std::string run_on_full_disk(const Folder& folder, rlim_t room) {
   Child child(folder, "six.h5", {"--quiet"}, [room] {
     signal(SIGXFSZ, SIG_IGN);
@@ -98,7 +97,7 @@ inline std::string run_on_full_disk(const Folder& folder, rlim_t room) {
   return child.messages();
 }
 
-/// All numbers of a result file but the provenance's, which are timings.
+/// All numbers of a result file except the provenance's, which are timings.
 inline std::map<std::string, std::vector<std::byte>> numbers(const std::string& path) {
   std::map<std::string, std::vector<std::byte>> bytes = numbers_in(path);
   std::erase_if(bytes, [](const auto& entry) { return entry.first.starts_with("/provenance"); });

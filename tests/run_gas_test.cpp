@@ -1,4 +1,4 @@
-// Runs of gases, whose frames are written beside their steps.
+// Tests of runs of gases whose frames are written concurrently with their steps.
 #include <doctest/doctest.h>
 #include <sched.h>
 #include <sys/resource.h>
@@ -24,26 +24,25 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::atomic<bool> failed = false;  ///< the motion has, or the disk
+std::atomic<bool> failed = false;  ///< True after a Failure of the motion or the disk.
 
 }  // namespace
 
 }  // namespace run_gas_test
 
-// In place of that of C++'s library.
+// Replaces the function of the C++ library.
 extern "C" void __cxxabiv1::__cxa_throw(void* thrown, std::type_info* type, void (*destroy)(void*)) {
   static const auto library = reinterpret_cast<decltype(&__cxxabiv1::__cxa_throw)>(dlsym(RTLD_NEXT, "__cxa_throw"));
   if (*type == typeid(lichtenberg::Failure)) run_gas_test::failed = true;
   library(thrown, type, destroy);
-  std::abort();  // which it never comes to
+  std::abort();  // This line is not reached.
 }
 
 namespace run_gas_test {
 
 namespace {
 
-/// A folder with a gas in it, whose frames are written by another thread where there is a second core. 41 frames, with
-/// a checkpoint each.
+/// Folder with a gas, whose frames another thread writes if there is a second core: 41 frames with a checkpoint each.
 struct GasFolder : Folder {
   GasFolder() { write("six.toml", gas_text(60, 8, 1, 0.025, "[mechanics]\nthreads = 1\n") + "picture = false\n"); }
 };
@@ -63,7 +62,7 @@ size_t gas_frames(const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("a gas whose frames are written beside its steps leaves what one leaves that writes them in between") {
+TEST_CASE("frames written concurrently: they equal frames written between steps") {
   const GasFolder folder;
   REQUIRE_EQ(run(folder, "beside.h5"), 0);
   REQUIRE_EQ(Child(folder, "between.h5", {"--quiet"}, stay_on_one_core).wait(), 0);
@@ -71,7 +70,7 @@ TEST_CASE("a gas whose frames are written beside its steps leaves what one leave
   check_same_numbers(folder / "beside.h5", folder / "between.h5");
 }
 
-TEST_CASE("a gas that is killed or stopped while a frame is written goes on bit for bit") {
+TEST_CASE("gas: a run killed or stopped during a write resumes with identical bits") {
   const GasFolder folder;
   disk_calls::done() = 0;
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
@@ -83,7 +82,7 @@ TEST_CASE("a gas that is killed or stopped while a frame is written goes on bit 
       Child child(folder, "six.h5", {"--quiet"}, interrupted_before(call, signal));
       CHECK_EQ(child.wait(), 128 + signal);
       const bool saved = fs::exists(folder / "six.h5");
-      CHECK_EQ(saved, signal == SIGTERM || call > 1);  // one that is stopped writes what it has begun to
+      CHECK_EQ(saved, signal == SIGTERM || call > 1);  // A stopped run completes the write that it has begun.
       if (saved) CHECK_LT(gas_frames(folder / "six.h5"), 41);
       if (signal == SIGTERM) CHECK_NE(child.messages().find("--resume continues from there"), std::string::npos);
       REQUIRE_EQ(run(folder, "six.h5", {"--quiet", saved ? "--resume" : "--overwrite"}), 0);
@@ -91,8 +90,8 @@ TEST_CASE("a gas that is killed or stopped while a frame is written goes on bit 
     }
 }
 
-// The first step fails while the first frame waits to be written; with one core frames are written before it.
-TEST_CASE("a motion and a disk that fail at once are both said" *
+// The first step fails while the first frame waits to be written; with one core, frames are written before it.
+TEST_CASE("motion and disk: simultaneous failures are both reported" *
           doctest::skip(std::thread::hardware_concurrency() < 2)) {
   const Folder folder;
   folder.write("six.toml", replaced(gas_text(60, 8, 1, 0.025), "contact]\n", "contact]\nelastic = 1e60\n") +
@@ -101,7 +100,8 @@ TEST_CASE("a motion and a disk that fail at once are both said" *
     signal(SIGXFSZ, SIG_IGN);
     const rlimit at_most{1000, 1000};
     setrlimit(RLIMIT_FSIZE, &at_most);
-    disk_calls::before = [motion = std::this_thread::get_id()](long) {  // frames are written once the motion has failed
+    // Frames are written after the motion has failed.
+    disk_calls::before = [motion = std::this_thread::get_id()](long) {
       for (int ms = 0; ms < 60'000 && !failed && std::this_thread::get_id() != motion; ++ms)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     };
@@ -109,10 +109,10 @@ TEST_CASE("a motion and a disk that fail at once are both said" *
   CHECK_EQ(child.wait(), 1);
   CAPTURE(child.messages());
   CHECK(contains(child.messages(), "six.h5 cannot be written (File too large); nothing was saved"));
-  CHECK(contains(child.messages(), "softer contacts (elastic), or a far shorter mechanics.step, is needed; and "));
+  CHECK(contains(child.messages(), "softer contacts (stiffness), or a far shorter mechanics.step, is needed; and "));
 }
 
-TEST_CASE("a full disk ends a gas too with status 1 and the sentence, and leaves the last checkpoint") {
+TEST_CASE("full disk: a gas ends with status 1 and keeps the last checkpoint") {
   const GasFolder folder;
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
   const std::string said = run_on_full_disk(folder, fs::file_size(folder / "reference.h5") / 2);

@@ -1,4 +1,4 @@
-// The command run, as a user meets it: in a process of its own, on a scene of six conductors that takes a moment.
+// Tests of the command run in a process of its own, on a short scene of six conductors.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -33,14 +33,14 @@ namespace {
 
 int raise_when_handled = 0;
 
-/// A signal that comes when the clock has been looked at so often; 0: none does.
+/// Signal to raise at the n-th reading of the clock; 0 raises none.
 struct AtLook {
   int signal = 0, looks = 0;
 } at_look;
 
 }  // namespace
 
-// In place of the C library's. A signal comes as soon as the last of those that a run handles is, SIGHUP.
+// Replaces the C library's function. A run handles SIGHUP last; the pending signal is raised as soon as it does.
 extern "C" int sigaction(int signal, const struct sigaction* action, struct sigaction* before) noexcept {
   static const auto library = reinterpret_cast<decltype(&sigaction)>(dlsym(RTLD_NEXT, "sigaction"));
   const int status = library(signal, action, before);
@@ -56,7 +56,8 @@ extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
 
 namespace {
 
-/// Six conductors that a source charges, and one electrode. 41 frames with a checkpoint at every fourth.
+/// Scene of six conductors charged by a current source, with one electrode. It has 41 frames and a checkpoint at every
+/// fourth.
 const std::string scene_text = R"(
 title = "Six"
 seed = 3
@@ -77,7 +78,7 @@ count = 6
 radius = 0.775e-3
 min_gap = 0.1e-3
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = 0.2e-9
 [effects.stokes_drag]
 [effects.hertz_contact]
@@ -94,7 +95,7 @@ time = 0.4
 stationary = false
 )";
 
-/// A folder with the scene in it.
+/// Folder that contains the scene.
 struct SceneFolder : Folder {
   SceneFolder() { write("six.toml", scene_text); }
 };
@@ -106,7 +107,7 @@ double number(const std::string& path, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("a run records its frames, keeps its charge and sums itself up") {
+TEST_CASE("run: a result has all frames, a balanced charge and a summary") {
   const SceneFolder folder;
   Child child(folder, "six.h5");
   REQUIRE_EQ(child.wait(), 0);
@@ -114,9 +115,9 @@ TEST_CASE("a run records its frames, keeps its charge and sums itself up") {
   CHECK_EQ(frames(path), 41);
   const std::vector<double> time = hdf5::get<double>(hdf5::load(path), "observables/energy/time");
   for (size_t k = 0; k < time.size(); ++k) CHECK_EQ(time[k], doctest::Approx(0.01 * static_cast<double>(k)));
-  // 6 conductors, 0.2 nA, 0.4 s: 4.8e-10 C, which something must have moved.
+  // Six conductors receive 0.2 nA for 0.4 s: 4.8e-10 C, some of which must have moved.
   CHECK_EQ(hdf5::get<double>(hdf5::load(path), "observables/charge_fed/value").back(),
-           doctest::Approx(4.8e-10).scale(0).epsilon(1e-12));  // 40 sums that keep what rounding cuts off
+           doctest::Approx(4.8e-10).scale(0).epsilon(1e-12));  // 40 compensated sums.
   CHECK_LT(std::abs(number(path, "summary/relative_charge_imbalance")), 1e-12);
   for (const char* word : {"six.h5 holds the run up to t = 0.4 s", "connected", "endpoints", "branch points", "energy",
                            "charge", "field solves", "time"})
@@ -124,7 +125,7 @@ TEST_CASE("a run records its frames, keeps its charge and sums itself up") {
   CHECK_NE(child.messages().find("of 0.4 s"), std::string::npos);
 }
 
-TEST_CASE("a last frame that rounding puts in front of the end is the end") {
+TEST_CASE("run: a last frame that rounding puts before the end is the end") {
   const SceneFolder folder;
   const std::string every = replaced(scene_text, "every = 0.01", "every = 0.03");  // 11 * 0.03 < 0.33
   folder.write("six.toml", replaced(every, "time = 0.4", "time = 0.33"));
@@ -132,15 +133,15 @@ TEST_CASE("a last frame that rounding puts in front of the end is the end") {
   CHECK_EQ(frames(folder / "six.h5"), 12);
 }
 
-TEST_CASE("--quiet prints nothing") {
+TEST_CASE("run: --quiet prints nothing") {
   const SceneFolder folder;
   Child child(folder, "six.h5", {"--quiet"});
   CHECK_EQ(child.wait(), 0);
   CHECK_EQ(child.summary() + child.messages(), "");
 }
 
-// The contacts of a run are those closer than the contact gap, and of those closer than the release gap some.
-TEST_CASE("the recorded contacts are those of D 7.1 but for the hysteresis") {
+// Contacts are all pairs closer than the contact gap and some of those closer than the release gap.
+TEST_CASE("run: recorded contacts are those of D 7.1 except for the hysteresis") {
   const SceneFolder folder;
   REQUIRE_EQ(run(folder, "six.h5"), 0);
   const Scene scene = read_scene(folder / "six.toml");
@@ -163,8 +164,8 @@ TEST_CASE("the recorded contacts are those of D 7.1 but for the hysteresis") {
   CHECK(std::includes(outer.begin(), outer.end(), recorded.begin(), recorded.end()));
 }
 
-// A run that stops at a frame that has a checkpoint anyway is an uninterrupted one up to there.
-TEST_CASE("a run resumed from any of its checkpoints equals an uninterrupted one bit for bit") {
+// A run that stops at a frame with a checkpoint equals an uninterrupted run up to there.
+TEST_CASE("run: a run resumed from any checkpoint has identical bits") {
   const SceneFolder folder;
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
   for (int checkpoint = 4; checkpoint < 40; checkpoint += 4) {
@@ -177,12 +178,12 @@ TEST_CASE("a run resumed from any of its checkpoints equals an uninterrupted one
   }
 }
 
-TEST_CASE("a run that is killed at any moment and resumed equals an uninterrupted one bit for bit") {
+TEST_CASE("run: a run killed at any moment and resumed has identical bits") {
   const SceneFolder folder;
   disk_calls::done() = 0;
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
   const long calls = disk_calls::done();
-  std::vector<size_t> left;  // frames, after each kill
+  std::vector<size_t> left;  // Frames after each kill.
   for (const long call : {0L, calls / 5, calls / 2, 4 * calls / 5, calls - 1}) {
     fs::remove(folder / "six.h5");
     Child child(folder, "six.h5", {"--quiet"}, interrupted_before(call, SIGKILL));
@@ -196,17 +197,17 @@ TEST_CASE("a run that is killed at any moment and resumed equals an uninterrupte
   CHECK_EQ(left.front(), 0);
   CHECK_GT(left[1], 1);
   CHECK_LT(left[3], 41);
-  CHECK_EQ(left.back(), 41);  // all but the folder's list of names was on the disk
+  CHECK_EQ(left.back(), 41);  // Only the folder's list of names was not on the disk yet.
 }
 
 namespace {
 
-/// Terminates this process once it has said what is to be done with signals.
+/// Terminates this process as soon as its signal handlers are installed.
 void terminate_once_handled() { raise_when_handled = SIGTERM; }
 
 }  // namespace
 
-TEST_CASE("a signal that comes while a method is chosen stops the run before it has begun") {
+TEST_CASE("run: a signal during the choice of a method stops it before the start") {
   const SceneFolder folder;
   folder.write("six.toml", replaced(scene_text, "cells = 64", "accuracy = 1e-4"));
   Child child(folder, "six.h5", {}, terminate_once_handled);
@@ -215,20 +216,20 @@ TEST_CASE("a signal that comes while a method is chosen stops the run before it 
   CHECK_FALSE(fs::exists(folder / "six.h5"));
 }
 
-TEST_CASE("a signal that comes while conductors are placed stops the run before it has begun") {
+TEST_CASE("run: a signal during placement stops it before the start") {
   const SceneFolder folder;
-  // Far too many for random places, and too few to be refused before: without the signal the run ends with status 2.
+  // The count is too large for random positions and too small for the early check. Without the signal the run ends with
+  // status 2.
   folder.write("six.toml", replaced(replaced(scene_text, "count = 6\n", "count = 9000\n"), "0.775e-3", "0.04e-3"));
   Child child(folder, "six.h5", {}, terminate_once_handled);
   CHECK_EQ(child.wait(), 128 + SIGTERM);
   CHECK_NE(child.messages().find("stopped before the run began: nothing was written"), std::string::npos);
-  CHECK_EQ(child.messages().find("after this step"), std::string::npos);  // there is none
+  CHECK_EQ(child.messages().find("after this step"), std::string::npos);  // There is no step yet.
 }
 
 namespace {
 
-/// A run that draws a picture at its end, with a script that waits there for its end by another hand: what it imports
-/// to read the result leaves its number, and goes no further.
+/// Run that draws a picture at its end. Its plot script writes its process number when it imports h5py and then waits.
 class Drawing {
  public:
   explicit Drawing(const Folder& folder)
@@ -254,14 +255,14 @@ class Drawing {
 
 }  // namespace
 
-TEST_CASE("who is asked to stop while the scene of another result is placed again stops") {
+TEST_CASE("run: a stop request during the placement of a result's scene is obeyed") {
   const SceneFolder folder;
   REQUIRE_EQ(run(folder, "six.h5"), 0);
   Scene scene = read_scene(folder / "six.toml");
   CHECK_THROWS_AS(start_from(folder / "six.h5", {}, scene, [] { return true; }), Stopped);
 }
 
-TEST_CASE("a run that is ended while it draws its last picture leaves a whole result without a lock") {
+TEST_CASE("run: SIGTERM during the last picture leaves a complete, unlocked result") {
   const SceneFolder folder;
   folder.write("six.toml", replaced(scene_text, "picture = false", "picture = true"));
   Drawing drawing(folder);
@@ -271,30 +272,31 @@ TEST_CASE("a run that is ended while it draws its last picture leaves a whole re
   CHECK_FALSE(fs::exists(folder / "six.h5.lock"));
 }
 
-TEST_CASE("a run that is killed while it draws takes the drawing with it") {
+TEST_CASE("run: a run killed during a picture ends the plot script as well") {
   const SceneFolder folder;
   folder.write("six.toml", replaced(scene_text, "picture = false", "picture = true"));
-  prctl(PR_SET_CHILD_SUBREAPER, 1);  // so that we get the status of what the run leaves behind
+  prctl(PR_SET_CHILD_SUBREAPER, 1);  // This process receives the status of the orphaned script.
   Drawing drawing(folder);
   drawing.run().send(SIGKILL);
   CHECK_EQ(drawing.run().wait(), 128 + SIGKILL);
   int status = 0;
-  CHECK_EQ(waitpid(drawing.script(), &status, 0), drawing.script());  // it would wait for minutes
+  CHECK_EQ(waitpid(drawing.script(), &status, 0), drawing.script());  // The script would wait for minutes.
   prctl(PR_SET_CHILD_SUBREAPER, 0);
   CHECK_EQ(WTERMSIG(status), SIGTERM);
   CHECK_FALSE(fs::exists(folder / "six.png"));
 }
 
-// Of 41 frames with a checkpoint at the first, the 21st and the last. The signal comes between the first two, where a
-// run looks at the clock some times a frame.
-TEST_CASE("SIGINT and SIGTERM stop at the next checkpoint or at once, and the run can be resumed") {
+// 41 frames with checkpoints at the first, the 21st and the last. The signal arrives between the first two checkpoints,
+// where a run reads the clock several times per frame.
+TEST_CASE("run: SIGINT stops at a checkpoint, SIGTERM at once, and both can resume") {
   const SceneFolder folder;
   folder.write("six.toml", replaced(scene_text, "checkpoint_every = 4", "checkpoint_every = 20"));
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
   for (const int signal : {SIGINT, SIGTERM}) {
     Child child(folder, "six.h5", {"--overwrite"}, [&] {
       at_look.signal = signal;
-      disk_calls::before = [](long) { at_look.looks = at_look.signal == 0 ? 0 : 30; };  // from the last of a save on
+      // Counting starts at the last disk call of a save.
+      disk_calls::before = [](long) { at_look.looks = at_look.signal == 0 ? 0 : 30; };
     });
     REQUIRE_EQ(child.wait(), 128 + signal);
     CHECK_NE(child.messages().find("--resume continues from "), std::string::npos);
@@ -306,7 +308,7 @@ TEST_CASE("SIGINT and SIGTERM stop at the next checkpoint or at once, and the ru
   }
 }
 
-/// A sphere that shuttles between two electrodes, with so many ohm a contact. 11 frames.
+/// Scene of a sphere that shuttles between two electrodes with the given contact resistance (ohm). It has 11 frames.
 std::string shuttle_text(const std::string& contact_resistance) {
   return replaced(R"(
 domain.size = [8e-3, 8e-3]
@@ -333,7 +335,7 @@ radius = 0.775e-3
 [effects.hertz_contact]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 2e-4
+contact_distance = 2e-4
 [effects.contact_resistance]
 resistance = OHM
 [field]
@@ -348,8 +350,8 @@ time = 0.1
                   "OHM", contact_resistance);
 }
 
-// R C with some 0.3 pF of the sphere: 0.03 ms, where it takes 1 ms to cross the gap, and 0.3 s.
-TEST_CASE("the energy of a circuit balances; contacts slower than the way across their gap end the run in a sentence") {
+// With the sphere's capacitance of 0.3 pF, RC is 0.03 ms or 0.3 s; the sphere crosses the gap in 1 ms.
+TEST_CASE("run: the circuit's energy balances; contacts slower than motion end it") {
   const SceneFolder folder;
   folder.write("six.toml", shuttle_text("1e8"));
   Child sound(folder, "sound.h5");
@@ -367,11 +369,11 @@ TEST_CASE("the energy of a circuit balances; contacts slower than the way across
   CHECK_NE(slow.messages().find("conductor 0 and the electrode \"high\" touch while their potentials are "),
            std::string::npos);
   CHECK_NE(slow.messages().find("lower the resistance in [effects.contact_resistance] or widen "
-                                "effects.contact_discharge.gap"),
+                                "effects.contact_discharge.contact_distance"),
            std::string::npos);
 }
 
-TEST_CASE("a resumed run holds its energy against that of the first frame") {
+TEST_CASE("run: a resumed run compares its energy with that of the first frame") {
   const SceneFolder folder;
   folder.write("six.toml", shuttle_text("1e8"));
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
@@ -382,9 +384,10 @@ TEST_CASE("a resumed run holds its energy against that of the first frame") {
   check_same_numbers(folder / "six.h5", folder / "reference.h5");
 }
 
-// A sphere between two plates 0.95 mm farther apart than its diameter. The lower one holds it up to a gap of 0.525 mm,
-// the upper one, which draws it, from a gap of 0.5 mm on: 0.45 mm from the lower.
-TEST_CASE("a short circuit on the way ends the run with status 1, and all frames before it are saved") {
+// A sphere between two plates 0.95 mm farther apart than its diameter. The contact with the lower plate opens at a gap
+// of 0.525 mm. The upper plate attracts the sphere, and its contact closes at 0.5 mm, which is 0.45 mm from the lower
+// plate.
+TEST_CASE("run: a short circuit ends it with status 1 and keeps earlier frames") {
   const SceneFolder folder;
   folder.write("six.toml", R"(
 [domain]
@@ -401,7 +404,7 @@ radius = 0.775e-3
 [effects.stokes_drag]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 0.5e-3
+contact_distance = 0.5e-3
 [field]
 cells = 64
 [output]
@@ -423,14 +426,14 @@ time = 10.0
     CHECK_GT(times.back() + 1e-3, std::stod(at));
     CHECK_NE(child.messages().find(fmt::format("six.h5 holds the run up to t = {:.6g} s, and --resume", times.back())),
              std::string::npos);
-    // Where it meets, less the way of a frame: some 5 mm/s, 1 ms.
+    // The position of the short circuit minus the path of a frame: about 5 mm/s times 1 ms.
     const std::vector<double> position =
         hdf5::get<double>(hdf5::load(folder / "six.h5"), "particles/conductors/position/value");
     CHECK_EQ(position[position.size() - 2], doctest::Approx(1.225e-3).epsilon(0.01));
   }
 }
 
-TEST_CASE("resuming a run that is over changes nothing") {
+TEST_CASE("run: resuming a completed run changes nothing") {
   const SceneFolder folder;
   REQUIRE_EQ(run(folder, "six.h5"), 0);
   const std::string before = text_of(folder / "six.h5");
@@ -438,12 +441,12 @@ TEST_CASE("resuming a run that is over changes nothing") {
   CHECK_EQ(text_of(folder / "six.h5"), before);
 }
 
-TEST_CASE("a minimization is resumed with more iterations, then to another force, as if it had never stopped") {
+TEST_CASE("minimize: resuming with more iterations or another tolerance is seamless") {
   const Folder folder;
   std::string output;
   const auto relax_to = [&](const std::string& end, const std::string& file, std::vector<std::string> options = {}) {
     folder.write("six.toml",
-                 "[domain]\nsize = [6.4, 6.4]\n[effects.contact_potential]\n[[population]]\ncount = 50\n"
+                 "[domain]\nsize = [6.4, 6.4]\n[effects.soft_repulsion]\n[[population]]\ncount = 50\n"
                  "radius = [0.4, 0.6]\noverlapping = true\n[output]\npicture = false\n" +
                      output + "[minimize]\n" + end);
     options.push_back("--quiet");
@@ -454,7 +457,7 @@ TEST_CASE("a minimization is resumed with more iterations, then to another force
   const auto notes = [](const std::string& path) {
     return hdf5::get<std::int64_t>(hdf5::load(path), "relaxation/iteration");
   };
-  // The last iteration is a frame, a checkpoint, a note and the end at once: noted once.
+  // The last iteration is a frame, a checkpoint, a history row and the end; its row appears once.
   output = "checkpoint_every = 1\n";
   const std::string ten = relax_to("max_iterations = 10\nrecord_every = 1\n", "ten.h5");
   output.clear();
@@ -474,7 +477,7 @@ TEST_CASE("a minimization is resumed with more iterations, then to another force
   CHECK(ResultFile(cut, "read").warnings().empty());
   const double earlier = number(cut, "summary/relative_largest_force");
   CHECK((earlier <= 1e-5 && earlier > 1e-9));
-  // Nothing to do but to say what it is by the new measure: no frame, no note.
+  // The state already meets the new tolerance: no frame and no history row are added.
   const auto before = frames(cut);
   const auto noted = notes(cut);
   relax_to("max_iterations = 30\nforce_tolerance = 1e-9\n", "cut.h5", {"--resume"});
@@ -488,7 +491,7 @@ TEST_CASE("a minimization is resumed with more iterations, then to another force
     CHECK(number(cut, same) == number(whole, same));
 }
 
-TEST_CASE("a result file that exists is refused with status 2 and replaced only on request") {
+TEST_CASE("run: an existing result is refused and replaced only on request") {
   const SceneFolder folder;
   folder.write("six.h5", "precious");
   Child child(folder, "six.h5");
@@ -502,7 +505,7 @@ TEST_CASE("a result file that exists is refused with status 2 and replaced only 
   CHECK_EQ(frames(folder / "six.h5"), 41);
 }
 
-TEST_CASE("what cannot be resumed is refused: nothing, a truncated file, another scene") {
+TEST_CASE("run: resuming without a file, from a cut file or a new scene is refused") {
   const SceneFolder folder;
   CHECK_EQ(run(folder, "six.h5", {"--quiet", "--resume"}), 2);
   REQUIRE_EQ(run(folder, "six.h5"), 0);
@@ -520,8 +523,8 @@ TEST_CASE("what cannot be resumed is refused: nothing, a truncated file, another
   CHECK_EQ(text_of(folder / "six.h5"), whole);
 }
 
-// There is room for the first versions of the file, but not for the last.
-TEST_CASE("a full disk ends the run with status 1 and leaves the last checkpoint, from which it goes on") {
+// The disk can store the first versions of the file but not the last.
+TEST_CASE("run: a full disk ends it with status 1 and keeps the last checkpoint") {
   const SceneFolder folder;
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
   folder.write("six.toml", replaced(scene_text, "time = 0.4", "time = 0.01"));
@@ -533,7 +536,7 @@ TEST_CASE("a full disk ends the run with status 1 and leaves the last checkpoint
   check_same_numbers(folder / "six.h5", folder / "reference.h5");
 }
 
-TEST_CASE("a run that is asked for a picture leaves one") {
+TEST_CASE("run: picture = true writes a picture") {
   const SceneFolder folder;
   folder.write("six.toml",
                replaced(replaced(scene_text, "picture = false", "picture = true"), "time = 0.4", "time = 0.02"));

@@ -1,4 +1,4 @@
-// Dimensions and periodic sides of a scene, and how what knows nothing of them is refused.
+// Tests of dimensions and periodic sides of a scene, and of refusals by parts without support for them.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -27,7 +27,7 @@ std::string ball(const std::string& position, const std::string& more = "") {
   return "[[conductor]]\nposition = " + position + "\nradius = 0.1\n" + more;
 }
 
-/// m, the smallest from surface to surface, of nearest images where sides are periodic.
+/// Smallest surface-to-surface distance (m) of nearest images across periodic sides.
 double smallest_gap(const Scene& scene) {
   const Box<3> box = scene.domain.box();
   double least = INFINITY;
@@ -42,7 +42,7 @@ double smallest_gap(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("sides that are periodic") {
+TEST_CASE("periodic sides: they define the box") {
   const Scene plane = parse(around + ball("[0.5, 0.5]"));
   CHECK(plane.domain.box().periodic(0));
   CHECK_FALSE(plane.domain.box().periodic(1));
@@ -52,7 +52,7 @@ TEST_CASE("sides that are periodic") {
   CHECK_FALSE(parse(cube + ball("[0.5, 0.5, 0.5]")).domain.box().any_periodic());
 }
 
-TEST_CASE("an axis is periodic on both its sides or on none") {
+TEST_CASE("periodic axis: both of its sides or none must be periodic") {
   check_refused("domain = { size = [1.0, 1.0], left = \"periodic\" }\n" + ball("[0.5, 0.5]"),
                 {"test.toml:1:", "domain.left = \"periodic\"", "domain.right = \"insulating\"", "both its sides"});
   check_refused("domain = { size = [1.0, 1.0], bottom = { potential = 5.0 }, top = \"periodic\" }\n",
@@ -61,14 +61,14 @@ TEST_CASE("an axis is periodic on both its sides or on none") {
                 {"domain.left = \"round\"", "\"periodic\", \"insulating\" or { potential = a number }"});
 }
 
-TEST_CASE("front and back are there in three dimensions only") {
+TEST_CASE("front and back: they exist in three dimensions only") {
   check_refused("domain = { size = [1.0, 1.0], front = \"periodic\", back = \"periodic\" }\n",
                 {"domain.front is not allowed in two dimensions"});
   check_refused("domain = { size = [1.0, 1.0, 1.0], back = { potential = 5.0 } }\n",
                 {"domain.back = { potential = 5 }", "in three dimensions", "\"periodic\""});
 }
 
-TEST_CASE("places and velocities have as many numbers as the domain") {
+TEST_CASE("positions and velocities: they have the domain's number of components") {
   const Conductor c = parse(cube + ball("[0.5, 0.5, 2.5]", "velocity = [1.0, 2.0, 3.0]\n")).conductors[0];
   CHECK(c.position == Vec3{0.5, 0.5, 2.5});
   CHECK(c.velocity == Vec3{1, 2, 3});
@@ -80,20 +80,20 @@ TEST_CASE("places and velocities have as many numbers as the domain") {
                 {"conductor.velocity has 3 numbers", "the domain has 2"});
 }
 
-TEST_CASE("effects that know no periodic sides say so") {
+TEST_CASE("effects without periodic sides: they are refused") {
   const std::string fluid = "medium = { relative_permittivity = 2.0, viscosity = 1.0 }\n";
   const auto table = [](const std::string& effect) { return "effects." + effect + " = {}\n"; };
   check_refused(around + fluid + table("floating_conductors") + ball("[0.5, 0.5]"),
                 {"effects.floating_conductors is not allowed with a periodic side"});
   check_refused(around + table("contact_potential") + ball("[0.5, 0.5]"),
-                {"effects.contact_potential is not allowed with a periodic side"});
+                {"effects.soft_repulsion is not allowed with a periodic side"});
   for (const std::string effect : {"hertz_contact", "stokes_drag", "wall_contact", "gravity"}) {
     CHECK(refusal(periodic_cube + fluid + table(effect) + ball("[0.5, 0.5, 0.5]")) == "");
     CHECK(refusal(around + fluid + table(effect) + ball("[0.5, 0.5]")) == "");
   }
 }
 
-TEST_CASE("what belongs to a field is refused where there is none") {
+TEST_CASE("keys of a field: refused where there is none") {
   for (const std::string more :
        {"[[group]]\nname = \"wire\"\n", "[field]\ncells = 64\n", "charge = 1.0\n",
         "[[electrode]]\nshape = \"disk\"\ncentre = [0.2, 0.2]\nradius = 0.1\npotential = 0\n"}) {
@@ -102,14 +102,14 @@ TEST_CASE("what belongs to a field is refused where there is none") {
   }
 }
 
-TEST_CASE("networks of resistors are for scenes without a periodic side") {
-  const std::string between = "[network]\nbetween = \"front,back\"\n";
+TEST_CASE("network: it requires a scene without a periodic side") {
+  const std::string between = "[network]\nterminals = \"front,back\"\n";
   CHECK(refusal(cube + ball("[0.5, 0.5, 0.5]") + between) == "");
   check_refused(periodic_cube + ball("[0.5, 0.5, 0.5]") + between, {"[network] is not allowed with a periodic side"});
-  check_refused("domain.size = [1.0, 1.0]\n" + ball("[0.5, 0.5]") + between, {"network.between", "\"front\""});
+  check_refused("domain.size = [1.0, 1.0]\n" + ball("[0.5, 0.5]") + between, {"network.terminals", "\"front\""});
 }
 
-TEST_CASE("a conductor reaches through a periodic side, but its centre does not") {
+TEST_CASE("periodic side: a conductor may cross it, but its centre may not") {
   CHECK(refusal(around + ball("[0.0, 0.5]")) == "");
   check_refused(around + ball("[-0.01, 0.5]"), {"reaches out of the domain by 0.01 m", "its centre"});
   check_refused(around + ball("[0.5, 0.05]"), {"reaches out of the domain by 0.05 m"});
@@ -118,28 +118,28 @@ TEST_CASE("a conductor reaches through a periodic side, but its centre does not"
                 {"overlaps its own image"});
 }
 
-TEST_CASE("conductors that overlap across a periodic side or in depth are refused") {
+TEST_CASE("overlap: across a periodic side or in depth it is refused") {
   check_refused(around + ball("[0.95, 0.5]") + ball("[0.1, 0.5]"), {"overlaps the one at [0.95, 0.5] m", "0.05 m"});
   CHECK(refusal("domain.size = [1.0, 2.0]\n" + ball("[0.9, 0.5]") + ball("[0.1, 0.5]")) == "");
   check_refused(cube + ball("[0.5, 0.5, 1.0]") + ball("[0.5, 0.5, 1.15]"), {"overlaps the one at [0.5, 0.5, 1] m"});
   CHECK(refusal(cube + ball("[0.5, 0.5, 1.0]") + ball("[0.5, 0.5, 1.3]")) == "");
 }
 
-TEST_CASE("populations in space, and through periodic sides, without overlap") {
+TEST_CASE("populations: in space and across periodic sides without overlap") {
   const std::string many = "[[population]]\ncount = 30\nradius = [0.06, 0.1]\n";
   for (const std::string& start : {cube, periodic_cube, around}) {
     CAPTURE(start);
     const Scene s = parse(start + elastic + many + "min_gap = 0.001\n");
     CHECK(smallest_gap(s) >= 0.001);
-    bool through = false;  // a side
+    bool through = false;  // A conductor crosses a side.
     for (const Conductor& c : s.conductors) through |= c.position.x < c.radius || c.position.x > 1 - c.radius;
     CHECK(through == s.domain.box().periodic(0));
   }
-  const Scene packing = parse(cube + "effects.contact_potential = {}\n" + many);
+  const Scene packing = parse(cube + "effects.soft_repulsion = {}\n" + many);
   CHECK(smallest_gap(packing) >= 0);
 }
 
-TEST_CASE("a population's region is a box in space; a rectangle goes from front to back") {
+TEST_CASE("population region: a box in space; a rectangle spans the depth") {
   const auto with_region = [](const std::string& domain, const std::string& region) {
     return domain + elastic + "[[population]]\ncount = 30\nradius = 0.02\nregion = " + region + "\n";
   };
@@ -166,7 +166,7 @@ TEST_CASE("a population's region is a box in space; a rectangle goes from front 
                 {"population.region has corners of 3 numbers", "the domain has 2"});
 }
 
-TEST_CASE("bodies have the scene's box, and are inside it") {
+TEST_CASE("bodies: they have the scene's box and lie inside it") {
   const Bodies bodies = make_bodies(parse(periodic_cube + ball("[0.5, 0.5, 1.0]", "velocity = [0.0, 0.0, 2.0]\n")));
   CHECK(bodies.box.any_periodic());
   CHECK(bodies.position == std::vector<double>{0.5, 0.5, 0});

@@ -1,4 +1,4 @@
-// What stands where in a scene: electrodes, conductors, groups, populations, packings.
+// Tests of positions in a scene: electrodes, conductors, groups, populations, packings.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ TEST_CASE("materials: a key without an elastic contact is refused") {
   check_refused(box + spheres + disk("[0.01, 0.01]", "poisson = 0.51\n"), {"conductor.poisson = 0.51", "at most 0.5"});
 }
 
-TEST_CASE("the shapes of electrodes") {
+TEST_CASE("electrode: each shape is read with its geometry") {
   const Scene s = parse(box + electrostatics + disk("[0.01, 0.01]") + R"(
 [[electrode]]
 shape = "half-disk"
@@ -104,14 +104,15 @@ potential = 1.0
                 {"electrode.name = \"a\" is taken"});
 }
 
-TEST_CASE("resistors and leakage: what they need, and what is refused in one sentence") {
+TEST_CASE("resistors and leakage: missing tables and bad values are refused") {
   const std::string scene = box + electrostatics + disk("[0.005, 0.015]") + grounded;
   const auto supplied = [](const std::string& keys) {
     return "[[electrode]]\nshape = \"disk\"\ncentre = [0.035, 0.01]\nradius = 0.002\npotential = 5.0\n" + keys + "\n";
   };
-  const Scene good = parse(scene + supplied("series_resistance = 1e9") +
-                           "[effects.leakage]\nconductivity = 1e-11\n[effects.contact_discharge]\n"
-                           "[effects.contact_resistance]\nresistance = 5.0\nresistivity = 1e-3\nspot = 1e-5\n");
+  const Scene good =
+      parse(scene + supplied("series_resistance = 1e9") +
+            "[effects.leakage]\nconductivity = 1e-11\n[effects.contact_discharge]\n"
+            "[effects.contact_resistance]\nresistance = 5.0\nresistivity = 1e-3\ncontact_radius = 1e-5\n");
   CHECK(good.electrodes[0].series_resistance == 0);
   CHECK(good.electrodes[1].series_resistance == 1e9);
   CHECK(good.effects.find<effects::LeakageOptions>()->conductivity == 1e-11);
@@ -123,7 +124,8 @@ TEST_CASE("resistors and leakage: what they need, and what is refused in one sen
   const std::string contacts = scene + "[effects.contact_discharge]\n[effects.contact_resistance]\n";
   check_refused(contacts, {"contact_resistance needs a resistance in ohm"});
   check_refused(contacts + "resistivity = 1.0\n", {"contact_resistance needs a spot"});
-  check_refused(contacts + "resistance = 5.0\nspot = 1e-5\n", {"contact_resistance.spot needs", "resistivity"});
+  check_refused(contacts + "resistance = 5.0\ncontact_radius = 1e-5\n",
+                {"contact_resistance.contact_radius needs", "resistivity"});
   check_refused(contacts + "resistance = -1.0\n", {"effects.contact_resistance.resistance = -1", "at least 0"});
   check_refused(scene + "[effects.leakage]\nconductivity = -1.0\n", {"effects.leakage.conductivity", "greater than 0"});
   check_refused(contacts + "resistance = 1.0\n[mechanics]\ncoupling = \"monolithic\"\n",
@@ -135,11 +137,11 @@ TEST_CASE("resistors and leakage: what they need, and what is refused in one sen
                 {"electrode.series_resistance needs the table [effects.floating_conductors]"});
   check_refused(
       box + "field = { cells = 64 }\n" + disk("[0.005, 0.015]") + supplied("series_resistance = 1.0") + grounded,
-      {"test.toml:7: electrode.series_resistance"});  // the line of the electrode that has it
-  // In an insulated box: a resistor takes what is fed, but no charge that is there at the first instant.
+      {"test.toml:7: electrode.series_resistance"});  // The line of the electrode with the resistor.
+  // In an insulated box a resistor can collect the injected charge, but it cannot balance an initial charge.
   const std::string behind = supplied("series_resistance = 1.0");
-  CHECK(refusal(box + electrostatics + "effects.current_source.current = 1e-9\n" + disk("[0.005, 0.015]") + behind) ==
-        "");
+  CHECK(refusal(box + electrostatics + "effects.current_injection.current = 1e-9\n" + disk("[0.005, 0.015]") +
+                behind) == "");
   check_refused(box + electrostatics + disk("[0.005, 0.015]", "charge = 3e-10\n") + behind,
                 {"3e-10 C", "potential without a resistor, or the charges must cancel"});
   check_refused(scene +
@@ -148,7 +150,7 @@ TEST_CASE("resistors and leakage: what they need, and what is refused in one sen
                 {"touches the electrode \"disk 1\"", "behind a resistor"});
 }
 
-TEST_CASE("electrodes at different potentials must not touch") {
+TEST_CASE("electrodes: different potentials must not touch") {
   const auto refused = [](const std::string& first, const std::string& second) {
     const auto with = [](const std::string& keys, int potential) {
       return "[[electrode]]\n" + keys + "\npotential = " + std::to_string(potential) + "\n";
@@ -156,7 +158,7 @@ TEST_CASE("electrodes at different potentials must not touch") {
     const auto sentence = [&](int potential) {
       return refusal(box + "field.cells = 64\n" + disk("[0.005, 0.015]") + with(first, 0) + with(second, potential));
     };
-    CHECK(sentence(0) == "");  // one potential: a shape made of two
+    CHECK(sentence(0) == "");  // Equal potentials: two electrodes form one shape.
     return has(sentence(1), "electrodes that touch must have the same potential");
   };
   const std::string disk_at = "shape = \"disk\"\nradius = 0.002\ncentre = ";
@@ -171,13 +173,13 @@ TEST_CASE("electrodes at different potentials must not touch") {
   CHECK_FALSE(refused(ring, disk_at + "[0.0389, 0.01]"));
   CHECK(refused(ring, bar + "from = [0.03, 0.01]\nto = [0.0411, 0.01]"));
   CHECK_FALSE(refused(ring, bar + "from = [0.03, 0.01]\nto = [0.0408, 0.01]"));
-  // A bar along x with a corner at (0.03, 0.011), and one along the diagonal whose flat end stands 0.1 mm * sqrt 2
-  // beyond the corner, or reaches over it: their extents along x and y overlap either way.
+  // One bar lies along x with a corner at (0.03, 0.011). The other lies along the diagonal; its flat end is 0.1 mm *
+  // sqrt(2) beyond the corner or overlaps it. Their extents along x and y overlap in both cases.
   const std::string along_x = bar + "from = [0.02, 0.01]\nto = [0.03, 0.01]";
   CHECK(refused(along_x, bar + "from = [0.0299, 0.0109]\nto = [0.035, 0.016]"));
   CHECK_FALSE(refused(along_x, bar + "from = [0.0301, 0.0111]\nto = [0.035, 0.016]"));
-  // A ring that leaves the whole domain to the fluid (half the domain's diagonal is 0.02236 m) is in no cell, and one
-  // that only its corners reach into may be (half a cell's diagonal is 0.00044 m).
+  // A ring that leaves the whole domain to the fluid (half the domain's diagonal is 0.02236 m) covers no cell. A ring
+  // that covers only the corners may cover none (half a cell's diagonal is 0.00044 m).
   const auto with_ring = [](const std::string& radius) {
     return "domain = { size = [0.04, 0.02], top = { potential = 5 } }\nfield.cells = 64\n" + disk("[0.01, 0.01]") +
            "[[electrode]]\nshape = \"ring\"\ncentre = [0.02, 0.01]\npotential = 0\nradius = " + radius + "\n";
@@ -192,7 +194,7 @@ TEST_CASE("electrodes at different potentials must not touch") {
       {"\"sink\" at 0 V", "bottom side of the domain at 5 V"});
 }
 
-TEST_CASE("sides of the domain meet in corners: electrodes there must have one potential") {
+TEST_CASE("sides: electrodes that meet in a corner must have one potential") {
   const auto with_sides = [](const std::string& sides) {
     return "field.cells = 64\nmedium.permittivity = 1e-11\n" + disk("[0.01, 0.01]") +
            "[domain]\nsize = [0.04, 0.02]\n" + sides;
@@ -205,22 +207,23 @@ TEST_CASE("sides of the domain meet in corners: electrodes there must have one p
                 {"right side of the domain at 5 V", "bottom side at 0 V"});
 }
 
-TEST_CASE("conductors where they cannot be") {
+TEST_CASE("conductor: an overlap or a position outside the domain is refused") {
   const std::string start = box + electrostatics + grounded;
-  // Centres 1.8 mm apart, radii of 1 mm each: 0.2 mm of overlap.
+  // The centres are 1.8 mm apart and the radii are 1 mm: an overlap of 0.2 mm.
   check_refused(
       start + disk("[0.01, 0.01]") + disk("[0.0118, 0.01]"),
       {"test.toml:13:", "conductor.position = [0.0118, 0.01]", "[0.01, 0.01] m (line 10)", "overlaps", "0.0002 m"});
   check_refused(start + disk("[0.0005, 0.01]"), {"[0.0005, 0.01]", "reaches out of the domain by 0.0005 m"});
   check_refused(start + disk("[0.01, 0.03]"), {"reaches out of the domain by 0.011 m"});
   check_refused(start + disk("[0.0225, 0.01]"), {"overlaps the electrode \"disk 1\" by 0.0005 m"});
-  check_refused(start + disk("[0.02, 0.01]"), {"overlaps the electrode \"disk 1\" by 0.003 m"});  // inside it
-  // Touching each other, the electrode (0.02 + 0.002 + 0.001) and the side is allowed, decimal rounding included.
+  // Inside the electrode.
+  check_refused(start + disk("[0.02, 0.01]"), {"overlaps the electrode \"disk 1\" by 0.003 m"});
+  // Contact with each other, the electrode (0.02 + 0.002 + 0.001) and the side is allowed, within decimal rounding.
   CHECK(refusal(box + electrostatics + "effects.contact_discharge = {}\n" + grounded + disk("[0.023, 0.01]") +
                 disk("[0.025, 0.01]") + disk("[0.039, 0.01]") + disk("[0.01, 0.019]")) == "");
 }
 
-TEST_CASE("groups") {
+TEST_CASE("group: a wrong charge, potential or member is refused") {
   const std::string start = box + electrostatics;
   const std::string group = "[[group]]\nname = \"wire\"\n";
   const std::string member = disk("[0.01, 0.01]", "group = \"wire\"\n");
@@ -249,18 +252,18 @@ TEST_CASE("groups") {
   CHECK(two.conductors[2].group == 0);
 }
 
-TEST_CASE("charge needs a ground in an insulated box") {
+TEST_CASE("charge: an insulated box needs a ground") {
   const std::string start = box + electrostatics;
   const std::string plus = disk("[0.01, 0.01]", "charge = 3e-10\n");
   const auto needs_ground = {std::string("without any ground"), std::string("[[electrode]]")};
   check_refused(start + plus, {"3e-10 C", "without any ground", "must cancel"});
-  check_refused(start + "effects.current_source.current = 1e-9\n" + disk("[0.01, 0.01]"), needs_ground);
+  check_refused(start + "effects.current_injection.current = 1e-9\n" + disk("[0.01, 0.01]"), needs_ground);
   check_refused(start + disk("[0.01, 0.01]", "group = \"g\"\n") + "[[group]]\nname = \"g\"\ncharge = 1e-10\n",
                 needs_ground);
   check_refused(start + "[[population]]\ncount = 3\nradius = 0.001\ncharge = 1e-10\n", needs_ground);
 
   CHECK(refusal(start + plus + grounded) == "");
-  // 0.1 + 0.2 is not 0.3 in binary: the charges cancel to rounding.
+  // 0.1 + 0.2 differs from 0.3 in binary: the charges cancel to rounding.
   CHECK(refusal(start + plus + disk("[0.02, 0.01]", "charge = -1e-10\n") + disk("[0.03, 0.01]", "charge = -2e-10\n")) ==
         "");
   CHECK(refusal(start + plus + disk("[0.02, 0.01]", "group = \"g\"\n") + "[[group]]\nname = \"g\"\npotential = 0\n") ==
@@ -269,7 +272,7 @@ TEST_CASE("charge needs a ground in an insulated box") {
                 electrostatics + plus) == "");
 }
 
-TEST_CASE("a charge whose square is no number is refused by its key") {
+TEST_CASE("charge: one whose square overflows is refused by its key") {
   const std::string start = box + electrostatics + grounded;
   check_refused(start + disk("[0.01, 0.01]", "charge = -1e308\n"),
                 {"test.toml:13: conductor.charge = -1e+308", "must be 0 or from 1e-50 to 1e+50"});
@@ -279,7 +282,7 @@ TEST_CASE("a charge whose square is no number is refused by its key") {
   CHECK(refusal(start + disk("[0.01, 0.01]", "charge = -1e50\n")) == "");
 }
 
-TEST_CASE("what touches must have one potential") {
+TEST_CASE("contact: bodies in contact must have one potential") {
   const std::string wire = "[[group]]\nname = \"a\"\ncharge = 0.0\n";
   const std::string two = disk("[0.01, 0.01]") + disk("[0.012, 0.01]");
   const std::string at_bottom = disk("[0.01, 0.001]"), below_electrode = disk("[0.02, 0.013]");
@@ -290,24 +293,24 @@ TEST_CASE("what touches must have one potential") {
       "medium = { relative_permittivity = 2.0 }\ndomain = { size = [0.04, 0.02], bottom = { potential = 1 } }\n" +
           electrostatics + at_bottom,
       {"touches the bottom side"});
-  CHECK(refusal(box + electrostatics + grounded + at_bottom) == "");  // an insulating side has no potential
+  CHECK(refusal(box + electrostatics + grounded + at_bottom) == "");  // An insulating side has no potential.
   CHECK(refusal(box + electrostatics + grounded + disk("[0.01, 0.01]") + disk("[0.01201, 0.01]")) == "");
-  CHECK(refusal(box + "field.cells = 64\n" + two) == "");  // without a field
+  CHECK(refusal(box + "field.cells = 64\n" + two) == "");  // There is no field.
   CHECK(refusal(box + electrostatics + "effects.contact_discharge = {}\n" + grounded + two) == "");
   CHECK(refusal(box + electrostatics + wire + grounded + disk("[0.01, 0.01]", "group = \"a\"\n") +
                 disk("[0.012, 0.01]", "group = \"a\"\n")) == "");
   const std::string held = "[[group]]\nname = \"a\"\npotential = 0.0\n";
   CHECK(refusal(box + electrostatics + held + grounded + disk("[0.02, 0.013]", "group = \"a\"\n")) == "");
-  // Behind a resistor the electrode has another potential than its supply.
+  // Behind a resistor the electrode's potential differs from its supply's.
   check_refused(
       box + electrostatics + held + grounded + "series_resistance = 1e9\n" + disk("[0.02, 0.013]", "group = \"a\"\n"),
       {"touches the electrode \"disk 1\""});
 }
 
-TEST_CASE("packings") {
-  const std::string start = "[domain]\nsize = [4.0, 2.0]\n", contact = "[effects.contact_potential]\n";
+TEST_CASE("packing: walls, radii, networks and refused keys") {
+  const std::string start = "[domain]\nsize = [4.0, 2.0]\n", contact = "[effects.soft_repulsion]\n";
   const std::string some = "[[population]]\ncount = 6\nradius = [0.2, 0.4]\noverlapping = true\n";
-  SUBCASE("the sides of the domain are walls, and others come after them") {
+  SUBCASE("the domain's sides are the first walls") {
     const Scene s = parse(start + contact + some + "[[wall]]\npoint = [1.0, 0.0]\nnormal = [3.0, 4.0]\n");
     REQUIRE(s.walls.size() == 5);
     CHECK(s.walls[1].name == "right");
@@ -322,13 +325,13 @@ TEST_CASE("packings") {
                           "[[conductor]]\nposition = [1.0, 1.0, 2.5]\nradius = 0.3\n");
     CHECK(s.dimension() == 3);
     CHECK(s.walls.size() == 6);
-    CHECK(s.walls[3].name == "top");  // along y, as in two dimensions
+    CHECK(s.walls[3].name == "top");  // Along y, as in two dimensions.
     CHECK(s.walls[5].name == "back");
     CHECK(s.conductors[0].position.z == 2.5);
     check_refused(start + contact + "[[conductor]]\nposition = [1.0, 1.0, 2.5]\nradius = 0.3\n",
                   {"conductor.position has 3 numbers", "the domain has 2"});
   }
-  SUBCASE("distributions of radii stay in their interval; a list is taken in turn") {
+  SUBCASE("radii stay in their interval and a list is repeated") {
     for (const std::string distribution : {"normal", "lognormal"}) {
       const Scene s = parse("[domain]\nsize = [40.0, 40.0]\n" + contact +
                             "[[population]]\ncount = 2000\nradius = [0.2, 0.4]\noverlapping = true\ndistribution = \"" +
@@ -338,7 +341,8 @@ TEST_CASE("packings") {
         CHECK((c.radius >= 0.2 && c.radius <= 0.4));
         sum += c.radius;
       }
-      // 0.3 by symmetry, or 0.3 exp(0.1^2 / 2) = 0.3015; the mean of 2000 scatters by 0.03 / sqrt(2000) = 0.0007.
+      // The mean is 0.3 by symmetry, or 0.3 exp(0.1^2 / 2) = 0.3015. The mean of 2000 has a standard deviation of 0.03
+      // / sqrt(2000) = 0.0007.
       CHECK(sum / 2000 == doctest::Approx(distribution == "normal" ? 0.3 : 0.3015).epsilon(4 * 0.0007 / 0.3));
     }
     const Scene s = parse(start + contact + "[[population]]\ncount = 5\nradii = [0.1, 0.3]\noverlapping = true\n");
@@ -351,11 +355,11 @@ TEST_CASE("packings") {
                   {"less than a radius in 100000"});
     check_refused(start + contact + some + "deviation = 0.1\n", {"population.deviation", "not allowed"});
   }
-  SUBCASE("what cannot be packed is refused") {
+  SUBCASE("an impossible packing is refused") {
     for (const std::string radius : {"0.0", "-0.1"})
       check_refused(start + contact + "[[population]]\ncount = 6\nradius = " + radius + "\noverlapping = true\n",
                     {"population.radius = " + std::string(radius == "0.0" ? "0" : "-0.1"), "greater than 0"});
-    check_refused(start + "[effects.contact_potential]\nbox = false\n" + some, {"no walls", "[[wall]]"});
+    check_refused(start + "[effects.soft_repulsion]\nbox = false\n" + some, {"no walls", "[[wall]]"});
     check_refused(start + contact + "[[population]]\ncount = 60\nradius = 0.4\noverlapping = true\n",
                   {"cannot fit", "3.77 times"});  // 60 pi 0.16 / 8
     check_refused(start + contact + "[[population]]\ncount = 1\nradius = 1.1\noverlapping = true\n",
@@ -372,39 +376,40 @@ TEST_CASE("packings") {
     check_refused(start + contact + some + "[minimize]\nmethod = \"newton\"\n",
                   {"minimize.method = \"newton\"", "one of \"lbfgs-newton\""});
     check_refused(start + contact + some + "[effects.hertz_contact]\n", {"effects.hertz_contact", "leave one out"});
-    check_refused(start + some, {"population.overlapping", "[effects.contact_potential]"});
+    check_refused(start + some, {"population.overlapping", "[effects.soft_repulsion]"});
   }
-  SUBCASE("a resistor network that could not be measured is refused before the run") {
+  SUBCASE("a network that could not be measured is refused before the run") {
     const auto check_network = [&](const std::string& table, std::initializer_list<std::string> parts) {
       CAPTURE(table);
       check_refused(start + contact + some + "[network]\n" + table, parts);
     };
-    check_network("between = \"bottom,lid\"\n",
-                  {"test.toml:9: network.between", "no wall \"lid\"; allowed are left, right, bottom, top"});
-    check_network("between = \"top,top\"\n", {"network.between", "same electrode twice"});
-    check_network("between = \"0,6\"\n", {"network.between", "no particle 6; allowed are 0 to 5"});
-    check_network("model = \"particle\"\nresistor = \"disk\"\nsheet_resistance = 1.0\nspot = 0.01\n",
+    check_network("terminals = \"bottom,lid\"\n",
+                  {"test.toml:9: network.terminals", "no wall \"lid\"; allowed are left, right, bottom, top"});
+    check_network("terminals = \"top,top\"\n", {"network.terminals", "same electrode twice"});
+    check_network("terminals = \"0,6\"\n", {"network.terminals", "no particle 6; allowed are 0 to 5"});
+    check_network("model = \"particle\"\nresistor = \"disk\"\nsheet_resistance = 1.0\ncontact_radius = 0.01\n",
                   {"test.toml:9: network.model = \"particle\"", "\"contact\""});
-    check_network("spot = 0.01\n", {"network.spot", "\"constant\" does not use it", "needs resistance"});
+    check_network("contact_radius = 0.01\n",
+                  {"network.contact_radius", "\"constant\" does not use it", "needs resistance"});
     check_network("resistor = \"length\"\nresistance_per_length = 1.0\nresistivity = 0.01\n",
-                  {"test.toml:11: network.resistivity", "\"length\" has no use"});
-    check_network("resistor = \"constriction\"\nresistivity = 1.0\nspot = 0.5\n",
-                  {"test.toml:11: network.spot", "too large"});
+                  {"test.toml:11: network.resistivity", "\"length\" does not use it"});
+    check_network("resistor = \"constriction\"\nresistivity = 1.0\ncontact_radius = 0.5\n",
+                  {"test.toml:11: network.contact_radius", "too large"});
     check_refused("[domain]\nsize = [4.0, 2.0, 3.0]\n" + contact + some +
-                      "[network]\nresistor = \"disk\"\nsheet_resistance = 1.0\nspot = 0.01\n",
+                      "[network]\nresistor = \"disk\"\nsheet_resistance = 1.0\ncontact_radius = 0.01\n",
                   {"test.toml:9: network.resistor", "disks in the plane"});
     const std::string lid = "[[wall]]\npoint = [0.0, 1.9]\nnormal = [0.0, -1.0]\nname = ";
     for (const std::string name : {"7", "-1", "a,b", " lid"})
       check_refused(start + contact + some + lid + "\"" + name + "\"\n",
                     {"wall.name = \"" + name + "\" is not allowed", "a number"});
-    parse(start + contact + some + lid + "\"lid 2\"\n[network]\nbetween = \"0, lid 2\"\nresistance = 2.0\n");
-    // Without a packing the sides are there all the same.
-    parse(box + "field.cells = 64\n" + disk("[0.01, 0.01]") + "[network]\nbetween = \"left,0\"\n");
+    parse(start + contact + some + lid + "\"lid 2\"\n[network]\nterminals = \"0, lid 2\"\nresistance = 2.0\n");
+    // Without a packing the sides are available as well.
+    parse(box + "field.cells = 64\n" + disk("[0.01, 0.01]") + "[network]\nterminals = \"left,0\"\n");
   }
-  SUBCASE("what a packing would not look at is refused, with what says the same there") {
+  SUBCASE("keys that a packing ignores are refused with a replacement") {
     const auto check_idle = [&](const std::string& key, const std::string& text, const std::string& remedy) {
       CAPTURE(key);
-      check_refused(text, {key + " is not allowed with effects.contact_potential", remedy});
+      check_refused(text, {key + " is not allowed with effects.soft_repulsion", remedy});
     };
     for (const std::string side : {"left", "right", "bottom", "top"})
       check_idle("domain." + side, start + side + " = { potential = 0.0 }\n" + contact + some,
@@ -429,11 +434,11 @@ TEST_CASE("packings") {
   }
 }
 
-TEST_CASE("populations") {
+TEST_CASE("population: positions, seeds, regions and densities") {
   const std::string start = box + "field.cells = 64\n";
   const std::string population = "[[population]]\ncount = 40\nradius = [0.0004, 0.0012]\nmin_gap = 0.0002\n";
 
-  SUBCASE("keep their gaps, radii and count; conductors given one by one come first") {
+  SUBCASE("gaps, radii and count; individual conductors come first") {
     const Scene s = parse(start + grounded + disk("[0.01, 0.01]") + population +
                           "[[population]]\ncount = 10\nradius = 0.0003\ncharge = 1e-12\n"
                           "region = [[0.0, 0.01], [0.04, 0.02]]\n");
@@ -446,8 +451,8 @@ TEST_CASE("populations") {
       largest = std::max(largest, s.conductors[i].radius);
       CHECK(s.conductors[i].charge == 0);
     }
-    // 40 uniform draws stay out of the first or last tenth of the interval with probability 2 * 0.9^40 = 3 %; this
-    // seed's do not.
+    // With probability 2 * 0.9^40 = 3 % none of 40 uniform draws lies in the first or last 10 % of the interval. This
+    // seed has draws in both.
     CHECK((smallest >= 0.0004 && smallest < 0.00048));
     CHECK((largest <= 0.0012 && largest > 0.00112));
     for (int i = 41; i <= 50; ++i) {
@@ -455,27 +460,27 @@ TEST_CASE("populations") {
       CHECK(s.conductors[i].position.y >= 0.01 + 0.0003);
     }
   }
-  SUBCASE("min_gap holds toward everything") {
+  SUBCASE("min_gap holds to all bodies") {
     const std::string wide =
         "[[electrode]]\nshape = \"bar\"\nfrom = [0.0, 0.01]\nto = [0.04, 0.01]\nwidth = 0.008\npotential = 0\n";
     CHECK(least_gap(parse(start + wide + population)) >= 0.0002);
   }
-  SUBCASE("the seed decides") {
+  SUBCASE("the seed determines the positions") {
     const auto first = [&](const std::string& seed) {
       return parse(start + "seed = " + seed + "\n" + population).conductors[0];
     };
     CHECK(first("3").position == first("3").position);
     CHECK_FALSE(first("3").position == first("4").position);
   }
-  SUBCASE("the generator is the one documented") {
-    // The standard prescribes the 10000th output of mt19937_64 with its default seed 5489: 9981545732273789042.
+  SUBCASE("the generator is the documented one") {
+    // The standard specifies the 10000th output of mt19937_64 with its default seed 5489: 9981545732273789042.
     UniformRandom random(5489);
     for (int i = 1; i < 10000; ++i) random();
     CHECK(random() == (9981545732273789042ull >> 11) * 0x1p-53);
   }
-  SUBCASE("regression: the first place of seed 1") {
-    // Computed by this program; anything that changes it changes every shipped scene. The generator's first two outputs
-    // are u, v; x = R + u (0.04 - 2R), y = R + v (0.02 - 2R). Tolerance: two roundings.
+  SUBCASE("regression: the first position of seed 1") {
+    // Computed by this program; a change here changes every shipped scene. The generator's first two outputs are u and
+    // v; x = R + u (0.04 - 2R), y = R + v (0.02 - 2R). The tolerance is two roundings.
     const Vec3 first = parse(start + "[[population]]\ncount = 1\nradius = 0.001\n").conductors[0].position;
     UniformRandom random(1);
     CHECK(first.x == doctest::Approx(0.001 + random() * 0.038).epsilon(1e-15));
@@ -483,17 +488,17 @@ TEST_CASE("populations") {
     CHECK(first.x == doctest::Approx(0.0060873124724762397).epsilon(1e-14));
     CHECK(first.y == doctest::Approx(0.0034553266545915497).epsilon(1e-14));
   }
-  SUBCASE("too dense") {
+  SUBCASE("too dense a population is refused") {
     const std::string sentence = refusal(start + "[[population]]\ncount = 250\nradius = 0.001\n");
     CAPTURE(sentence);
     CHECK(has(sentence, "test.toml:4: population.count = 250 is impossible"));
-    // Random sequential addition jams at 0.547 of the area; the boxes' sides let the disks' surroundings stick out,
-    // which raises it: between 0.50 and 0.60 of 8e-4 m^2 / (pi 1e-6 m^2), hence 127 to 153.
+    // Random sequential addition jams at an area fraction of 0.547. The disks may be adjacent to the sides, which
+    // raises the fraction to between 0.50 and 0.60 of 8e-4 m^2 / (pi 1e-6 m^2): 127 to 153 disks.
     const int fit = std::stoi(sentence.substr(sentence.find("found for ") + 10));
     CHECK((fit >= 127 && fit <= 153));
     check_refused(start + "[[population]]\ncount = 1\nradius = 0.011\n", {"no space for even one of radius 0.011 m"});
   }
-  SUBCASE("bad intervals and regions") {
+  SUBCASE("bad intervals and regions are refused") {
     check_refused(start + "[[population]]\ncount = 1\nradius = [0.002, 0.001]\n",
                   {"population.radius = [0.002, 0.001]", "smallest"});
     check_refused(start + "[[population]]\ncount = 1\nradius = 0.001\nregion = [[0.01, 0.0], [0.05, 0.02]]\n",
@@ -507,7 +512,7 @@ TEST_CASE("populations") {
 
 namespace {
 
-/// A periodic box of edges a, b, c with grains of these keys.
+/// Scene of a periodic box of the given size with a population of the given keys.
 std::string gas_text(const std::string& size, const std::string& keys) {
   std::string text = "reference = {}\neffects.viscoelastic_contact = {}\n[domain]\nsize = " + size + "\n";
   for (const auto side : side_names) text += std::string(side) + " = \"periodic\"\n";
@@ -516,15 +521,16 @@ std::string gas_text(const std::string& size, const std::string& keys) {
 
 }  // namespace
 
-TEST_CASE("each place is the first of its tries that is free of all others, looked at one by one") {
+TEST_CASE("population: each position is the first free one of its random sequence") {
   struct Case {
     std::string size, keys;
     int count;
     double gap, small, large;
   };
   for (const Case& c :
-       {Case{"[7.0, 9.0, 8.0]", "count = 240\nmin_gap = 0.05\n", 240, 0.05, 0.5, 0.5},     // 240 of 504
-        Case{"[2.5, 2.5, 40.0]", "count = 100\nradius = [0.3, 0.6]\n", 100, 0, 0.3, 0.6},  // two buckets
+       // 240 of 504 grains that random positions can fit.
+       {Case{"[7.0, 9.0, 8.0]", "count = 240\nmin_gap = 0.05\n", 240, 0.05, 0.5, 0.5},
+        Case{"[2.5, 2.5, 40.0]", "count = 100\nradius = [0.3, 0.6]\n", 100, 0, 0.3, 0.6},  // The box has two buckets.
         Case{"[900.0, 900.0, 900.0]", "count = 40\nradius = [1.0, 60.0]\n", 40, 0, 1, 60}}) {
     CAPTURE(c.size);
     const Scene scene = parse(gas_text(c.size, c.keys));
@@ -545,10 +551,9 @@ TEST_CASE("each place is the first of its tries that is free of all others, look
   }
 }
 
-TEST_CASE(
-    "a density that random places cannot fill is refused before the first of them, and what they can fill is not") {
+TEST_CASE("population: a density too high for random positions is refused early") {
   Folder folder;
-  const auto first_place = [] { return true; };  // who is asked to stop has begun to place
+  const auto first_place = [] { return true; };  // The stop request is made as soon as placement begins.
   const auto read = [&](const std::string& text) {
     folder.write("dense.toml", text);
     return read_scene(folder / "dense.toml", effects::all_kinds(), {}, first_place);
@@ -561,28 +566,31 @@ TEST_CASE(
     }
     return std::string();
   };
-  const std::string dense = refusal_of(gas_text("[103.0, 103.0, 103.0]", "count = 1000000\n"));  // .479 of the volume
+  // A volume fraction of 0.479.
+  const std::string dense = refusal_of(gas_text("[103.0, 103.0, 103.0]", "count = 1000000\n"));
   CAPTURE(dense);
   CHECK(has(dense, "dense.toml:11: population.count = 1000000 is impossible at this density"));
-  // Between .341 of 103^3 d0^3 over pi/6 d0^3, what such places fill, and .384, where they jam: 712000 to 801000.
+  // Random positions reach a volume fraction of 0.341 and jam at 0.384. With 103^3 d0^3 over pi/6 d0^3 these are 712000
+  // to 801000 grains.
   const int fit = std::stoi(dense.substr(dense.find("at most about ") + 14));
   CHECK((fit >= 712000 && fit <= 801000));
-  // A grain with half its gap is 1.1 d0 wide: 1.331 times the volume, .447.
+  // A grain with half of its gap has a diameter of 1.1 d0 and 1.331 times the volume: 0.447.
   CHECK(has(refusal_of(gas_text("[103.0, 103.0, 103.0]", "count = 700000\nmin_gap = 0.1\n")), "with this min_gap"));
-  // Disks: .56 of an area of 200 x 100 radii squared.
+  // Disks: an area fraction of 0.56 of 200 x 100 radii squared.
   CHECK(
       has(refusal_of("domain.size = [2.0, 1.0]\n[[population]]\ncount = 11400\nradius = 0.00559\n"), "at most about"));
-  // .335 of the volume, in a part of the box and between walls, too: those are placed.
+  // A volume fraction of 0.335, also in a part of the box and between walls, can be placed.
   CHECK_THROWS_AS(read(gas_text("[40.0, 40.0, 40.0]", "count = 40900\n")), Stopped);
   CHECK_THROWS_AS(
       read(gas_text("[80.0, 40.0, 40.0]", "count = 40900\nregion = [[0.0, 0.0, 0.0], [40.0, 40.0, 40.0]]\n")), Stopped);
-  CHECK(parse(gas_text("[26.0, 26.0, 26.0]", "count = 11200\n")).conductors.size() == 11200);  // .334
+  // A volume fraction of 0.334.
+  CHECK(parse(gas_text("[26.0, 26.0, 26.0]", "count = 11200\n")).conductors.size() == 11200);
 }
 
-TEST_CASE("so many grains are allowed, and conductors a tenth as many") {
+TEST_CASE("population: at most 1e7 grains or 1e6 conductors are allowed") {
   check_refused(gas_text("[1e3, 1e3, 1e3]", "count = 10000001\n"), {"population.count = 10000001", "at most 10000000"});
   check_refused("domain.size = [1.0, 1.0]\nfield.cells = 64\n[[population]]\ncount = 1000001\nradius = 1e-5\n",
-                {"test.toml:3: population.count = 1000001", "at most 1000000", "[reference]"});
+                {"test.toml:3: population.count = 1000001", "at most 1000000", "[units]"});
 }
 
 }  // namespace scene_places_test

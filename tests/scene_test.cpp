@@ -29,7 +29,7 @@ using namespace lichtenberg::scene_texts;
 
 namespace {
 
-/// A value of the key's type in which each number is `number`; empty where no real number belongs there.
+/// Value of the key's type in which each number is `number`; empty if the key has no real number.
 std::string with_number(const Key& key, const std::string& number) {
   const std::string pair = "[" + number + ", " + number + "]";
   const Overloaded text{
@@ -49,7 +49,7 @@ std::string with_number(const Key& key, const std::string& number) {
 
 }  // namespace
 
-TEST_CASE("every value lands where it belongs") {
+TEST_CASE("scene: every value is stored in its option") {
   const Scene s = parse(R"(
 title = "All of it"
 seed = 7
@@ -77,7 +77,7 @@ group = "wire"
 name = "wire"
 potential = 12.0
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = -1e-9
 [effects.stokes_drag]
 [effects.hertz_contact]
@@ -86,14 +86,14 @@ poisson = 0.25
 [effects.wall_contact]
 young = 2e9
 [effects.contact_discharge]
-gap = 1e-4
+contact_distance = 1e-4
 hysteresis = 0.5
 [field]
 method = "relaxation"
 cells = 64
 tolerance = 1e-6
 moving_tolerance = 1e-3
-links = "plain"
+boundary_stencil = "plain"
 linear_solver = "assembled"
 relaxation_eta = 0.01
 [mechanics]
@@ -159,7 +159,7 @@ force = 0.01
   CHECK(s.stop.force == 0.01);
 }
 
-TEST_CASE("mechanics: a key that the integrator reads is taken, and any other is refused") {
+TEST_CASE("mechanics: a key that the integrator reads is taken, others refused") {
   const std::string scene = box + disk("[0.01, 0.01]") + "[mechanics]\n";
   const MechanicsOptions split =
       parse(scene + "relative_tolerance = 1e-5\nposition_tolerance = 1e-7\nlargest_step = 0.25\n").mechanics;
@@ -177,7 +177,7 @@ TEST_CASE("mechanics: a key that the integrator reads is taken, and any other is
                 {"mechanics.euler_step is not allowed with mechanics.integrator = \"cvode\""});
 }
 
-TEST_CASE("defaults are filled in") {
+TEST_CASE("scene: defaults are filled in") {
   const Scene s =
       parse_scene(box +
                       "effects = { floating_conductors = {}, contact_discharge = {} }\n"
@@ -185,9 +185,9 @@ TEST_CASE("defaults are filled in") {
                       grounded + disk("[0.01, 0.01]") + "[[conductor]]\nposition = [0.035, 0.01]\nradius = 0.002\n",
                   "some/where/name.toml");
   CHECK(s.path == "some/where/name.toml");
-  CHECK(s.medium.permittivity == doctest::Approx(2 * 8.8541878128e-12).scale(0).epsilon(1e-15));  // one rounding
-  CHECK(s.medium.depth == 2 * 0.002);                                       // two of the largest radius
-  CHECK(s.effects.find<effects::ContactDischargeOptions>()->gap == 0.001);  // the smallest radius
+  CHECK(s.medium.permittivity == doctest::Approx(2 * 8.8541878128e-12).scale(0).epsilon(1e-15));  // One rounding.
+  CHECK(s.medium.depth == 2 * 0.002);                                       // Twice the largest radius.
+  CHECK(s.effects.find<effects::ContactDischargeOptions>()->gap == 0.001);  // The smallest radius.
   CHECK(s.effects.find<effects::ContactDischargeOptions>()->hysteresis == 0.05);
   CHECK(s.mechanics.position_tolerance == 1e-3 * 0.001);
   CHECK(s.mechanics.largest_step == 0.2);
@@ -200,7 +200,7 @@ TEST_CASE("defaults are filled in") {
   CHECK(s.seed == 1);
 }
 
-TEST_CASE("an effect is there only if its table is") {
+TEST_CASE("effects: one exists only if its table does") {
   const Scene s = parse("domain = { size = [0.04, 0.02] }\nfield.cells = 64\n" + disk("[0.01, 0.01]"));
   CHECK_FALSE(s.effects.has<effects::FloatingConductorsOptions>());
   CHECK_FALSE(s.effects.has<effects::CurrentSourceOptions>());
@@ -221,7 +221,7 @@ TEST_CASE("unknown keys: the nearest known one is named") {
   check_refused(box + "sede = 4\n", {"unknown key sede:", "is seed"});
 }
 
-TEST_CASE("edit distance") {
+TEST_CASE("edit distance: insertions, deletions and replacements") {
   CHECK(edit_distance("", "abc") == 3);
   CHECK(edit_distance("cells", "cells") == 0);
   CHECK(edit_distance("kitten", "sitting") == 3);  // k->s, e->i, +g
@@ -232,15 +232,15 @@ TEST_CASE("edit distance") {
 TEST_CASE("likely word: a slip or a beginning is found, a far word is not") {
   const std::vector<std::string> words{"run", "network", "analyse", "work-precision", "film"};
   CHECK(likely("analyze", words) == "analyse");
-  CHECK(likely("analysis", words) == "analyse");  // s -> e after i -> s: two replacements and one deletion
+  CHECK(likely("analysis", words) == "analyse");  // s -> e after i -> s: two replacements and one deletion.
   CHECK(likely("work", words) == "work-precision");
   CHECK(likely("rnu", words) == "run");
   CHECK_FALSE(likely("electrode", words));
-  CHECK_FALSE(likely("xy", words));  // two edits would change it whole
+  CHECK_FALSE(likely("xy", words));  // Two edits would change the whole word.
   CHECK_FALSE(likely("run", {}));
 }
 
-TEST_CASE("wrong unit or type") {
+TEST_CASE("wrong unit or type: the message states the expected one") {
   check_refused("domain.size = [\"5.12 cm\", \"5.12 cm\"]\n",
                 {"test.toml:1:", "domain.size = [\"5.12 cm\", \"5.12 cm\"]", "wrong unit or type", "two numbers [x, y]",
                  "in m", "without the unit"});
@@ -266,7 +266,7 @@ TEST_CASE("wrong unit or type") {
   check_refused(box + "effects.stokes_drag = true\n", {"effects.stokes_drag = true", "headed [effects.stokes_drag]"});
 }
 
-TEST_CASE("ranges") {
+TEST_CASE("ranges: a value outside is refused with the range") {
   check_refused(box + "[[conductor]]\nposition = [0.01, 0.01]\nradius = -0.001\n",
                 {"test.toml:5:", "conductor.radius = -0.001", "a number in m, greater than 0"});
   check_refused("domain.size = [0.04, 0]\n", {"domain.size", "at least 1e-50 and at most 1e+50"});
@@ -280,12 +280,13 @@ TEST_CASE("ranges") {
   check_refused(box + "field.tolerance = 0\n", {"field.tolerance = 0", "greater than 0 and less than 1"});
 }
 
-TEST_CASE("missing keys and tables") {
+TEST_CASE("missing keys and tables: the message names them") {
   check_refused("title = \"empty\"\n", {"[domain] is missing"});
   check_refused("[domain]\n", {"domain.size is missing", "two numbers [x, y] or three", "in m"});
   check_refused(box + "[[conductor]]\nradius = 0.001\n",
                 {"test.toml:3:", "conductor.position is missing", "[[conductor]]"});
-  check_refused(box + "[effects.current_source]\n", {"effects.current_source.current is missing", "a number in A"});
+  check_refused(box + "[effects.current_injection]\n",
+                {"effects.current_injection.current is missing", "a number in A"});
   check_refused(box + "[[electrode]]\nshape = \"bar\"\nfrom = [0.01, 0.01]\nto = [0.02, 0.01]\nwidth = 0.001\n",
                 {"electrode.potential is missing", "a floating conductor of this shape is an [[electrode]]",
                  "series_resistance = 1e30"});
@@ -294,18 +295,18 @@ TEST_CASE("missing keys and tables") {
   check_refused(box + "field.cells = 64\n", {"no conductors", "[[conductor]] or [[population]]"});
 }
 
-TEST_CASE("files that are no scenes") {
+TEST_CASE("files that are no scenes: they are refused with their position") {
   CHECK_THROWS_WITH_AS(read_scene("no/such/scene.toml"), "no/such/scene.toml: there is no such scene file", InputError);
-  CHECK_THROWS_AS(read_scene(shipped_scenes().string()), InputError);  // a directory
-  // Line 2, column 8: the value that should stand behind the equal sign.
+  CHECK_THROWS_AS(read_scene(shipped_scenes().string()), InputError);  // A directory.
+  // Line 2, column 8: the value expected after the equal sign.
   check_refused("title = \"x\"\nseed = \n", {"test.toml:2:8: not a TOML file"});
 }
 
-TEST_CASE("effects that need others") {
+TEST_CASE("effects that need others: the message names the missing ones") {
   const std::string start = "domain.size = [0.04, 0.02]\nfield.cells = 64\n";
   const std::string end = disk("[0.01, 0.01]");
-  check_refused(start + "effects.current_source.current = 1e-9\n" + end,
-                {"effects.current_source needs", "[effects.floating_conductors]"});
+  check_refused(start + "effects.current_injection.current = 1e-9\n" + end,
+                {"effects.current_injection needs", "[effects.floating_conductors]"});
   check_refused(start + "effects.contact_discharge = {}\n" + end,
                 {"effects.contact_discharge needs", "[effects.floating_conductors]"});
   check_refused(start + "effects.stokes_drag = {}\n" + end, {"effects.stokes_drag needs", "medium.viscosity in Pa s"});
@@ -315,18 +316,18 @@ TEST_CASE("effects that need others") {
                 {"medium.permittivity and medium.relative_permittivity", "only one"});
 }
 
-TEST_CASE("cells must be square") {
+TEST_CASE("cells: they must be square") {
   const std::string end = disk("[0.01, 0.01]");
-  // 0.02 m at a cell of 0.04 m / 63: 31.5 cells; of a box whose sides are as 2 to 1 even numbers fit.
+  // 0.02 m at a cell of 0.04 m / 63 is 31.5 cells; for sides of 2 to 1 even numbers fit.
   check_refused("domain.size = [0.04, 0.02]\nfield.cells = 63\n" + end,
                 {"domain.size = [0.04, 0.02]", "field.cells = 63", "31.5", "field.cells = 62 or 64 would do"});
-  // No number of cells fits sides as 1 to 0.7321: then a length does, that of 375 cells of 0.05 m / 512.
+  // No number of cells fits sides of 1 to 0.7321. The message states a suitable length: 375 cells of 0.05 m / 512.
   check_refused("domain.size = [0.05, 0.036605]\nfield.cells = 512\n" + end, {"0.0366210"});
-  // 0.1 / (0.7 / 14) is 2 + 4e-16 in binary, and is meant to be 2.
+  // 0.1 / (0.7 / 14) is 2 + 4e-16 in binary and counts as 2.
   CHECK(refusal("domain.size = [0.7, 0.1]\nfield.cells = 14\n" + end) == "");
 }
 
-TEST_CASE("the lattice scheme needs a site in every conductor") {
+TEST_CASE("lattice scheme: every conductor must contain a site") {
   const auto with_cells = [](int cells) {
     return "domain.size = [0.04, 0.04]\nfield = { method = \"relaxation\", cells = " + std::to_string(cells) + " }\n" +
            disk("[0.01, 0.01]");
@@ -336,7 +337,7 @@ TEST_CASE("the lattice scheme needs a site in every conductor") {
   CHECK(refusal(with_cells(29)) == "");
 }
 
-TEST_CASE("the multipole method takes disks only") {
+TEST_CASE("multipole method: only disks are accepted") {
   const auto with = [](const std::string& electrode) {
     return "domain = { size = [0.04, 0.02], bottom = { potential = 0 }, left = { potential = 0 } }\n"
            "field = { method = \"multipole\", cells = 64 }\n[[electrode]]\nname = \"e\"\npotential = 0.0\n" +
@@ -353,7 +354,8 @@ TEST_CASE("the multipole method takes disks only") {
                 {"\"disk 1\" overlaps the electrode \"e\""});
   CHECK(refusal(with(circle + "\"disk\"\ncentre = [0.01, 0.01]\n")) == "");
   CHECK(refusal(with(circle + "\"half-disk\"\nside = \"bottom\"\nat = 0.01\n")) == "");
-  CHECK(refusal(with(circle + "\"half-disk\"\nside = \"top\"\nat = 0.0\n")) == "");  // one of the sides insulates
+  // The two sides are an electrode and an insulator.
+  CHECK(refusal(with(circle + "\"half-disk\"\nside = \"top\"\nat = 0.0\n")) == "");
 }
 
 TEST_CASE("tolerances: defaults by method, and no finer than rounding") {
@@ -379,7 +381,7 @@ TEST_CASE("tolerances: defaults by method, and no finer than rounding") {
   check_refused(with("method = \"relaxation\", tolerance = 1e-12"), {"it must be at least 1e-10"});
 }
 
-TEST_CASE("a tolerance of places is no finer than they are told apart") {
+TEST_CASE("position tolerance: it must exceed the resolution of positions") {
   const auto with = [](const std::string& tolerance) {
     return box + "field.cells = 64\nmechanics.position_tolerance = " + tolerance + "\n" + disk("[0.01, 0.01]");
   };
@@ -391,7 +393,7 @@ TEST_CASE("a tolerance of places is no finer than they are told apart") {
   CHECK(refusal(with("0.04")) == "");
 }
 
-TEST_CASE("domains whose cubes are no numbers, and those in which gaps are lost in rounding, are refused") {
+TEST_CASE("domain: sizes that overflow or lose gaps in rounding are refused") {
   const std::string world = "field.cells = 64\nmedium.relative_permittivity = 4.7\n" + disk("[0.01, 0.01]");
   check_refused("domain.size = [1e300, 1e300]\n" + world, {"test.toml:1:", "domain.size", "at most 1e+50"});
   check_refused("domain.size = [1, 1e-51]\n" + world, {"domain.size", "at least 1e-50"});
@@ -400,7 +402,7 @@ TEST_CASE("domains whose cubes are no numbers, and those in which gaps are lost 
   CHECK(refusal("domain.size = [1.9e6, 1.9e6]\n" + world) == "");
 }
 
-TEST_CASE("an accuracy takes the place of cells and tolerances") {
+TEST_CASE("field.accuracy: it replaces cells and tolerances") {
   const auto with = [](const std::string& field) {
     return box + "[field]\naccuracy = 1e-3\n" + field + disk("[0.01, 0.01]");
   };
@@ -414,11 +416,12 @@ TEST_CASE("an accuracy takes the place of cells and tolerances") {
                   {"test.toml:5:", "field." + key + " is chosen for field.accuracy"});
   check_refused(with("method = \"relaxation\"\n"),
                 {"field.method = \"relaxation\" is not allowed with field.accuracy"});
-  check_refused(with("links = \"plain\"\n"), {"field.links = \"plain\" is not allowed with field.accuracy"});
+  check_refused(with("boundary_stencil = \"plain\"\n"),
+                {"field.boundary_stencil = \"plain\" is not allowed with field.accuracy"});
   check_refused(box + "field.accuracy = 1e-13\n" + disk("[0.01, 0.01]"), {"at least 1e-12 and at most 0.1"});
 }
 
-TEST_CASE("frames must be told apart") {
+TEST_CASE("frames: their times must differ") {
   const auto every = [](const std::string& value) {
     return box + "field.cells = 64\noutput.every = " + value + "\nstop.time = 1.0\n" + disk("[0.01, 0.01]");
   };
@@ -426,13 +429,13 @@ TEST_CASE("frames must be told apart") {
   CHECK(refusal(every("1e-9")) == "");
 }
 
-TEST_CASE("times whose squares underflow are refused") {
+TEST_CASE("times: ones whose squares underflow are refused") {
   const std::string scene = box + "field.cells = 64\n" + disk("[0.01, 0.01]");
   check_refused(scene + "[stop]\ntime = 1e-300\n", {"stop.time = 1e-300", "at least 1e-50"});
   check_refused(scene + "[mechanics]\nlargest_step = 1e-300\n", {"mechanics.largest_step = 1e-300", "at least 1e-50"});
 }
 
-TEST_CASE("a number of any key: a size beyond its bounds is refused by name") {
+TEST_CASE("numbers of all keys: a value beyond its bounds is refused by name") {
   const Schema schema(effects::all_kinds());
   int numeric = 0;
   for (const Table& table : schema.tables())
@@ -454,16 +457,16 @@ TEST_CASE("a number of any key: a size beyond its bounds is refused by name") {
   CHECK(numeric > 5 * 80);
 }
 
-TEST_CASE("a rule that asks for a key which no scene can have is an error of the program") {
+TEST_CASE("rules: a key that no scene can have is an error of the program") {
   const Draft draft = Schema(effects::all_kinds()).blank_draft();
   CHECK(draft.line("effects.hertz_contact.young") == 0);
-  CHECK(draft.line("effects.of_another_program.key") == 0);  // its kind is not in the list
+  CHECK(draft.line("effects.of_another_program.key") == 0);  // The kind is not in the list.
   CHECK_THROWS_AS(draft.line("effects.hertz_contact.yuong"), std::logic_error);
   CHECK_THROWS_AS(draft.line("hertz_contact.young"), std::logic_error);
 }
 
-TEST_CASE("help lists every key with its unit and default") {
-  std::istringstream words(scene_help());  // in lines of which nothing is asked here
+TEST_CASE("help: it lists every key with its unit and default") {
+  std::istringstream words(scene_help());  // Line breaks are not tested here.
   std::string help;
   for (std::string word; words >> word;) help += word + " ";
   const Schema schema(effects::all_kinds());
@@ -478,13 +481,13 @@ TEST_CASE("help lists every key with its unit and default") {
       CHECK(has(help, key.allowed() + "; " + key.fallback(untouched)));
     }
   }
-  // One of each kind in full: unit, range, default from the scene's own initial values.
+  // An example of each kind in full: unit, range, default from the scene's initial values.
   CHECK(has(help, "an integer, at least 8 and at most 32768; default: 512"));
   CHECK(has(help, "a number in Pa, greater than 0; default: 2e+11"));
   CHECK(has(help, "two numbers [x, y] or three [x, y, z] in m, at least 1e-50 and at most 1e+50; required"));
 }
 
-TEST_CASE("no key stands twice in the schema") {
+TEST_CASE("schema: no key occurs twice") {
   std::set<std::string> paths;
   const Schema schema(effects::all_kinds());
   for (const Table& table : schema.tables()) {
@@ -493,7 +496,7 @@ TEST_CASE("no key stands twice in the schema") {
   }
 }
 
-TEST_CASE("the shipped scenes") {
+TEST_CASE("shipped scenes: they are valid") {
   std::set<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(shipped_scenes())) {
     if (entry.path().extension() != ".toml") continue;
@@ -502,7 +505,7 @@ TEST_CASE("the shipped scenes") {
     const Scene s = read_scene(entry.path().string());
     if (s.reference)
       CHECK(overlaps_in_space(s) == 0);
-    else if (!s.effects.has<effects::ContactPotentialOptions>())  // a packing starts with overlaps
+    else if (!s.effects.has<effects::ContactPotentialOptions>())  // A packing starts with overlaps.
       CHECK(least_gap(s) >= 0);
     CHECK(s.output.file == entry.path().stem().string() + ".h5");
     CHECK_FALSE(s.text.empty());
@@ -515,7 +518,7 @@ TEST_CASE("the shipped scenes") {
   CHECK(dendrite.effects.find<effects::ContactDischargeOptions>()->gap == 0.775e-3);
   const Scene two_disks = read_scene((shipped_scenes() / "two-disks.toml").string());
   const Vec3 apart = two_disks.conductors[1].position - two_disks.conductors[0].position;
-  CHECK(norm(apart) / (2 * 0.775e-3) == doctest::Approx(2).epsilon(1e-12));  // d/2R = 2, decimal rounding
+  CHECK(norm(apart) / (2 * 0.775e-3) == doctest::Approx(2).epsilon(1e-12));  // d/2R = 2, decimal rounding.
 }
 
 }  // namespace scene_test

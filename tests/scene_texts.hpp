@@ -15,7 +15,7 @@
 #include "src/scene/scene.hpp"
 #include "tests/source_folder.hpp"
 
-/// Pieces of scene files, and how a test reads one.
+/// Parts of scene files and functions that read them.
 namespace lichtenberg::scene_texts {
 
 inline const std::string box = "domain = { size = [0.04, 0.02] }\nmedium = { relative_permittivity = 2.0 }\n";
@@ -29,7 +29,7 @@ inline std::string disk(const std::string& position, const std::string& more = "
 
 inline Scene parse(const std::string& text) { return parse_scene(text, "test.toml"); }
 
-/// The sentence with which a scene is refused; empty if it is not.
+/// Error message of a refused scene; empty if it is accepted.
 inline std::string refusal(const std::string& text) {
   try {
     parse(text);
@@ -41,7 +41,7 @@ inline std::string refusal(const std::string& text) {
 
 inline bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-/// Refused, in one line, with each of the parts in the sentence.
+/// Checks that the scene is refused with one line that contains each part.
 inline void check_refused(const std::string& text, std::initializer_list<std::string> parts) {
   const std::string sentence = refusal(text);
   CAPTURE(text);
@@ -69,7 +69,7 @@ inline double least_gap(const Scene& scene) {
   return least;
 }
 
-/// Pairs of spheres that overlap, through periodic sides too.
+/// Number of pairs of overlapping spheres, also across periodic sides.
 inline std::size_t overlaps_in_space(const Scene& scene) {
   std::vector<double> position, radius;
   for (const Conductor& c : scene.conductors) {

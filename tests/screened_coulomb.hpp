@@ -6,8 +6,8 @@
 
 namespace lichtenberg {
 
-/// Like charges behind a screen, U = strength exp(-r / screen) / r up to `range`, cut off there: what a pair law of a
-/// long reach looks like.
+/// Screened repulsion of equal charges, U = strength exp(-r / screen) / r up to `range`, with a cutoff there: an
+/// example of a pair law of long range.
 struct ScreenedCoulombLaw {
   static constexpr bool over_distance = false;
   double strength = 1;  ///< J m

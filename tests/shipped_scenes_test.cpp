@@ -1,6 +1,5 @@
-// Every scene of scenes/, shortened, against the numbers that this program once found for it: shipped_scenes.json.
-// They are regression values and no theory; whether they are right is for validation/ to say, this test says where they
-// change. README.md says how to write them anew.
+// Runs every scene of scenes/, shortened, and compares it with the numbers in shipped_scenes.json. These are regression
+// values of this program; validation/ tests their correctness. README.md describes how to update them.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -26,22 +25,22 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using json = nlohmann::ordered_json;  // written anew, the table keeps its order
+using json = nlohmann::ordered_json;  // An updated table keeps its order.
 
 const fs::path source = source_folder();
 const fs::path table_path = source / "tests" / "shipped_scenes.json";
 
 json table() { return json::parse(text_of(table_path)); }
 
-/// Of what happens or does not: no rounding makes a contact as long as the motion is not chaotic.
+/// Quantities that count events. Rounding does not change them while the motion is not chaotic.
 const std::set<std::string> counted{"branch_points", "collisions", "connected", "contacts",
                                     "endpoints",     "loops",      "rattlers"};
 
-/// Of work: where the residual comes down to the tolerance, rounding may add an iteration to a solve, and a solve where
-/// a step's error estimate comes up to its tolerance.
+/// Quantities that count work. Rounding may add an iteration where a residual is close to the tolerance. It may add a
+/// solve where a step's error estimate is close to its tolerance.
 const std::set<std::string> work{"evaluations", "field_solves", "iterations"};
 
-/// The largest difference allowed between a quantity of a row and what is found now. `values`: the row's.
+/// Largest permitted difference between a stored quantity and a computed one. `values` are those of the row.
 double allowed(const std::string& name, const json& values, double tolerance) {
   const double value = std::abs(values.at(name).get<double>());
   if (counted.contains(name)) return 0;
@@ -57,8 +56,8 @@ double norm(const std::vector<double>& numbers) {
   return std::sqrt(sum);
 }
 
-/// What a result file holds of the particles' quantities: `way` (m) is from the first frame's places to the last's, all
-/// are norms over the particles.
+/// Adds norms of the particles' quantities in a result file. `way` (m) is the displacement from the first to the last
+/// frame.
 void add_particles(const hdf5::Handle& file, hsize_t last, json& values) {
   const auto of_frame = [&](const std::string& name, hsize_t frame) {
     return hdf5::get_rows<double>(file, "particles/conductors/" + name + "/value", frame, 1);
@@ -71,7 +70,7 @@ void add_particles(const hdf5::Handle& file, hsize_t last, json& values) {
   values["way"] = norm(way);
 }
 
-/// The last frame of a result file, and of a packing its summary.
+/// Numbers of a result's last frame, and of the summary for a packing.
 json of_result(const std::string& path) {
   const hdf5::Handle file = hdf5::load(path);
   const hsize_t last = hdf5::shape(file, "particles/conductors/position/value").at(0) - 1;
@@ -107,7 +106,7 @@ json of_result(const std::string& path) {
   return values;
 }
 
-/// What `solve --json` prints.
+/// Numbers printed by `solve --json`.
 json of_solution(const json& solution) {
   std::vector<double> charge, potential, force;
   for (const json& conductor : solution.at("conductors")) {
@@ -122,7 +121,7 @@ json of_solution(const json& solution) {
           {"force", norm(force)}};
 }
 
-/// What the built program finds for a row.
+/// Numbers that the built program computes for a row.
 json recomputed(const json& row) {
   const std::string scene = row.at("scene");
   std::vector<Setting> settings;
@@ -139,7 +138,7 @@ json recomputed(const json& row) {
 
 }  // namespace
 
-TEST_CASE("every shipped scene is rerun") {
+TEST_CASE("shipped scenes: each has a row in the table") {
   std::set<std::string> rerun;
   const json rows = table()["rows"];
   for (const json& row : rows) rerun.insert(row.at("scene").get<std::string>());
@@ -151,7 +150,7 @@ TEST_CASE("every shipped scene is rerun") {
     }
 }
 
-TEST_CASE("a shipped scene, shortened, gives the stored numbers") {
+TEST_CASE("shipped scene: a shortened run gives the stored numbers") {
   const json rows = table()["rows"];
   for (const json& row : rows) {
     const std::string scene = row.at("scene");
@@ -170,7 +169,7 @@ TEST_CASE("a shipped scene, shortened, gives the stored numbers") {
   }
 }
 
-TEST_CASE("the stored numbers are written anew" * doctest::skip()) {
+TEST_CASE("shipped scenes: the stored numbers are updated" * doctest::skip()) {
   json written = table();
   for (json& row : written["rows"]) row["values"] = recomputed(row);
   std::ofstream(table_path) << written.dump(2) << '\n';

@@ -4,7 +4,7 @@
 
 namespace lichtenberg {
 
-/// The checkout that a test or validation program was built from: its scenes and reference data are read from there.
+/// Source folder that a test or validation program was built from, with its scenes and reference data.
 std::string source_folder();
 
 }  // namespace lichtenberg

@@ -1,4 +1,4 @@
-// Euclidean minimum spanning trees: against Prim's algorithm on all pairs, and on points that stand in special places.
+// Tests of Euclidean minimum spanning trees against Prim's algorithm on all pairs, and for degenerate points.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -51,12 +51,13 @@ std::vector<Vec2> random_points(int n, unsigned seed) {
   return point;
 }
 
-/// A spanning tree as long as the shortest, to the rounding of the sum of n lengths and of the lattice (4e-9 an edge).
+/// Checks that the spanning tree has the minimum length, within rounding of the sum of n lengths and of the lattice
+/// (4e-9 per edge).
 void check_shortest(const std::vector<Vec2>& point) {
   const auto tree = euclidean_minimum_spanning_tree(point);
   REQUIRE_EQ(tree.size(), point.size() - 1);
   const auto forest = minimum_spanning_forest(static_cast<int>(point.size()), tree, std::vector<double>(tree.size()));
-  CHECK_EQ(forest.size(), tree.size());  // no loop, so it spans
+  CHECK_EQ(forest.size(), tree.size());  // Without a loop it is a spanning tree.
   double extent = 0;
   for (const Vec2 p : point) extent = std::max({extent, std::abs(p.x - point[0].x), std::abs(p.y - point[0].y)});
   const double shortest = total_length(point, by_prim(point));
@@ -66,7 +67,7 @@ void check_shortest(const std::vector<Vec2>& point) {
 
 }  // namespace
 
-TEST_CASE("the tree of random points is the one that Prim's algorithm finds") {
+TEST_CASE("random points: the tree is that of Prim's algorithm") {
   for (unsigned seed = 0; seed < 300; ++seed) {
     const auto point = random_points(2 + static_cast<int>(seed) % 60, seed);
     CHECK_EQ(sorted(euclidean_minimum_spanning_tree(point)), sorted(by_prim(point)));
@@ -75,7 +76,7 @@ TEST_CASE("the tree of random points is the one that Prim's algorithm finds") {
   CHECK_EQ(sorted(euclidean_minimum_spanning_tree(many)), sorted(by_prim(many)));
 }
 
-TEST_CASE("no point, one point, two points") {
+TEST_CASE("few points: none, one and two") {
   CHECK(euclidean_minimum_spanning_tree({}).empty());
   CHECK(degree_numbers(0, {}).empty());
   const std::vector<Vec2> one{{3, 4}}, two{{3, 4}, {0, 0}};
@@ -85,8 +86,8 @@ TEST_CASE("no point, one point, two points") {
   CHECK_EQ(total_length(two, euclidean_minimum_spanning_tree(two)), 5);
 }
 
-TEST_CASE("points on a line are joined each to the next") {
-  // In shuffled order, on lines of all slopes; gaps differ, so that there is one tree only.
+TEST_CASE("points on a line: each is connected to the next") {
+  // In shuffled order on lines of all slopes. The gaps differ, so the tree is unique.
   const std::vector<int> order{3, 0, 4, 2, 1, 5};
   for (const Vec2 along : {Vec2{1, 0}, Vec2{0, 1}, Vec2{0.3, 0.7}, Vec2{-2, 1e-6}, Vec2{1. / 3, -1. / 7}}) {
     std::vector<Vec2> point(order.size());
@@ -95,7 +96,7 @@ TEST_CASE("points on a line are joined each to the next") {
   }
 }
 
-TEST_CASE("lattices, points on a circle and points in one place are no exception") {
+TEST_CASE("lattices, circles and coinciding points: the tree is shortest") {
   std::vector<Vec2> square, triangular, circle, same(7, Vec2{0.1, 0.2});
   for (int i = 0; i < 20; ++i)
     for (int j = 0; j < 20; ++j) {
@@ -110,24 +111,24 @@ TEST_CASE("lattices, points on a circle and points in one place are no exception
   std::vector<Vec2> twice = random_points(50, 3);
   twice.insert(twice.end(), twice.begin(), twice.end());
   check_shortest(twice);
-  std::vector<Vec2> nearly = twice;  // nearer to each other than the lattice's sites are
+  std::vector<Vec2> nearly = twice;  // The points are closer to each other than the lattice's resolution.
   for (std::size_t i = 50; i < 100; ++i) nearly[i] += {1e-13, -1e-13};
   check_shortest(nearly);
-  std::vector<Vec2> clusters = random_points(40, 4);  // two of them, smaller than their distance by 1e8
+  std::vector<Vec2> clusters = random_points(40, 4);  // Two clusters, smaller than their distance by 1e8.
   for (std::size_t i = 0; i < 20; ++i) clusters[i] = 1e-8 * clusters[i] + Vec2{1, 1};
   for (std::size_t i = 20; i < 40; ++i) clusters[i] = 1e-8 * clusters[i];
   check_shortest(clusters);
 }
 
-TEST_CASE("degrees of a star of five, the most that a minimum spanning tree must have") {
-  // Five neighbours 72 degrees apart are 1.18 of their distance from the centre apart from each other.
+TEST_CASE("star of five: the largest degree that a tree may need") {
+  // Five neighbours at angles of 72 degrees are at 1.18 times their distance from the centre from each other.
   std::vector<Vec2> star{{0, 0}};
   for (int k = 0; k < 5; ++k) star.push_back({std::cos(0.4 * M_PI * k), std::sin(0.4 * M_PI * k)});
   CHECK_EQ(degree_numbers(6, euclidean_minimum_spanning_tree(star)), std::vector<int>{0, 5, 0, 0, 0, 1});
 }
 
-TEST_CASE("Kruskal's forest on any graph: least weight, one tree a component, first of equals") {
-  //  0 -1- 1 -2- 2    3 -1- 4, with 0 - 2 closing a triangle and a second edge of weight 2
+TEST_CASE("Kruskal's forest: minimum weight, a tree per component, first of equals") {
+  // 0 -1- 1 -2- 2    3 -1- 4, where 0 - 2 closes a triangle and is a second edge of weight 2.
   const std::vector<Edge> edge{{0, 1}, {1, 2}, {0, 2}, {3, 4}};
   CHECK_EQ(minimum_spanning_forest(5, edge, std::vector<double>{1, 2, 3, 1}),
            std::vector<Edge>{{0, 1}, {3, 4}, {1, 2}});
@@ -135,7 +136,7 @@ TEST_CASE("Kruskal's forest on any graph: least weight, one tree a component, fi
            std::vector<Edge>{{0, 1}, {3, 4}, {0, 2}});
 }
 
-TEST_CASE("a point that is nowhere is refused") {
+TEST_CASE("point with a NaN: it is refused") {
   const std::vector<Vec2> point{{0, 0}, {std::nan(""), 1}};
   CHECK_THROWS_AS(euclidean_minimum_spanning_tree(point), InputError);
 }

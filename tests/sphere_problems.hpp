@@ -7,7 +7,7 @@ namespace lichtenberg::sphere_problems {
 
 using namespace laplace;
 
-/// A box with an electrode at the bottom and the top, periodic along x, and insulating along y.
+/// Box with electrodes at the bottom and the top, periodic along x, and insulating along y.
 inline SphereProblem mixed_box() {
   SphereProblem problem{.permittivity = 2};
   problem.box.lengths = {1.0, 0.9, 1.1};
@@ -19,8 +19,7 @@ inline SphereProblem mixed_box() {
   return problem;
 }
 
-/// What is constant along a path at given charges and given potentials: the energy less what sources of fixed potential
-/// put in.
+/// Potential of the forces at given charges and given potentials: the energy minus that supplied at given potentials.
 inline double free_energy(const SphereProblem& problem, const SphereSolution& solution) {
   double energy = solution.energy;
   for (std::size_t i = 0; i < problem.spheres.size(); ++i) {
@@ -41,7 +40,7 @@ inline SphereProblem periodic_mixture() {
   return problem;
 }
 
-/// Force plus slope of the energy, which vanishes. `degree`: SphereOptions::degree.
+/// Force plus the derivative of the energy, which vanishes. `degree` is SphereOptions::degree.
 inline double slope_error(const SphereProblem& problem, int sphere, int axis, double step, double accuracy,
                           int degree = 0) {
   SphereSolver solver({.accuracy = accuracy, .degree = degree});

@@ -66,7 +66,7 @@ inline std::vector<SphereReference> read_all_spheres() {
   return cases;
 }
 
-/// Largest error of a quantity over the largest of its values.
+/// Largest error of a quantity over its largest value.
 class RelativeError {
  public:
   void add(double computed, double exact) {

@@ -20,7 +20,7 @@
 #include "src/effects/wall_contact.hpp"
 #include "src/scene/scene.hpp"
 
-/// Scenes of D's spheres, and a field solver whose forces are whatever a test wants them to be.
+/// Scenes of D's spheres, and a field solver with given forces.
 namespace lichtenberg::steel_spheres {
 
 inline constexpr double radius = 0.775e-3;                                                  // m
@@ -28,7 +28,7 @@ inline const double mass = 4.0 / 3.0 * std::numbers::pi * 8050 * radius * radius
 inline const double drag = 6 * std::numbers::pi * 0.7 * radius;                             // 1.02e-2 kg/s
 inline const double relaxation = mass / drag;                                               // 1.53 ms
 
-/// Spheres of D's size and material in a box of 10 cm of castor oil; no effects yet.
+/// Scene of spheres of D's size and material in a box of 10 cm of castor oil, without effects.
 inline Scene scene_of(const std::vector<Vec2>& places) {
   Scene scene;
   scene.domain.size = {0.1, 0.1};
@@ -39,7 +39,7 @@ inline Scene scene_of(const std::vector<Vec2>& places) {
   return scene;
 }
 
-/// The same with a field, contacts at a gap of one radius and drag.
+/// Scene as above with a field, contacts at a gap of one radius, and drag.
 inline Scene conductor_scene(const std::vector<Vec2>& places) {
   Scene scene = scene_of(places);
   scene.effects.add<effects::FloatingConductorsOptions>();
@@ -48,7 +48,7 @@ inline Scene conductor_scene(const std::vector<Vec2>& places) {
   return scene;
 }
 
-/// Steel spheres in a cube of castor oil with insulating sides, 6 cm long.
+/// Scene of steel spheres in a cube of castor oil with insulating sides, 6 cm long.
 inline Scene cube_of(const std::vector<Vec3>& places, double accuracy) {
   Scene scene = scene_of({});
   scene.domain.size = {0.06, 0.06, 0.06};
@@ -63,7 +63,7 @@ inline Electrode ball(std::string name, Vec2 centre, double potential) {
   return {std::move(name), Disk{centre, radius}, potential};
 }
 
-/// Twelve fed conductors round a grounded ball: contacts of all kinds are made and lost.
+/// Scene of twelve charged conductors around a grounded ball: contacts of all kinds close and open.
 inline Scene crowd(unsigned seed = 7) {
   Scene scene = conductor_scene({});
   std::mt19937 random(seed);
@@ -83,8 +83,8 @@ inline Scene crowd(unsigned seed = 7) {
   return scene;
 }
 
-/// A field solver whose forces (N, for the scenes' depth) are any function of the problem. Members of a group share
-/// their charge evenly; what is held is empty.
+/// Field solver whose forces (N, for the scenes' depth) are a given function of the problem. Members of a group have
+/// equal shares of its charge; fixed groups have none.
 class Scripted : public laplace::LaplaceSolver {
  public:
   using Forces = std::function<std::vector<Vec2>(const laplace::LaplaceProblem&)>;
@@ -112,7 +112,7 @@ inline std::unique_ptr<laplace::LaplaceSolver> scripted(Scripted::Forces forces)
   return std::make_unique<Scripted>(std::move(forces));
 }
 
-/// No forces whatever the problem.
+/// Solver that gives no forces.
 inline std::unique_ptr<laplace::LaplaceSolver> no_forces() {
   return scripted([](const laplace::LaplaceProblem& problem) { return std::vector<Vec2>(problem.bodies.size()); });
 }
@@ -133,7 +133,7 @@ inline double total(const std::vector<double>& charge) {
   return sum;
 }
 
-/// C, of what should be zero at every instant; `initial` is the sum of all charges at the start.
+/// Charge imbalance (C), which should be zero at every instant; `initial` is the sum of all charges at the start.
 inline double imbalance(const ConductorFrame& frame, double initial) {
   return std::abs(frame.charge_held + frame.charge_drained - frame.charge_fed - initial);
 }

@@ -17,7 +17,7 @@ AccurateSpheres solve(const SphereProblem& problem, double accuracy) {
   return solve_to_accuracy(problem, accuracy, [](double tolerance) { return SphereSolver({.accuracy = tolerance}); });
 }
 
-/// A neutral sphere, and 27 radii from it a charged one.
+/// Problem of a neutral sphere and a charged one at a distance of 27 radii.
 SphereProblem far_apart() {
   SphereProblem problem{.free_space = true, .permittivity = 4.16e-11};
   problem.spheres = {{{0, 0, 0}, 7.45e-4, 0}, {{0.0101, 0.0044, 0.0181}, 7.75e-4, 1}};
@@ -25,7 +25,7 @@ SphereProblem far_apart() {
   return problem;
 }
 
-/// A neutral sphere between plates, nearer to a wall.
+/// Problem of a neutral sphere between plates, closer to a wall.
 SphereProblem near_wall() {
   SphereProblem problem{.permittivity = 4.16e-11};
   problem.box.lengths = {0.0084, 0.0084, 0.0084};
@@ -38,11 +38,11 @@ SphereProblem near_wall() {
 
 }  // namespace
 
-TEST_CASE("spheres: a charge far from a neutral sphere feels its images") {
+TEST_CASE("spheres: a charge far from a neutral sphere is attracted by its images") {
   const SphereProblem problem = far_apart();
   const double q = problem.groups[1].charge, d = norm(problem.spheres[1].centre), r = problem.spheres[0].radius;
-  // A point charge is drawn by Kelvin's image and its opposite in the centre. A radius of the charge changes it by less than
-  // (r / d)^3 of it, 3e-5.
+  // Kelvin's image and its opposite at the centre attract a point charge. The radius of the charge changes the force by
+  // a fraction below (r / d)^3, 3e-5.
   const double image = r * d / std::pow(d * d - r * r, 2) - r / std::pow(d, 3);
   const double force = q * q / (4 * std::numbers::pi * problem.permittivity) * image;
   for (const double accuracy : {1e-1, 1e-2, 1e-3}) {
@@ -56,7 +56,7 @@ TEST_CASE("spheres: a charge far from a neutral sphere feels its images") {
   }
 }
 
-TEST_CASE("spheres: the largest error is below the accuracy asked for") {
+TEST_CASE("spheres: the largest error is below the requested accuracy") {
   for (const SphereProblem& problem : {far_apart(), near_wall()}) {
     const SphereSolution exact = SphereSolver({.accuracy = 1e-12}).solve(problem);
     for (const double accuracy : {1e-1, 1e-2, 1e-3, 1e-6}) {
@@ -64,18 +64,18 @@ TEST_CASE("spheres: the largest error is below the accuracy asked for") {
       const AccurateSpheres found = solve(problem, accuracy);
       const double error = largest_error(problem, found.solution, exact, scales_of(problem, exact));
       CHECK(error <= accuracy);
-      CHECK(error <= found.estimate + 0.2 * accuracy);  // measured beside a solution ten times as accurate
+      CHECK(error <= found.estimate + 0.2 * accuracy);  // The reference is a solution with ten times the accuracy.
     }
   }
 }
 
-TEST_CASE("spheres: a force that is 0 by symmetry asks for no digits") {
+TEST_CASE("spheres: a force that vanishes by symmetry requires no digits") {
   SphereProblem problem = near_wall();
   problem.spheres[0].centre = problem.box.lengths * 0.5;
   for (const double accuracy : {1e-2, 1e-8}) CHECK(solve(problem, accuracy).estimate <= accuracy);
 }
 
-TEST_CASE("spheres: potentials are measured from infinity in free space") {
+TEST_CASE("spheres: in free space potentials are relative to infinity") {
   SphereProblem problem = far_apart();
   problem.spheres.pop_back(), problem.groups.pop_back();
   problem.groups[0].charge = 1e-10;

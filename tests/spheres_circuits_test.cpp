@@ -1,4 +1,4 @@
-// Resistors between groups of spheres and to supplies: couplings of the field of a step.
+// Tests of resistors between groups of spheres and to supplies: couplings of the field within a step.
 #include <doctest/doctest.h>
 
 #include <Eigen/Dense>
@@ -36,8 +36,8 @@ std::vector<double> dense_potentials(const SphereProblem& problem, const std::ve
   return {potential.begin(), potential.end()};
 }
 
-/// Three spheres that float and one that is held at 2 V, with a supply of 5 V that has no sphere. Group 1 is two of
-/// them. Coupled: 0 to the supply, 0 to 1, 1 to the held one.
+/// Problem of three floating spheres, two of them in group 1, one sphere at 2 V, and a supply of 5 V without spheres.
+/// The couplings are 0 to the supply, 0 to 1, and 1 to the sphere at 2 V.
 SphereProblem coupled_spheres(bool grounded, double capacitance) {
   SphereProblem problem{.permittivity = 2};
   problem.box.lengths = {1, 0.9, 1.1};
@@ -52,7 +52,7 @@ SphereProblem coupled_spheres(bool grounded, double capacitance) {
 
 }  // namespace
 
-TEST_CASE("couplings between spheres and with supplies: as from the capacitance matrix, whatever their strength") {
+TEST_CASE("couplings of spheres: any strength agrees with the capacitance matrix") {
   for (const bool grounded : {true, false}) {
     SphereSolver solver({.accuracy = 1e-10});
     const SphereProblem alone = coupled_spheres(grounded, 0);
@@ -64,7 +64,7 @@ TEST_CASE("couplings between spheres and with supplies: as from the capacitance 
       const SphereSolution solution = solver.solve(problem);
       least = std::min(least, solution.iterations), most = std::max(most, solution.iterations);
       const std::vector<double> expected = dense_potentials(problem, matrix);
-      // Potentials of some volts to the accuracy; the elimination loses 1e-16 times the strength.
+      // Potentials of a few volts within the accuracy; the elimination loses 1e-16 times the strength.
       for (int g = 0; g < 4; ++g) CHECK(std::abs(solution.group_potential[g] - expected[g]) < 1e-8);
       std::vector<double> left;
       for (const Group& group : problem.groups) left.push_back(group.charge);
@@ -72,19 +72,20 @@ TEST_CASE("couplings between spheres and with supplies: as from the capacitance 
         const auto& [a, b, capacitance] = problem.couplings[k];
         left[a] -= solution.coupling_charge[k], left[b] += solution.coupling_charge[k];
         const double difference = solution.group_potential[a] - solution.group_potential[b];
-        // An error of the potentials by their accuracy is one of what flows; one of rounding, times the strength.
+        // An error of the potentials within the accuracy changes the transferred charge, and rounding times the
+        // strength.
         CHECK(std::abs(solution.coupling_charge[k] - capacitance * difference) < capacitance * 1e-8);
       }
       for (std::size_t i = 0; i < problem.spheres.size(); ++i)
         left[problem.spheres[i].group] -= solution.sphere_charge[i];
-      // Rounding of the charges, and of what flows from 5 V to 2 V through all: less than the strength.
+      // Rounding of the charges, and of the charge that flows from 5 V to 2 V through all: below the strength.
       for (int g = 0; g < 2; ++g) CHECK(std::abs(left[g]) < 1e-14 + 1e-15 * strength);
     }
     CHECK(most <= least + 4);
   }
 }
 
-TEST_CASE("a coupling without end is a wire, and none is none: both ends of the same potentials and charges") {
+TEST_CASE("coupling: an infinite one is a wire, and zero is none") {
   SphereSolver solver({.accuracy = 1e-9});
   SphereProblem problem = coupled_spheres(true, 0);
   problem.couplings = {{0, 1, 0}};
@@ -102,7 +103,7 @@ TEST_CASE("a coupling without end is a wire, and none is none: both ends of the 
   for (int i = 0; i < 4; ++i) CHECK(std::abs(coupled.sphere_charge[i] - merged.sphere_charge[i]) < 1e-7);
 }
 
-TEST_CASE("a coupling to a supply is a wire however large it is") {
+TEST_CASE("coupling to a supply: any large one is a wire") {
   SphereProblem problem{.free_space = true, .permittivity = 4.2e-11};
   problem.groups = {{.charge = 2e-10}, {.charge = 0}, {.floating = false, .potential = 100}};
   problem.spheres = {{{0.003, 0.005, 0.005}, 7.75e-4, 0}, {{0.005, 0.008, 0.005}, 5e-4, 1}};
@@ -112,9 +113,9 @@ TEST_CASE("a coupling to a supply is a wire however large it is") {
   }
 }
 
-TEST_CASE("a moving circuit starts from what its couplings carried") {
+TEST_CASE("history: a moving circuit starts from the last coupling charges") {
   SphereSolver solver({.accuracy = 1e-8});
-  SphereProblem problem = coupled_spheres(true, 0.01);  // a hundredth of what charges a sphere
+  SphereProblem problem = coupled_spheres(true, 0.01);  // 1 % of the coupling that charges a sphere within a step.
   int warm = 0;
   for (int step = 1; step <= 6; ++step) {
     const SphereSolution solution = solver.solve(problem);
@@ -124,7 +125,7 @@ TEST_CASE("a moving circuit starts from what its couplings carried") {
       problem.groups[problem.couplings[k].b].charge += solution.coupling_charge[k];
     }
     problem.spheres[0].centre.x += 1e-4;
-    for (Coupling& coupling : problem.couplings) coupling.capacitance *= 1.05;  // longer steps
+    for (Coupling& coupling : problem.couplings) coupling.capacitance *= 1.05;  // Longer steps.
   }
   solver.forget();
   CHECK(warm < 0.7 * solver.solve(problem).iterations);

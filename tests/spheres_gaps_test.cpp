@@ -1,4 +1,4 @@
-// Gaps between conducting spheres, of one potential or of two, down to contact.
+// Tests of gaps between conducting spheres, at one potential or two, down to contact.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -14,9 +14,9 @@ namespace spheres_gaps_test {
 using namespace lichtenberg;
 using namespace lichtenberg::sphere_problems;
 
-TEST_CASE("two spheres at gaps down to 1e-5 R keep the digits asked for") {
-  // C_11, C_12 and the force on the second at potentials 1 and 0, by image charges in 40-digit arithmetic, their force
-  // by the derivative of the charges.
+TEST_CASE("two spheres: gaps down to 1e-5 R keep the requested digits") {
+  // Exact C_11, C_12 and force on the second sphere at potentials 1 and 0, by image charges in 40-digit arithmetic. The
+  // force is the derivative of the charges.
   struct Exact {
     double other, gap, own, mutual, force;
   };
@@ -31,7 +31,7 @@ TEST_CASE("two spheres at gaps down to 1e-5 R keep the digits asked for") {
       problem.spheres = {{{0, 0, 0}, 1, 0}, {{0, 0, 1 + exact.other + exact.gap}, exact.other, 1}};
       problem.groups = {{.floating = false, .potential = 1}, {.floating = false}};
       const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
-      // The centres' distance is rounded: 2e-16 of it is 2e-11 of the smallest gap.
+      // The distance of the centres is rounded by 2e-16, which is 2e-11 of the smallest gap.
       CHECK(std::abs(found.sphere_charge[0] / exact.own - 1) < accuracy);
       CHECK(std::abs(found.sphere_charge[1] / exact.mutual - 1) < accuracy);
       CHECK(std::abs(found.sphere_force[1].z / exact.force - 1) < accuracy);
@@ -39,7 +39,7 @@ TEST_CASE("two spheres at gaps down to 1e-5 R keep the digits asked for") {
     }
 }
 
-TEST_CASE("several gaps on one sphere: potentials and forces to what is asked, in a row and round a corner") {
+TEST_CASE("several gaps on one sphere: potentials and forces keep the accuracy") {
   for (const double gap : {0.1, 0.03, 0.01})
     for (const bool row : {true, false}) {
       CAPTURE(gap);
@@ -49,21 +49,21 @@ TEST_CASE("several gaps on one sphere: potentials and forces to what is asked, i
       SphereProblem problem{.free_space = true, .permittivity = 1};
       problem.spheres = {{{0, 0, 0}, 1, 0}, {{d, 0, 0}, 1, 1}, {third, 1, 2}};
       problem.groups = {{.floating = false, .potential = -1}, {.charge = 15}, {.charge = 0}};
-      // Harmonics that need no tails: exp(-alpha 200), alpha = acosh(1 + gap/2), is 2e-9 at .01 R.
+      // Harmonics without a close-pair correction: exp(-alpha 200), alpha = acosh(1 + gap/2), is 2e-9 at 0.01 R.
       const SphereSolution exact = SphereSolver({.accuracy = 1e-10, .degree = 200}).solve(problem);
       for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
         CAPTURE(accuracy);
         const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
         for (int i = 0; i < 3; ++i) {
           CHECK(std::abs(found.group_potential[i] - exact.group_potential[i]) < accuracy);
-          // Linear in what each gap leaves out of its sphere, and there are two.
+          // The error is linear in the truncation at each gap of a sphere, and there are two gaps.
           CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < 2 * accuracy * norm(exact.sphere_force[0]));
         }
       }
     }
 }
 
-TEST_CASE("several gaps on one sphere: at 1e-4 R potentials and forces still come to what is asked") {
+TEST_CASE("several gaps of 1e-4 R: potentials and forces keep the accuracy") {
   const double gap = 1e-4;
   SphereProblem problem{.free_space = true, .permittivity = 1};
   for (int i = 0; i < 3; ++i) problem.spheres.push_back({{i * (2 + gap), 0, 0}, 1, i});
@@ -79,9 +79,9 @@ TEST_CASE("several gaps on one sphere: at 1e-4 R potentials and forces still com
   }
 }
 
-TEST_CASE("several gaps in a bent row: what is asked, though tails meet across gaps that are wider") {
-  // The second and the fourth are .09 apart, so that harmonics (2 / 2.09)^(2l) of the tails of both count to degree
-  // 100.
+TEST_CASE("several gaps in a bent row: close-pair corrections interact accurately") {
+  // The second and the fourth sphere have a gap of 0.09. Harmonics (2 / 2.09)^(2l) of both close-pair corrections count
+  // up to degree 100.
   const double gap = 1e-4, d = 2 + gap, wide = 2.09, turn = std::numbers::pi / 3 + std::acos(wide / (2 * d));
   SphereProblem problem{.free_space = true, .permittivity = 1};
   problem.spheres = {{{-d, 0, 0}, 1, 0},
@@ -103,7 +103,7 @@ TEST_CASE("several gaps in a bent row: what is asked, though tails meet across g
   }
 }
 
-TEST_CASE("a neutral sphere close to an electrode: its small difference of potential has all digits asked for") {
+TEST_CASE("neutral sphere at an electrode: its small potential difference is exact") {
   SphereProblem problem{.permittivity = 1};
   problem.box.lengths = {20, 20, 20};
   problem.box.sides[4] = Boundary::electrode;
@@ -111,14 +111,14 @@ TEST_CASE("a neutral sphere close to an electrode: its small difference of poten
   problem.spheres = {{{8, 9, 12}, 1, 0}, {{12, 11, 1 + gap}, 1, 1}};
   problem.groups = {{.floating = false, .potential = 100}, {.charge = 0}};
   const SphereSolution exact = SphereSolver({.accuracy = 1e-8}).solve(problem);
-  // The force is nearly all of the gap's: of a difference dV some pi eps R dV^2 / gap, larger than any other here.
+  // The gap dominates the force: a difference dV gives about pi eps R dV^2 / gap, larger than any other force here.
   CHECK(norm(exact.sphere_force[1]) > norm(exact.sphere_force[0]));
   for (const double accuracy : {1e-2, 1e-3, 1e-4})
     CHECK(norm(SphereSolver({.accuracy = accuracy}).solve(problem).sphere_force[1] - exact.sphere_force[1]) <
           accuracy * norm(exact.sphere_force[1]));
 }
 
-TEST_CASE("tails are the same bits on any number of threads") {
+TEST_CASE("close-pair correction: any number of threads gives identical bits") {
   SphereProblem problem{.free_space = true, .permittivity = 1};
   for (int i = 0; i < 12; ++i) {
     problem.spheres.push_back({{2.01 * (i % 4), 2.01 * (i / 4), 0.3 * (i % 3)}, 1 - 0.02 * (i % 2), i});
@@ -131,15 +131,13 @@ TEST_CASE("tails are the same bits on any number of threads") {
   for (int i = 0; i < 12; ++i) CHECK(alone.sphere_force[i] == together.sphere_force[i]);
 }
 
-TEST_CASE(
-    "small gaps in any direction, to a sphere and to an electrode: forces are slopes, the gap has the field of a "
-    "plate") {
+TEST_CASE("small gaps: forces are energy derivatives, the field is a plate's") {
   SphereProblem problem = mixed_box();
   const double gap = 1e-3;
-  problem.spheres[0].centre.z = 0.15 + gap;  // above an electrode
+  problem.spheres[0].centre.z = 0.15 + gap;  // Above an electrode.
   problem.spheres[2].centre = problem.spheres[1].centre + Vec3{0.6, -0.48, 0.64} * (0.32 + gap);
   problem.groups[2] = {.floating = false, .potential = -1};
-  // Fourth order in step / gap = 0.05, with a fifth derivative of some 24 forces: 6e-6 of the force.
+  // Fourth order in step / gap = 0.05, with a fifth derivative of about 24 forces: 6e-6 of the force.
   SphereSolver solver({.accuracy = 1e-9});
   const SphereSolution found = solver.solve(problem);
   for (const int sphere : {0, 2})
@@ -148,9 +146,9 @@ TEST_CASE(
       CAPTURE(axis);
       CHECK(std::abs(slope_error(problem, sphere, axis, 0.05 * gap, 1e-9)) < 1e-5 * norm(found.sphere_force[sphere]));
     }
-  // In the middle of a gap between curved surfaces the field is the difference over the gap, but for gap / R.
+  // In the middle of a gap between curved surfaces the field is the difference over the gap, within gap / R.
   const Vec3 middle = problem.spheres[1].centre + Vec3{0.6, -0.48, 0.64} * (0.2 + 0.5 * gap);
-  SphereSolver rough({.accuracy = 1e-3});  // of low degree, so that the field there is the tails'
+  SphereSolver rough({.accuracy = 1e-3});  // At this low degree the close-pair correction dominates the field.
   rough.solve(problem);
   const PointField between = rough.field(std::vector<Vec3>{middle})[0];
   CHECK(dot(between.field, {0.6, -0.48, 0.64}) == doctest::Approx(1.3 / gap).epsilon(0.02));
@@ -159,7 +157,7 @@ TEST_CASE(
   CHECK(below.field.z == doctest::Approx((1 - found.group_potential[0]) / gap).epsilon(0.02));
 }
 
-TEST_CASE("spheres of one group may touch, each other and an insulating side") {
+TEST_CASE("spheres of one group: contact with each other and a side is permitted") {
   // Two equal spheres in contact have the capacitance 8 pi eps R ln 2 (Maxwell).
   SphereProblem pair{.free_space = true, .permittivity = 1};
   pair.spheres = {{{0, 0, 0}, 1, 0}, {{1.2, 0, 1.6}, 1, 0}};
@@ -167,10 +165,10 @@ TEST_CASE("spheres of one group may touch, each other and an insulating side") {
   const SphereSolution touching = SphereSolver({.accuracy = 1e-9}).solve(pair);
   CHECK(touching.sphere_charge[0] + touching.sphere_charge[1] ==
         doctest::Approx(8 * std::numbers::pi * std::log(2.0)).epsilon(1e-9));
-  // They repel each other by 4 pi eps R^2 E^2 (ln 2 - 1/4) / 6 (Kelvin), each with the potential 1.
+  // Two spheres at potential 1 repel each other with 4 pi eps R^2 E^2 (ln 2 - 1/4) / 6 (Kelvin).
   CHECK(touching.sphere_force[1].x ==
         doctest::Approx(0.6 * 4 * std::numbers::pi * (std::log(2.0) - 0.25) / 6).epsilon(1e-8));
-  // A sphere that lies on an insulating side is half of such a pair.
+  // A sphere on an insulating side is half of such a pair.
   SphereProblem lying{.permittivity = 1};
   lying.box.lengths = {1, 1, 1};
   lying.box.sides[5] = Boundary::electrode;
@@ -187,7 +185,7 @@ TEST_CASE("spheres of one group may touch, each other and an insulating side") {
   CHECK(one.sphere_force[0].z == doctest::Approx(two.sphere_force[0].z).epsilon(1e-8));
 }
 
-TEST_CASE("what a gap's tail has of energy is known to some digits at any accuracy, or the matrix is not positive") {
+TEST_CASE("close-pair correction: its energy is accurate at any tolerance") {
   for (const double gap : {0.05, 0.1, 0.2, 0.3, 0.4}) {
     const int degree = static_cast<int>(-std::log(0.04) / spheres::bispherical_coordinate(1, 1, gap));
     const std::vector<spheres::Site> sites{{{0, 0, 0}, 1, degree}, {{0, 0, 2 + gap}, 1, degree}};

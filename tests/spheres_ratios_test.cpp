@@ -16,7 +16,7 @@ namespace {
 
 constexpr double four_pi = 4 * std::numbers::pi;
 
-/// By its recurrence and asymptotic series.
+/// Digamma function by its recurrence and asymptotic series.
 double digamma(double x) {
   double sum = 0;
   for (; x < 20; ++x) sum -= 1 / x;
@@ -34,10 +34,10 @@ struct Images {
   }
 };
 
-/// Two spheres of radii a at 0 and b at d with charges qa and qb: the image charges in both (in units of 4 pi eps),
-/// those of one at a potential and the other at 0 superposed.
+/// Image charges of two spheres of radii a at 0 and b at d with charges qa and qb, in units of 4 pi eps. Solutions with
+/// one sphere at a potential and the other at 0 are superposed.
 std::array<Images, 2> images_of(double a, double b, double d, double qa, double qb) {
-  std::array<std::array<Images, 2>, 2> unit;  // [held][sphere]
+  std::array<std::array<Images, 2>, 2> unit;  // [sphere at a potential][sphere].
   for (const int held : {0, 1}) {
     const std::array radius = {a, b}, centre = {0.0, d};
     double charge = radius[held], place = centre[held];
@@ -62,7 +62,7 @@ std::array<Images, 2> images_of(double a, double b, double d, double qa, double 
   return both;
 }
 
-/// On the second one, 4 pi eps = 1 and charges in units of it.
+/// Force on the second sphere for 4 pi eps = 1, with charges in units of it.
 double force_between(const std::array<Images, 2>& images) {
   double force = 0;
   for (std::size_t i = 0; i < images[0].place.size(); ++i)
@@ -73,7 +73,8 @@ double force_between(const std::array<Images, 2>& images) {
   return force;
 }
 
-/// A large sphere of radius 1 at the origin and small ones of radius r, 4 pi eps = 1; the direction is none of an axis.
+/// Problem of a large sphere of radius 1 at the origin and a small one of radius r, 4 pi eps = 1, in an oblique
+/// direction.
 SphereProblem beside_large(double r, double gap, bool one_group) {
   SphereProblem problem{.free_space = true, .permittivity = 1 / four_pi};
   const Vec3 direction = Vec3{2, -1, 2} * (1.0 / 3);
@@ -85,7 +86,7 @@ SphereProblem beside_large(double r, double gap, bool one_group) {
 
 }  // namespace
 
-TEST_CASE("spheres in contact: a ratio of 100 has Maxwell's charges") {
+TEST_CASE("spheres in contact: a radius ratio of 100 has Maxwell's charges") {
   const double r = 0.01;
   for (const double accuracy : {1e-2, 1e-4, 1e-7}) {
     CAPTURE(accuracy);
@@ -93,13 +94,13 @@ TEST_CASE("spheres in contact: a ratio of 100 has Maxwell's charges") {
     const double small = -r / (1 + r) * (std::numbers::egamma + digamma(1 / (1 + r)));
     const double large = -r / (1 + r) * (std::numbers::egamma + digamma(r / (1 + r)));
     CHECK(found.group_potential[0] == doctest::Approx(1 / (small + large)).epsilon(accuracy));
-    // Over the small charge, 1.6e-4 of the large one.
+    // Relative to the small charge, 1.6e-4 of the large one.
     CHECK(found.sphere_charge[1] == doctest::Approx(small / (small + large)).epsilon(accuracy));
     CHECK(found.degree < 200);
   }
 }
 
-TEST_CASE("spheres apart: a ratio of 100 and two charges have the force of their images") {
+TEST_CASE("spheres apart: a radius ratio of 100 has the force of image charges") {
   const double r = 0.01;
   for (const double gap : {3 * r, r, 0.1 * r}) {
     const double force = force_between(images_of(1, r, 1 + r + gap, 1, 0.3 * r));
@@ -116,7 +117,7 @@ TEST_CASE("spheres apart: a ratio of 100 and two charges have the force of their
   }
 }
 
-TEST_CASE("spheres of unlike radii: forces are the slope of the energy between walls") {
+TEST_CASE("spheres of different radii: forces are energy derivatives in a box") {
   const auto energy_of = [](int moved, Vec3 by) {
     SphereProblem problem{.permittivity = 1};
     problem.box.lengths = {3, 3, 3};
@@ -133,13 +134,13 @@ TEST_CASE("spheres of unlike radii: forces are the slope of the energy between w
     for (const Vec3 along : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}}) {
       const double slope =
           (energy_of(moved, along * step).energy - energy_of(moved, along * -step).energy) / (2 * step);
-      // Differences are of second order in the step over the gap of 1/15.
+      // The differences are of second order in the step over the gap of 1/15.
       CHECK(std::abs(dot(found.sphere_force[moved], along) + slope) < 1e-4 * norm(found.sphere_force[moved]));
     }
 }
 
-TEST_CASE("spheres of unlike radii: harmonics and reflections agree where both can do") {
-  // A gap of one small radius, of 1/20 of the large one: degree 186 for 1e-7, and beyond 200 for 1e-8.
+TEST_CASE("spheres of different radii: harmonics and reflections agree") {
+  // The gap is one small radius, 1/20 of the large one: it needs degree 186 for 1e-7, and more than 200 for 1e-8.
   SphereProblem problem = beside_large(0.05, 0.05, false);
   const SphereSolution all = SphereSolver({.accuracy = 1e-7}).solve(problem);
   const SphereSolution reflected = SphereSolver({.accuracy = 1e-8}).solve(problem);
@@ -151,8 +152,8 @@ TEST_CASE("spheres of unlike radii: harmonics and reflections agree where both c
   }
 }
 
-TEST_CASE("spheres: ratios out of reach are refused with what would do") {
-  // Two small ones that feel each other's images in the large one.
+TEST_CASE("spheres: radius ratios out of reach are refused with a remedy") {
+  // Two small spheres whose images in the large one interact.
   SphereProblem problem = beside_large(0.01, 0, true);
   const Vec3 next = Vec3{2, -1, 2.1} * (1.01 / norm(Vec3{2, -1, 2.1}));
   problem.spheres.push_back({next, 0.01, 0});

@@ -1,4 +1,4 @@
-// Conducting spheres in space: reference solutions, symmetries of the operator, forces as slopes of the energy.
+// Tests of conducting spheres in space: reference solutions, symmetries of the operator, forces as energy derivatives.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -19,14 +19,14 @@ using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::sphere_problems;
 
-TEST_CASE("reference solutions come out to ten digits") {
+TEST_CASE("reference solutions: reproduced to ten digits") {
   for (const sphere_references::SphereReference& reference : sphere_references::read_all_spheres()) {
     CAPTURE(reference.name);
     CHECK(sphere_references::errors_of(reference, 1e-10).worst() < 1e-10);
   }
 }
 
-TEST_CASE("multipoles moved to another centre make the same field there") {
+TEST_CASE("translation: shifted multipoles give the same field") {
   constexpr int source_degree = 6, target_degree = 60;
   const laplace::spheres::Translation translation(target_degree);
   using laplace::spheres::at;
@@ -51,13 +51,14 @@ TEST_CASE("multipoles moved to another centre make the same field there") {
   for (int l = 0; l <= target_degree; ++l)
     for (int m = -l; m <= l; ++m)
       moved += value[at(l, m)][3] * std::pow(2 * target_radius / d, l) * near[at(l, m)] / std::pow(target_radius, l);
-  // |offset| / |way| = 0.16 to the power 60 is nothing; rounding of sums of some thousand terms.
+  // The ratio of the two distances, 0.16, to the power 60 is negligible. The bound is rounding in sums of some thousand
+  // terms.
   CHECK(moved == doctest::Approx(exact).epsilon(1e-13));
 }
 
-TEST_CASE("a force is the slope of the energy, at given charges and at given potentials") {
-  // Central differences of fourth order: h^4 times the fifth derivative, some 1/(0.15)^5 of the force, is 1e-11 of it;
-  // rounding, 1e-12 of the energy over the step, 1e-8.
+TEST_CASE("force: it is the energy's derivative at constant charge and potential") {
+  // Fourth-order central differences have an error of h^4 times the fifth derivative, about 1/(0.15)^5 of the force:
+  // 1e-11. Rounding of the energy, 1e-12, is divided by the step: 1e-8.
   for (int sphere = 0; sphere < 3; ++sphere)
     for (int axis = 0; axis < 3; ++axis) {
       CAPTURE(sphere);
@@ -66,7 +67,7 @@ TEST_CASE("a force is the slope of the energy, at given charges and at given pot
     }
 }
 
-/// The largest difference between a force and the energy's slope, for all directions, over the largest force.
+/// Largest difference between a force and the energy's derivative over all directions, divided by the largest force.
 double worst_slope_error(const SphereProblem& problem, int spheres, int degree) {
   double largest = 0, error = 0;
   for (const Vec3 force : SphereSolver({.accuracy = 1e-11, .degree = degree}).solve(problem).sphere_force)
@@ -77,8 +78,8 @@ double worst_slope_error(const SphereProblem& problem, int spheres, int degree) 
   return error / largest;
 }
 
-TEST_CASE("fixed degree: forces are the slope of the energy at degrees 1 to 6") {
-  // The differences' own error: a gap of .02 is two hundred steps wide, fourth order.
+TEST_CASE("fixed degree: forces are energy derivatives at degrees 1 to 6") {
+  // The bound is the error of fourth-order differences; the smallest gap of 0.02 is 200 steps wide.
   SphereProblem alone = periodic_mixture();
   alone.free_space = true;
   for (int degree = 1; degree <= 6; ++degree) {
@@ -89,7 +90,7 @@ TEST_CASE("fixed degree: forces are the slope of the energy at degrees 1 to 6") 
   }
 }
 
-TEST_CASE("fixed degree: forces are the slope of the energy where cells carry the field") {
+TEST_CASE("fixed degree: forces are energy derivatives with the cell method") {
   SphereProblem box{.permittivity = 1};
   box.box.lengths = {4, 4, 4};
   box.box.sides.fill(Boundary::periodic);
@@ -104,17 +105,18 @@ TEST_CASE("fixed degree: forces are the slope of the energy where cells carry th
   for (const SphereProblem& problem : {box, alone}) {
     constexpr int degree = 2;
     const double force = norm(SphereSolver({.accuracy = 1e-11, .degree = degree}).solve(problem).sphere_force[0]);
-    // Rounding of the energy of 64, over the step.
+    // Rounding of the energy of 64 spheres, divided by the step.
     CHECK(std::abs(slope_error(problem, 0, 0, 1e-4, 1e-11, degree)) < 1e-6 * force);
   }
 }
 
-TEST_CASE("cell by cell or pair by pair: the same field") {
+TEST_CASE("cell method and pair sum: they give the same field") {
   for (const int scene : {0, 1, 2}) {
     CAPTURE(scene);
     SphereProblem problem{.free_space = scene == 0, .permittivity = 1};
     problem.box.lengths = {1, 1.2, scene == 2 ? 0.3 : 0.9};
-    if (scene != 1) problem.box.sides[0] = Boundary::electrode;  // without it the sum of dipoles along z has a field
+    // Without this electrode the sum of dipoles along z has a field.
+    if (scene != 1) problem.box.sides[0] = Boundary::electrode;
     if (scene == 2) problem.box.sides[2] = problem.box.sides[3] = Boundary::periodic;
     if (scene == 1) problem.box.sides[4] = problem.box.sides[5] = Boundary::electrode;
     for (int i = 0; i < 48; ++i) {
@@ -123,7 +125,7 @@ TEST_CASE("cell by cell or pair by pair: the same field") {
       problem.groups.push_back({.charge = std::sin(2 * i)});
     }
     const SphereSolution pairs = SphereSolver({.accuracy = 1e-6}).solve(problem);
-    // One more, too small to matter, and there are cells.
+    // A negligible additional sphere switches to the cell method.
     problem.spheres.push_back({{0.02, 0.02, 0.02}, 1e-5, 48});
     problem.groups.push_back({});
     const SphereSolution cells = SphereSolver({.accuracy = 1e-6}).solve(problem);
@@ -139,7 +141,7 @@ TEST_CASE("cell by cell or pair by pair: the same field") {
   }
 }
 
-TEST_CASE("a moving scene needs fewer iterations, and forgets when told to; threads change no bit") {
+TEST_CASE("solver: history shortens solves, forget() resets, threads keep bits") {
   SphereProblem problem = mixed_box();
   SphereSolver solver({.accuracy = 1e-8});
   const SphereSolution first = solver.solve(problem);
@@ -152,7 +154,7 @@ TEST_CASE("a moving scene needs fewer iterations, and forgets when told to; thre
   CHECK(alone.sphere_force[1] == together.sphere_force[1]);
 }
 
-TEST_CASE("large groups in a flat dish take few iterations, from nothing and when they merge") {
+TEST_CASE("large groups in a flat box: few iterations, also after a merge") {
   constexpr int side = 10;
   SphereProblem problem{.permittivity = 1, .groups = {{.charge = 1}, {.charge = -2}, {.floating = false}}};
   problem.box.lengths = {3.0 * side, 3.0 * side, 6};
@@ -160,15 +162,15 @@ TEST_CASE("large groups in a flat dish take few iterations, from nothing and whe
     problem.spheres.push_back({{1.5 + 3 * (i % side), 1.5 + 3 * (i / side) + 0.2 * (i % 3), 1.1}, 1, i % side / 5});
   problem.spheres.push_back({{15, 15.1, 4}, 1, 2});
   SphereSolver solver({.accuracy = 1e-4});
-  CHECK(solver.solve(problem).iterations <= 8);  // 20 without the equations of charges and dipoles
+  CHECK(solver.solve(problem).iterations <= 8);  // 20 without the equations of charges and dipoles.
   for (Sphere& sphere : problem.spheres) sphere.group = sphere.group < 2 ? 0 : 1;
   problem.groups = {{.charge = -1}, {.floating = false}};
   CHECK(solver.solve(problem).iterations <= 8);
 }
 
-TEST_CASE("spheres far apart in radii, or of very different radii, have their force to the accuracy") {
-  // A charge q at distance d from a floating sphere of radius R and charge Q: its image -q R / d at R^2 / d, and the
-  // opposite in the middle.
+TEST_CASE("force: accurate for distant spheres and for very different radii") {
+  // A charge q at distance d from a floating sphere of radius R and charge Q has the image -q R / d at R^2 / d and the
+  // opposite image at the centre.
   const auto force = [](double q, double other, double radius, double d) {
     const double image = q * radius / d;
     return q * ((other + image) / (d * d) - image / std::pow(d - radius * radius / d, 2)) / (4 * std::numbers::pi);
@@ -181,7 +183,7 @@ TEST_CASE("spheres far apart in radii, or of very different radii, have their fo
                                     .spheres = {{{0, 0, 0}, small, 0}, {{2.2, 0, 0}, large, 1}},
                                     .groups = {{.floating = true, .charge = 1}, {.floating = true, .charge = -1}}};
         const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
-        // The small sphere's own dipole is left out of the theory: (small / d)^3 of the force.
+        // The theory neglects the small sphere's dipole: (small / d)^3 of the force.
         const double exact = force(1, -1, large, 2.2), bound = (accuracy + 2 * std::pow(small, 3)) * std::abs(exact);
         CAPTURE(accuracy);
         CAPTURE(small);
@@ -191,8 +193,7 @@ TEST_CASE("spheres far apart in radii, or of very different radii, have their fo
       }
 }
 
-TEST_CASE(
-    "spheres at one potential in an insulated box have no charge, and a neutral one beside them has their potential") {
+TEST_CASE("equal potentials in an insulated box: no charge, one potential") {
   SphereProblem problem{.permittivity = 4e-11};
   problem.box.lengths = {0.06, 0.02, 0.02};
   problem.groups = {{.floating = false, .potential = -100}, {.charge = 0}};
@@ -200,11 +201,11 @@ TEST_CASE(
   for (const double accuracy : {1e-2, 1e-6}) {
     const SphereSolution solution = SphereSolver({.accuracy = accuracy}).solve(problem);
     CHECK(solution.group_potential[1] == doctest::Approx(-100).epsilon(1e-12));
-    CHECK(std::abs(solution.sphere_charge[0]) < 1e-12 * 4e-11 * 0.1);  // of eps R V
+    CHECK(std::abs(solution.sphere_charge[0]) < 1e-12 * 4e-11 * 0.1);  // Relative to eps R V.
   }
 }
 
-TEST_CASE("capacitance matrix: its columns are the charges of solves at unit potentials") {
+TEST_CASE("capacitance matrix: columns are the charges at unit potentials") {
   const auto check_columns = [](SphereProblem problem, double accuracy) {
     SphereSolver solver({.accuracy = accuracy});
     const std::vector<double> matrix = solver.capacitance_matrix(problem);
@@ -226,12 +227,12 @@ TEST_CASE("capacitance matrix: its columns are the charges of solves at unit pot
   };
   SphereProblem problem{.permittivity = 2};
   problem.box.lengths = {1, 1.2, 0.9};
-  for (int i = 0; i < 11; ++i) {  // more than eight groups; the last has two spheres
+  for (int i = 0; i < 11; ++i) {  // More than eight groups; the last one has two spheres.
     const double x = 0.15 + 0.3 * (i % 3), y = 0.15 + 0.3 * (i / 3), z = 0.3 + 0.1 * std::sin(i);
     problem.spheres.push_back({{x, y, z}, 0.1 + 0.02 * std::cos(3 * i), std::min(i, 9)});
   }
   problem.groups.resize(10);
-  check_columns(problem, 1e-8);  // an insulated box
+  check_columns(problem, 1e-8);  // An insulated box.
   problem.box.sides[2] = Boundary::electrode;
   check_columns(problem, 1e-8);
   problem.free_space = true;
@@ -245,7 +246,7 @@ TEST_CASE("capacitance matrix: its columns are the charges of solves at unit pot
   check_columns(many, 1e-5);
 }
 
-TEST_CASE("spheres at the same places: what is kept of them leaves no trace in the answer") {
+TEST_CASE("stored geometry: reusing it does not change the solution") {
   SphereProblem problem = mixed_box();
   SphereSolver solver({.accuracy = 1e-10});
   solver.solve(problem);
@@ -256,12 +257,12 @@ TEST_CASE("spheres at the same places: what is kept of them leaves no trace in t
     CHECK(again.group_potential[i] == doctest::Approx(anew.group_potential[i]).epsilon(1e-9));
     CHECK(norm(again.sphere_force[i] - anew.sphere_force[i]) < 1e-9 * norm(anew.sphere_force[0]));
   }
-  problem.spheres[2].radius = 0.14;  // the same centres
+  problem.spheres[2].radius = 0.14;  // The centres are the same.
   const SphereSolution larger = solver.solve(problem), expected = SphereSolver({.accuracy = 1e-10}).solve(problem);
   CHECK(larger.group_potential[2] == doctest::Approx(expected.group_potential[2]).epsilon(1e-9));
 }
 
-TEST_CASE("when the last charge has gone to ground nothing is left") {
+TEST_CASE("last charge to ground: potentials and charges vanish") {
   SphereProblem problem = mixed_box();
   problem.side_potential.fill(0);
   problem.groups[1].potential = 0;
@@ -278,8 +279,7 @@ TEST_CASE("when the last charge has gone to ground nothing is left") {
   for (const Vec3 force : left.sphere_force) CHECK(norm(force) == 0);
 }
 
-TEST_CASE(
-    "charges that go on as they went, after a step that was taken back too, are guessed from the last solutions") {
+TEST_CASE("history: linear charge growth is extrapolated, also after a rollback") {
   SphereProblem problem = mixed_box();
   SphereSolver solver({.accuracy = 1e-8});
   const auto iterations = [&](double time) {
@@ -289,12 +289,12 @@ TEST_CASE(
   };
   iterations(0);
   const int second = iterations(1);
-  // The error of a solution, a tenth of what is asked, is magnified by the mixture: that is left to the iteration.
+  // The mixture amplifies the solutions' error, 10 % of the requested one; the iteration removes it.
   CHECK(iterations(1.5) < second / 2);
   CHECK(iterations(0.5) < second / 2);
 }
 
-TEST_CASE("action and reaction are equal in free space") {
+TEST_CASE("free space: action equals reaction") {
   SphereProblem problem{.free_space = true, .permittivity = 1};
   problem.spheres = {{{0, 0, 0}, 1, 0}, {{2.3, 0.2, 0.1}, 0.8, 1}, {{0.4, 2.1, -0.7}, 0.6, 2}};
   problem.groups = {{.charge = 1}, {.floating = false, .potential = -0.2}, {.charge = 3}};
@@ -303,7 +303,7 @@ TEST_CASE("action and reaction are equal in free space") {
   CHECK(norm(sum) < 1e-10);
 }
 
-TEST_CASE("what charge there is ends on the electrodes, and nowhere else") {
+TEST_CASE("charge balance: spheres and electrodes sum to zero") {
   const SphereProblem problem = mixed_box();
   const SphereSolution solution = SphereSolver({.accuracy = 1e-11}).solve(problem);
   double sum = 0;
@@ -312,7 +312,7 @@ TEST_CASE("what charge there is ends on the electrodes, and nowhere else") {
   CHECK(std::abs(sum) < 1e-11);
 }
 
-TEST_CASE("several electrodes of one potential only add it to everything") {
+TEST_CASE("electrodes at one potential: it is added to all potentials") {
   SphereProblem problem = mixed_box();
   problem.box.sides = {Boundary::electrode, Boundary::wall,      Boundary::electrode,
                        Boundary::electrode, Boundary::electrode, Boundary::wall};
@@ -326,13 +326,13 @@ TEST_CASE("several electrodes of one potential only add it to everything") {
   for (int g = 0; g < 3; ++g)
     CHECK(high.group_potential[g] - low.group_potential[g] == doctest::Approx(7).epsilon(1e-9));
   CHECK(high.electrode_charge == doctest::Approx(-2.3).epsilon(1e-12));
-  // 1/2 sum Q V: what all have more adds up to nothing.
+  // 1/2 sum Q V: the common potential multiplies a total charge of zero.
   CHECK(high.energy == doctest::Approx(low.energy).epsilon(1e-9));
   problem.side_potential[0] = 0;
   CHECK_THROWS_AS(SphereSolver().solve(problem), InputError);
 }
 
-TEST_CASE("to degree one spheres are the induced dipoles of a gas, polarizability R^3, all images included") {
+TEST_CASE("degree one: spheres are a gas's induced dipoles of polarizability R^3") {
   SphereProblem problem{.permittivity = 1 / (4 * std::numbers::pi)};
   problem.box.lengths = {1, 1.2, 0.9};
   problem.box.sides.fill(Boundary::periodic);
@@ -355,7 +355,7 @@ TEST_CASE("to degree one spheres are the induced dipoles of a gas, polarizabilit
                                        laplace::spheres::images_beyond(range, radius, radius, 1e-13));
   std::vector<double> a(12), b(12);
   for (int i = 0; i < 3; ++i) a[4 * i] = charge[i] / radius;
-  for (int iteration = 0; iteration < 60; ++iteration) {  // each takes off (2 R^3 / d^3), a twentieth
+  for (int iteration = 0; iteration < 60; ++iteration) {  // Each iteration reduces the error to 2 R^3 / d^3 = 5 %.
     std::fill(b.begin(), b.end(), 0.0);
     near.add(a.data(), b.data(), team);
     far.add(a.data(), b.data(), team);
@@ -375,7 +375,7 @@ TEST_CASE("to degree one spheres are the induced dipoles of a gas, polarizabilit
   }
 }
 
-TEST_CASE("nothing grounded: charges have to add up, and potentials have zero mean or follow the fixed one") {
+TEST_CASE("insulated box: charges must cancel; potentials have zero mean") {
   SphereProblem problem{.permittivity = 1};
   problem.box.lengths = {1, 1, 1};
   problem.spheres = {{{0.3, 0.3, 0.3}, 0.1, 0}, {{0.7, 0.6, 0.6}, 0.15, 1}};
@@ -392,7 +392,7 @@ TEST_CASE("nothing grounded: charges have to add up, and potentials have zero me
   CHECK(fixed.sphere_charge[1] == doctest::Approx(-1).epsilon(1e-12));
 }
 
-TEST_CASE("a neutral sphere in a box of one potential has that potential and no charge anywhere") {
+TEST_CASE("neutral sphere in a box at one potential: same potential, no charge") {
   SphereProblem problem{.permittivity = 1};
   problem.box.lengths = {0.01, 0.01, 0.01};
   problem.box.sides[4] = Boundary::electrode;
@@ -415,26 +415,26 @@ SphereProblem two_dielectrics(double k, double gap) {
 
 }  // namespace
 
-TEST_CASE("two charged dielectric spheres attract each other as in bispherical coordinates, down to contact") {
-  // Far apart, and of no permittivity, those are Coulomb's.
+TEST_CASE("two dielectric spheres: attraction as in bispherical coordinates") {
+  // At large distances and without polarization the values are Coulomb's.
   CHECK(dielectric_pair(1, 4).attraction == doctest::Approx(1 / (4 * std::numbers::pi * 36)).epsilon(1e-12));
   CHECK(dielectric_pair(1, 4).potential == doctest::Approx(1 / (4 * std::numbers::pi) * (1 - 1 / 6.0)).epsilon(1e-12));
   for (const double accuracy : {1e-3, 1e-5})
     for (const double k : {1.5, 5.0, 20.0})
       for (const double gap : {1.0, 1e-1, 1e-2, 1e-4}) {
-        if (accuracy < 1e-4 && k > 10 && gap < 1e-2) continue;  // takes more harmonics than there are
+        if (accuracy < 1e-4 && k > 10 && gap < 1e-2) continue;  // This case takes more harmonics than are available.
         const BisphericalPair exact = dielectric_pair(k, gap);
         const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(two_dielectrics(k, gap));
         CHECK(std::abs(found.sphere_force[0].z + exact.attraction) < accuracy * exact.attraction);
         CHECK(found.group_potential[0] == doctest::Approx(exact.potential).epsilon(accuracy));
         CHECK(found.sphere_charge[0] == doctest::Approx(1).epsilon(1e-14));
       }
-  // At contact itself the force is the limit.
+  // At contact the force is the limit.
   const SphereSolution touching = SphereSolver({.accuracy = 1e-4}).solve(two_dielectrics(5, 0));
   CHECK(-touching.sphere_force[0].z == doctest::Approx(dielectric_pair(5, 1e-6).attraction).epsilon(1e-3));
 }
 
-TEST_CASE("a dielectric sphere in a uniform field has Clausius' and Mossotti's dipole, and its charge is pulled") {
+TEST_CASE("dielectric sphere in a uniform field: Clausius-Mossotti dipole") {
   const double k = 3.5;
   SphereProblem problem{.free_space = true, .uniform_field = {0.3, -0.2, 0.5}, .permittivity = 2};
   problem.spheres = {{{0.1, 0.2, 0.3}, 0.7, 0, k}};
@@ -447,8 +447,7 @@ TEST_CASE("a dielectric sphere in a uniform field has Clausius' and Mossotti's d
   }
 }
 
-TEST_CASE(
-    "dielectric spheres among conductors: forces are slopes of the energy, and a huge permittivity is a conductor") {
+TEST_CASE("dielectric spheres: forces are energy derivatives, limit is a conductor") {
   SphereProblem problem = mixed_box();
   problem.spheres[0].relative_permittivity = 4;
   for (int axis = 0; axis < 3; ++axis)
@@ -462,7 +461,7 @@ TEST_CASE(
     CHECK(norm(huge.sphere_force[i] - conductor.sphere_force[i]) < 1e-5 * norm(conductor.sphere_force[1]));
 }
 
-TEST_CASE("what is no problem is refused") {
+TEST_CASE("spheres: an invalid problem is refused") {
   SphereProblem problem = mixed_box();
   problem.spheres[0].centre.z = 0.14;
   CHECK_THROWS_WITH_AS(problem.check(),

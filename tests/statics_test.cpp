@@ -1,4 +1,4 @@
-// Packings: the contact potential, minimizers, minimizations that are cut in two or shared among threads.
+// Tests of packings: the soft repulsion, minimizers, and minimizations that are resumed or use several threads.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -29,7 +29,7 @@ const std::array methods = {"lbfgs-newton", "lbfgs", "newton-cg", "fire", "gradi
 
 Scene packing(int dimension, const std::string& method, const std::string& more = "") {
   const std::string size = dimension == 3 ? "[3.9, 3.9, 3.9]" : "[6.4, 6.4]";
-  return parse_scene(fmt::format("[domain]\nsize = {}\n[effects.contact_potential]\n[minimize]\nmethod = \"{}\"\n{}\n"
+  return parse_scene(fmt::format("[domain]\nsize = {}\n[effects.soft_repulsion]\n[minimize]\nmethod = \"{}\"\n{}\n"
                                  "[[population]]\ncount = 50\nradius = [0.4, 0.6]\noverlapping = true\n",
                                  size, method, more),
                      "packing");
@@ -40,7 +40,7 @@ State state_of(Model& model) {
   return {0, model.bodies, model.neighbours->pairs()};
 }
 
-/// sum of scale[i] (x[i] - i)^2 / 2, and nothing above x[0] = 3.
+/// Objective sum of scale[i] (x[i] - i)^2 / 2, which is infinite above x[0] = 3.
 class Bowl : public minimize::SmoothObjective {
  public:
   int size() const override { return 4; }
@@ -63,7 +63,7 @@ class Bowl : public minimize::SmoothObjective {
   static constexpr std::array scale = {1.0, 2.0, 5.0, 0.5};
 };
 
-/// x - ln x: least at 1, ever steeper towards 0, and nothing beyond.
+/// Objective x - ln x: minimum at 1, increasingly steep towards 0, and infinite beyond.
 class Pit : public minimize::SmoothObjective {
  public:
   int size() const override { return 1; }
@@ -82,7 +82,7 @@ class Pit : public minimize::SmoothObjective {
 
 }  // namespace
 
-TEST_CASE("w(q) = (q - 1) ln q and its derivatives") {
+TEST_CASE("contact law: w(q) = (q - 1) ln q and its derivatives") {
   const effects::ContactLaw half = effects::contact_law(0.5);
   CHECK(half.energy == doctest::Approx(0.5 * std::log(2)).scale(0).epsilon(1e-15));
   CHECK(half.slope == doctest::Approx(-std::log(2) - 1).scale(0).epsilon(1e-15));  // ln q + 1 - 1/q
@@ -91,31 +91,31 @@ TEST_CASE("w(q) = (q - 1) ln q and its derivatives") {
   CHECK(touching.energy == 0);
   CHECK(touching.slope == 0);
   CHECK(touching.curvature == 2);
-  // Just inside contact w is (1 - q)^2: no digit of it is lost.
+  // For q slightly below 1, w is (1 - q)^2 without loss of digits.
   const double e = 0x1p-30;
   CHECK(effects::contact_law(1 - e).energy == doctest::Approx(e * e).scale(0).epsilon(2 * e));
 }
 
-TEST_CASE("near q = 1 the series for ln q is as good as the library's") {
+TEST_CASE("logarithm_near_one: the series for ln q is as accurate as the library's") {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> depth(0, 1 - effects::near_one);
   for (int k = 0; k < 100000; ++k) {
     const double q = 1 - (k % 2 ? depth(random) : std::pow(depth(random), 5)), exact = std::log1p(q - 1);
-    // Roundings of s, t and of a sum that grows by a hundredth at most, and the library's own: some units of 2^-53.
+    // Roundings of s, t and a sum that grows by at most 1 %, and of the library: several units of 2^-53.
     CHECK(std::abs(effects::logarithm_near_one(q) - exact) <= 6 * 0x1p-53 * std::abs(exact));
   }
   CHECK(effects::logarithm_near_one(1) == 0);
 }
 
-/// Random overlaps, some of them deep, in a square or cube.
+/// Scene of random overlaps, some of them deep, in a square or cube.
 Scene crowd(int dimension, int count, double side = 24) {
-  return parse_scene(fmt::format("[domain]\nsize = [{0}, {0}{1}]\n[effects.contact_potential]\n"
+  return parse_scene(fmt::format("[domain]\nsize = [{0}, {0}{1}]\n[effects.soft_repulsion]\n"
                                  "[[population]]\ncount = {2}\nradius = [0.3, 0.5]\noverlapping = true\n",
                                  side, dimension == 3 ? fmt::format(", {}", side) : "", count),
                      "crowd");
 }
 
-TEST_CASE("energy and forces of many are the sums over all pairs and walls, whoever adds which") {
+TEST_CASE("many contacts: energy and forces are sums over all pairs and walls") {
   for (const int dimension : {2, 3}) {
     const int n = dimension == 3 ? 6000 : 1000;
     const Scene scene = crowd(dimension, n);
@@ -132,7 +132,8 @@ TEST_CASE("energy and forces of many are the sums over all pairs and walls, whoe
       if (sign > 0) energy += w.energy;
       for (int k = 0; k < dimension; ++k) {
         expected[i * dimension + k] -= sign * w.slope / reach * apart[k] / distance;
-        // q has four roundings, w' w'' times that; a push has a dozen of its own, a sum of ten of them as many.
+        // q has four roundings, which w' and w'' amplify. A force has about twelve of its own, and a sum of ten forces
+        // as many.
         rounding[i * dimension + k] += 0x1p-53 * (4 * w.curvature - 20 * w.slope) / reach;
       }
     };
@@ -167,7 +168,7 @@ TEST_CASE("energy and forces of many are the sums over all pairs and walls, whoe
   }
 }
 
-TEST_CASE("when the neighbours were searched for does not show in a bit of energy and forces") {
+TEST_CASE("neighbour search: its time changes no bit of energy and forces") {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> little(-0.05, 0.05);
   for (int trial = 0; trial < 20; ++trial) {
@@ -197,7 +198,7 @@ TEST_CASE("close contacts: energy and gradient equal the sum over all pairs") {
     const effects::ContactPotential potential(scene);
     statics::PotentialEnergy kept(scene, 2);
     std::vector<double> x = model.bodies.position;
-    // Steps of many lengths: candidates stay valid, are collected again, and are searched for again.
+    // Steps of various lengths: candidates stay valid, are collected again, or are searched for again.
     for (const double length : {0.0, 1e-4, 1e-4, 1e-2, 0.1, 1.0, 1e-5, 1e-5, 0.03, 0.03, 0.03, 0.03}) {
       CAPTURE(dimension);
       CAPTURE(length);
@@ -208,7 +209,7 @@ TEST_CASE("close contacts: energy and gradient equal the sum over all pairs") {
       CHECK(fresh.evaluate(x, fresh_gradient) == energy);
       CHECK(fresh_gradient == gradient);
       model.bodies.position = x;
-      // Some 1e5 terms: rounding adds up to far less than 1e-12 of their sum.
+      // About 1e5 terms: rounding is far below 1e-12 of their sum.
       CHECK(potential.energy_and_forces(state_of(model), force) == doctest::Approx(energy).epsilon(1e-12));
       double largest = 0, difference = 0;
       for (std::size_t k = 0; k < x.size(); ++k) {
@@ -237,17 +238,17 @@ TEST_CASE("close contacts: coinciding centres and crossed walls are infinite") {
   CHECK(std::isinf(energy.evaluate(x, gradient)));
 }
 
-TEST_CASE("a pair counts once, a wall keeps its sign, and what is beyond a wall has infinite energy") {
+TEST_CASE("contact energy: a pair counts once and beyond a wall it is infinite") {
   Scene scene = packing(2, "lbfgs");
   scene.conductors = {{.position = {2, 3}, .radius = 1}, {.position = {3, 3}, .radius = 1}};
   Model model = effects::make_model(scene);
   const effects::ContactPotential potential(scene);
-  CHECK(potential.energy(state_of(model)) == doctest::Approx(0.5 * std::log(2)));  // q = 1/2, once
+  CHECK(potential.energy(state_of(model)) == doctest::Approx(0.5 * std::log(2)));  // q = 1/2, once.
   model.bodies.position = {0.5, 3, 4, 3};
   CHECK(potential.energy(state_of(model)) == doctest::Approx(0.5 * std::log(2)));
   std::vector<double> force(4);
   model.forces(0, force);
-  CHECK(force[0] == doctest::Approx(std::log(2) + 1));  // inward
+  CHECK(force[0] == doctest::Approx(std::log(2) + 1));  // Inward.
   for (const double beyond : {0.0, -0.5}) {
     model.bodies.position[0] = beyond;
     CHECK(std::isinf(potential.energy(state_of(model))));
@@ -257,7 +258,7 @@ TEST_CASE("a pair counts once, a wall keeps its sign, and what is beyond a wall 
   CHECK(std::isinf(potential.energy(state_of(model))));
 }
 
-TEST_CASE("every minimizer finds the bottom of a bowl, and none leaves the ground that is allowed") {
+TEST_CASE("minimizers: each finds the minimum of a bowl within its domain") {
   const std::vector<double> start = {-2, 4, 4, -3};
   const auto check = [](minimize::Minimizer&& minimizer) {
     for (int k = 0; k < 20000 && minimizer.point().value > 1e-24 && minimizer.iterate(); ++k)
@@ -272,7 +273,7 @@ TEST_CASE("every minimizer finds the bottom of a bowl, and none leaves the groun
   CHECK_THROWS_AS(minimize::Lbfgs(bowl, {4, 0, 0, 0}, 0.1, 1), InputError);
 }
 
-TEST_CASE("every minimizer comes back from deep inside a steep wall, and never goes through it") {
+TEST_CASE("minimizers: each returns from deep within a steep wall") {
   Pit pit;
   const auto check = [](minimize::Minimizer&& minimizer) {
     for (int k = 0; k < 20000 && std::abs(minimizer.point().gradient[0]) > 1e-9 && minimizer.iterate(); ++k)
@@ -288,7 +289,7 @@ TEST_CASE("every minimizer comes back from deep inside a steep wall, and never g
   }
 }
 
-TEST_CASE("packing: the way is the logarithm of the force and whole at rest") {
+TEST_CASE("packing: progress is the logarithm of the force and complete at rest") {
   Minimization packed(packing(2, "lbfgs", "force_tolerance = 1e-6"));
   const Way start = packed.way();
   CHECK(start.whole == doctest::Approx(6 * std::log(10.0)));
@@ -298,11 +299,11 @@ TEST_CASE("packing: the way is the logarithm of the force and whole at rest") {
   CHECK(packed.way().done >= packed.way().whole);
 }
 
-TEST_CASE("a disk deep in a wall comes to rest between the walls by every method") {
+TEST_CASE("disk deep in a wall: it comes to rest between the walls by every method") {
   for (const std::string method : methods) {
     CAPTURE(method);
     Minimization minimization(
-        parse_scene("[domain]\nsize = [1.8, 1.8]\n[effects.contact_potential]\n[minimize]\nmethod = \"" + method +
+        parse_scene("[domain]\nsize = [1.8, 1.8]\n[effects.soft_repulsion]\n[minimize]\nmethod = \"" + method +
                         "\"\n[[conductor]]\nposition = [0.001, 0.9]\nradius = 1\n",
                     "wall"));
     while (!minimization.at_rest() && minimization.iterate()) {
@@ -312,7 +313,7 @@ TEST_CASE("a disk deep in a wall comes to rest between the walls by every method
   }
 }
 
-TEST_CASE("the stiffness is a unit: in units of any power of two, every method does the same in every bit") {
+TEST_CASE("stiffness: powers of two as units give identical bits by every method") {
   for (const std::string method : methods) {
     CAPTURE(method);
     const auto at_rest = [&](double stiffness) {
@@ -329,9 +330,9 @@ TEST_CASE("the stiffness is a unit: in units of any power of two, every method d
   }
 }
 
-TEST_CASE("forces beyond all numbers are a failure, and no rest") {
+TEST_CASE("overflowing forces: they are a failure and not a rest state") {
   const std::string start =
-      "[domain]\nsize = [4.0, 4.0]\n[effects.contact_potential]\nbox = false\n"
+      "[domain]\nsize = [4.0, 4.0]\n[effects.soft_repulsion]\nbox = false\n"
       "[[wall]]\npoint = [-3.0, 0.0]\nnormal = [1.0, 0.0]\n[[conductor]]\nposition = [0.0, 1.0]\nradius = 1\n";
   for (const std::string method : methods) {
     const std::string text =
@@ -340,14 +341,14 @@ TEST_CASE("forces beyond all numbers are a failure, and no rest") {
   }
 }
 
-TEST_CASE("a packing comes to rest by every method, without charges, field or PETSc") {
+TEST_CASE("packing: it comes to rest by every method without charges or field") {
   for (const int dimension : {2, 3})
     for (const std::string method : methods) {
       CAPTURE(method);
       Minimization minimization(packing(dimension, method));
       double energy = minimization.energy();
       while (!minimization.at_rest() && minimization.iterate()) {
-        if (method == "fire") continue;  // goes uphill now and then
+        if (method == "fire") continue;  // FIRE may temporarily increase the energy.
         CHECK(minimization.energy() <= energy * (1 + 1e-12));
         energy = minimization.energy();
       }
@@ -360,7 +361,7 @@ TEST_CASE("a packing comes to rest by every method, without charges, field or PE
   CHECK(!parallel::petsc_started());
 }
 
-TEST_CASE("a packing not at rest: its summary warns") {
+TEST_CASE("packing not at rest: its summary warns") {
   Minimization minimization(packing(2, "lbfgs", "max_iterations = 3"));
   minimization.advance_to(3, {});
   REQUIRE(!minimization.at_rest());
@@ -373,7 +374,7 @@ TEST_CASE("a packing not at rest: its summary warns") {
   CHECK(rests.summary().warnings.empty());
 }
 
-TEST_CASE("a minimization restored from a checkpoint goes on bit for bit") {
+TEST_CASE("minimization: one restored from a checkpoint has identical bits") {
   for (const std::string method : methods) {
     CAPTURE(method);
     const Scene scene = packing(2, method);
@@ -387,9 +388,9 @@ TEST_CASE("a minimization restored from a checkpoint goes on bit for bit") {
   }
 }
 
-TEST_CASE("any number of threads gives the same bits") {
+TEST_CASE("minimization: any number of threads gives identical bits") {
   const Scene scene = parse_scene(
-      "[domain]\nsize = [50.0, 50.0]\n[effects.contact_potential]\n"
+      "[domain]\nsize = [50.0, 50.0]\n[effects.soft_repulsion]\n"
       "[[population]]\ncount = 5000\nradius = [0.3, 0.4]\noverlapping = true\n",
       "packing");
   std::vector<std::vector<double>> results;

@@ -23,11 +23,11 @@ using std::numbers::pi;
 namespace {
 
 const ViscoelasticPair grains{278.6, 27.7};           // G chapter 4
-constexpr double density = 50016 / (70.0 * 70 * 70);  // G chapter 4: phi = .0763
+constexpr double density = 50016 / (70.0 * 70 * 70);  // G chapter 4: phi = 0.0763.
 
 double restitution(double speed) { return collision(grains, speed).restitution; }
 
-/// Temperature's local exponent, over a hundredth of the time.
+/// Local exponent of the temperature, over 1 % of the time.
 double slope(const Impacts& impacts, double time) {
   const std::vector<CoolingState> states = cool(density, impacts, 10, std::vector{time, 1.01 * time});
   return std::log(states[1].temperature / states[0].temperature) / std::log(1.01);
@@ -35,20 +35,21 @@ double slope(const Impacts& impacts, double time) {
 
 }  // namespace
 
-TEST_CASE("an ODE ends at its event, or where it is told to") {
+TEST_CASE("integrate: it ends at an event or at the given time") {
   Ode oscillator{
       .rates = [](double, std::span<const double> y, std::span<double> rate) { rate[0] = y[1], rate[1] = -y[0]; },
       .absolute = {1e-14, 1e-14}};
   std::vector<double> y = {0, 1};
   CHECK(integrate(oscillator, 0, 2, y).event == -1);
   CHECK(y[0] == Approx(std::sin(2.0)).epsilon(1e-12).scale(0));
-  // Both are below zero soon: the sine falls at pi, the cosine falls at pi/2 + 2 pi, since it has fallen once.
+  // Both are below zero soon: the sine crosses downwards at pi. The cosine, already below zero, crosses downwards at
+  // pi/2 + 2 pi.
   oscillator.falls = {[](double, std::span<const double> now) { return now[1]; },
                       [](double, std::span<const double> now) { return now[0]; }};
   const OdeEnd end = integrate(oscillator, 2, 100, y);
   CHECK(end.event == 1);
   CHECK(end.time == Approx(pi).epsilon(1e-12).scale(0));
-  // All of a course in one go; it ends where the sine falls, at pi.
+  // The whole time series in one call ends where the sine crosses zero, at pi.
   const std::vector<double> times = {2, 2.5, 3, 7, 9};
   const auto course = integrate(oscillator, 2, {std::sin(2.0), std::cos(2.0)}, times);
   REQUIRE(course.size() == 3);
@@ -58,21 +59,22 @@ TEST_CASE("an ODE ends at its event, or where it is told to") {
   CHECK(message_of([&] { integrate(oscillator, 0, 1, y); }) == "out of range");
 }
 
-TEST_CASE("restitution of viscoelastic grains: the elastic limit and the first terms in k") {
+TEST_CASE("restitution of viscoelastic grains: elastic limit and first terms in k") {
   const UniversalCollision elastic = universal_collision(0);
-  // s'^2 = 1 - (4/5) s^(5/2): deepest (5/4)^(2/5), and a duration by a beta function, 2 (5/4)^(2/5) (2/5) B(2/5, 1/2).
+  // s'^2 = 1 - (4/5) s^(5/2): the maximum overlap is (5/4)^(2/5), and the duration, by a beta function, 2 (5/4)^(2/5)
+  // (2/5) B(2/5, 1/2).
   CHECK(elastic.deepest == Approx(std::pow(1.25, 0.4)).epsilon(1e-12).scale(0));
   CHECK(elastic.duration == Approx(0.8 * std::pow(1.25, 0.4) * std::beta(0.4, 0.5)).epsilon(1e-11).scale(0));
   CHECK(elastic.duration == Approx(3.21806).epsilon(2e-6).scale(0));
   CHECK(elastic.loss == Approx(first_loss()).epsilon(1e-11).scale(0));
   CHECK(first_loss() == Approx(1.153449).epsilon(1e-6).scale(0));
-  // eps = 1 - c k + a k^2 + b k^(5/2): a = (3/5) c^2 (Ramirez et al. 1999). What is left over falls as k^(3/2).
+  // eps = 1 - c k + a k^2 + b k^(5/2) with a = (3/5) c^2 (Ramirez et al. 1999). The remainder decreases as k^(3/2).
   const double k = 1e-6, a = 0.6 * first_loss() * first_loss();
   CHECK(a == Approx(0.80).epsilon(3e-3).scale(0));
   CHECK((first_loss() - universal_collision(k).loss) / k == Approx(a).epsilon(2e-3).scale(0));
 }
 
-TEST_CASE("the tabulated curve is CVODE's, between its points and where they are") {
+TEST_CASE("restitution curve: it equals CVODE's at and between its points") {
   for (double k = 1e-9; k < RestitutionCurve::largest; k *= 1.7) {
     const UniversalCollision found = restitution_curve()(k), exact = universal_collision(k);
     CHECK(std::abs(found.loss - exact.loss) < 1e-11);
@@ -84,8 +86,8 @@ TEST_CASE("the tabulated curve is CVODE's, between its points and where they are
   for (const double refused : {-1e-9, 100.001, std::nan("")}) CHECK_THROWS_AS(restitution_curve()(refused), InputError);
 }
 
-TEST_CASE("restitution, duration and overlap at E = 278.6, D = 27.7") {
-  // speed, restitution, duration, overlap: of an independent program, to the digits it printed.
+TEST_CASE("collision of viscoelastic grains: known values at E = 278.6, D = 27.7") {
+  // Speed, restitution, duration and overlap of an independent program, to its printed digits.
   const double known[][4] = {{1e-6, .914344, 4.005, 1.33e-6}, {1e-4, .802964, 1.560, 5.05e-5},
                              {1e-3, .712488, .965, 3.04e-4},  {.01, .597185, .591, 1.80e-3},
                              {.1, .464641, .358, .0103},      {1, .330835, .213, .0573},
@@ -97,17 +99,18 @@ TEST_CASE("restitution, duration and overlap at E = 278.6, D = 27.7") {
     CHECK(found.duration == Approx(duration).epsilon(4e-3).scale(0));
     CHECK(found.overlap == Approx(overlap).epsilon(4e-3).scale(0));
   }
-  // Elastic grains are as deep as their diameter where E (2/5) = m_eff v^2 / 2.
+  // The maximum overlap of elastic grains is their diameter where E (2/5) = m_eff v^2 / 2.
   CHECK(piercing_speed(grains) == Approx(21.1).epsilon(1e-3).scale(0));
 }
 
-TEST_CASE("Mueller and Poeschel's closed form is within .01 of the curve") {
+TEST_CASE("restitution: Mueller and Poeschel's closed form is within 0.01") {
   double worst = 0;
   for (double k = 1e-3; k < RestitutionCurve::largest; k *= 1.1)
     worst = std::max(worst, std::abs(pade_restitution(k) - (1 - k * restitution_curve()(k).loss)));
   CHECK(worst < 0.01);
   CHECK(worst > 0.005);
-  // It has the curve's series up to k^2, 1 - c k + (3/5) c^2 k^2; coefficients of six digits leave 1e-6 k.
+  // The closed form has the curve's series up to k^2, 1 - c k + (3/5) c^2 k^2; its coefficients of six digits leave
+  // 1e-6 k.
   const double k = 1e-3, c = first_loss();
   CHECK(std::abs(pade_restitution(k) - (1 - c * k + 0.6 * c * c * k * k)) < std::pow(k, 2.5) + 1e-6 * k);
 }
@@ -132,15 +135,15 @@ TEST_CASE("Haff's law: rates of a gas of hard spheres") {
         Approx(haff_time(density, 10, 0.9, 0.1) * (1 + 0.3 / 16)).epsilon(1e-14).scale(0));
 }
 
-TEST_CASE("means over impacts are exponential integrals") {
-  // v^2 = 4 T x, x ~ exp(-x): <v^p> = (4T)^(p/2) Gamma(1 + p/2), p = 1/5 with a singular start.
+TEST_CASE("impact means: they are exponential integrals") {
+  // v^2 = 4 T x, x ~ exp(-x): <v^p> = (4T)^(p/2) Gamma(1 + p/2). For p = 1/5 the integrand is singular at 0.
   for (const double p : {0.2, 1.0, 2.0})
     CHECK(impact_mean(0.3, [&](double v, double) { return std::pow(v, p); }) ==
           Approx(std::pow(1.2, p / 2) * std::tgamma(1 + p / 2)).epsilon(1e-12).scale(0));
   CHECK(impact_mean(0.3, [](double, double x) { return x * x; }) == Approx(2).epsilon(1e-12).scale(0));
 }
 
-TEST_CASE("a gas of constant restitution cools by Haff's law, and its duration of contact slows it") {
+TEST_CASE("constant restitution: Haff's law, slower with a contact duration") {
   const Impacts constant{[](double) { return 0.9; }};
   const double tau = haff_time(density, 10, 0.9);
   const std::vector<double> times = {1, 10, 1000};
@@ -151,30 +154,30 @@ TEST_CASE("a gas of constant restitution cools by Haff's law, and its duration o
     CHECK(states[k].collisions ==
           Approx(collision_frequency(density, 10) * tau * std::log1p(times[k] / tau)).epsilon(1e-9).scale(0));
   }
-  // With t_c = c / omega, collisions are rarer by 1 + c at every temperature, and tau longer.
+  // With t_c = c / omega the collision rate decreases by 1 + c at every temperature, and tau increases by it.
   const Impacts slowed{constant.restitution, [](double t) { return 0.5 / collision_frequency(density, t); }};
   CHECK(cool(density, slowed, 10, times)[1].temperature ==
         Approx(haff_temperature(10, 1.5 * tau, 10)).epsilon(1e-9).scale(0));
 }
 
-TEST_CASE("viscoelastic grains cool with exponents between -1.87 and -1.73, never -5/3 in a run") {
+TEST_CASE("viscoelastic grains: cooling exponents lie between -1.87 and -1.73") {
   CHECK(slope({restitution}, 1e2) == Approx(-1.87).epsilon(3e-3).scale(0));
   CHECK(slope({restitution}, 1e6) == Approx(-1.73).epsilon(3e-3).scale(0));
-  // Weakly dissipative ones reach -5/3 (Brilliantov and Poeschel 2000): 1 - eps^2 = 2 c v^(1/5) makes
-  // dT/dt ~ -T^(8/5), and its solution at v < .1, 1 - eps < 1e-2 k c = .007, is within that of the power law.
+  // Weakly dissipative grains reach -5/3 (Brilliantov and Poeschel 2000): 1 - eps^2 = 2 c v^(1/5) gives dT/dt ~
+  // -T^(8/5). At v < 0.1, where 1 - eps < 1e-2 k c = 0.007, the solution is within that of the power law.
   const ViscoelasticPair weak{278.6, 0.277};
   CHECK(slope({[&](double v) { return collision(weak, v).restitution; }}, 1e4) ==
         Approx(-5.0 / 3).epsilon(7e-3).scale(0));
 }
 
-TEST_CASE("early charging: <q^2> is what collisions move, and as many of them") {
+TEST_CASE("early charging: <q^2> is the transferred mean times the collisions") {
   // dq constant: <q^2> = dq^2 collisions.
   const Impacts constant{restitution, {}, [](double) { return 0.25; }};
   const CoolingState state = cool(density, constant, 10, std::vector{5.0})[0];
   CHECK(state.charge_square == Approx(0.25 * state.collisions).epsilon(1e-9).scale(0));
 
-  // With G's law of exchange K <q^2> / T is 1 at t = 870, 73, 21 for K Q^2 = 5e-8, 5e-6, 5e-5: whole units of time, in
-  // one of which it grows by 2.7 / t, its exponent being 1.8 + little.
+  // With G's law of exchange K <q^2> / T is 1 at t = 870, 73, 21 for K Q^2 = 5e-8, 5e-6, 5e-5. These are whole units of
+  // time, in each of which it grows by 2.7 / t; its exponent is slightly above 1.8.
   const Impacts impact{restitution, {}, [](double v) { return impact_charge_square(1, 0.83, 0.5, v); }};
   const double known[][2] = {{870, 5e-8}, {73, 5e-6}, {21, 5e-5}};
   for (const auto& [time, strength] : known) {
@@ -183,25 +186,25 @@ TEST_CASE("early charging: <q^2> is what collisions move, and as many of them") 
   }
 }
 
-TEST_CASE("the mean square of an impact's charge is that of its noise") {
-  // eta -> 0: the noise has no effect, <dq^2> = Q^2. eta = 1/2 with noise of the exponent alone half as wide as .025:
-  // <Psi_1> = 1.63114 m_eff v^2 Q^2, and a correction of the order of .025^2.
+TEST_CASE("impact charge: its mean square includes the noise") {
+  // eta -> 0: the noise has no effect, <dq^2> = Q^2. eta = 1/2 with a half-width of the exponent's noise of 0.025:
+  // <Psi_1> = 1.63114 m_eff v^2 Q^2, and a correction of the order of 0.025^2.
   CHECK(impact_charge_square(2, 1e-9, 0.5, 3) == Approx(4).epsilon(1e-7).scale(0));
   CHECK(impact_charge_square(2, 0.5, 0.5, 3) == Approx(4 * 4.5 * (0.1 + std::sqrt(10)) / 2).epsilon(3e-3).scale(0));
   CHECK(impact_charge_square(1, 0.5, 0.5, 3) != Approx(4.5 * (0.1 + std::sqrt(10)) / 2).epsilon(1e-6).scale(0));
 }
 
-TEST_CASE("h is e^x Dawson(sqrt x), for small x and for large") {
+TEST_CASE("log_h: h is e^x Dawson(sqrt x) for small and large x") {
   CHECK(std::exp(log_h(1) - 1) ==
-        Approx(0.53807950691276841914).epsilon(1e-14).scale(0));  // Dawson(1), Abramowitz & Stegun 7.5
-  CHECK(std::exp(log_h(4) - 4) == Approx(0.30134038892379196603).epsilon(1e-14).scale(0));  // Dawson(2)
-  CHECK(log_h(1e-20) == Approx(-10 * std::log(10)).epsilon(1e-14).scale(0));                // sqrt(x) (1 + x/3)
+        Approx(0.53807950691276841914).epsilon(1e-14).scale(0));  // Dawson(1), Abramowitz & Stegun 7.5.
+  CHECK(std::exp(log_h(4) - 4) == Approx(0.30134038892379196603).epsilon(1e-14).scale(0));  // Dawson(2).
+  CHECK(log_h(1e-20) == Approx(-10 * std::log(10)).epsilon(1e-14).scale(0));                // sqrt(x) (1 + x/3).
   CHECK(log_h(50) ==
-        Approx(log_h(std::nextafter(50, 0))).epsilon(1e-15).scale(0));  // the series and the asymptotic one
+        Approx(log_h(std::nextafter(50, 0))).epsilon(1e-15).scale(0));  // The series and the asymptotic expansion.
   CHECK(log_h(1e4) == Approx(1e4 - std::log(200) + std::log1p(0.5e-4 + 0.75e-8)).epsilon(1e-14).scale(0));
 }
 
-TEST_CASE("the temperature of a monopolar gas solves its equation") {
+TEST_CASE("monopolar gas: its temperature solves the equation") {
   for (const double barrier : {0.01, 1.0, 30.0}) {
     const MonopolarGas gas{10, 3, barrier};
     const Ode ode{.rates =
@@ -220,12 +223,12 @@ TEST_CASE("the temperature of a monopolar gas solves its equation") {
   }
 }
 
-TEST_CASE("a monopolar gas: Haff's law without repulsion, U / ln t late") {
+TEST_CASE("monopolar gas: Haff's law without repulsion, U / ln t at late times") {
   CHECK(monopolar_temperature({10, 3, 0}, 5) == haff_temperature(10, 3, 5));
   CHECK(monopolar_time({10, 3, 0}, haff_temperature(10, 3, 5)) == Approx(5));
   CHECK(monopolar_temperature({10, 3, 1e-300}, 5) == Approx(haff_temperature(10, 3, 5)).epsilon(1e-12).scale(0));
   CHECK(monopolar_temperature({10, 3, 1}, 0) == Approx(10).epsilon(1e-14).scale(0));
-  // So cold that nothing ever collides; and the other way round.
+  // So cold that no collision occurs, and the inverse function.
   CHECK(monopolar_temperature({10, 3, 1e5}, 1e3) == Approx(10).epsilon(1e-14).scale(0));
   CHECK(std::isinf(monopolar_time({10, 3, 1e5}, 5)));
   // e^x / (2 sqrt(x)) (1 + 1/(2x) + ...) = (t/tau) sqrt(U/T_0), x = U/T.
@@ -235,7 +238,7 @@ TEST_CASE("a monopolar gas: Haff's law without repulsion, U / ln t late") {
   }
 }
 
-TEST_CASE("two grains without charge: restitution of both laws, and energy that is dissipated") {
+TEST_CASE("two neutral grains: restitution and dissipation of both laws") {
   for (const double speed : {0.01, 1.0, 5.0}) {
     const PairContact found = contact({.elastic = 278.6, .dissipative = 27.7}, speed);
     const PairCollision theory = collision(grains, speed);
@@ -257,7 +260,7 @@ TEST_CASE("two grains without charge: restitution of both laws, and energy that 
   CHECK_NOTHROW(contact({.elastic = 278.6}, 21));
 }
 
-TEST_CASE("a pair that is bound dissipates all energy down to that of rest in contact") {
+TEST_CASE("bound pair: it dissipates its energy down to that of resting contact") {
   for (const double coulomb : {-0.1, -0.001, -5.0})
     for (const double factor : {1.01, 1.5}) {
       const TwoGrains pair{.elastic = 278.6, .dissipative = 27.7, .coulomb = coulomb};
@@ -274,7 +277,7 @@ TEST_CASE("a pair that is bound dissipates all energy down to that of rest in co
   CHECK_THROWS_AS(static_overlap({.elastic = 278.6, .coulomb = -26}), InputError);
 }
 
-TEST_CASE("two grains escape above the capture speed, in both directions by 1e-9") {
+TEST_CASE("two grains: they escape above the capture speed, within 1e-9") {
   for (const double coulomb : {-0.1, -0.001}) {
     const TwoGrains pair{.elastic = 278.6, .dissipative = 27.7, .coulomb = coulomb};
     const double limit = capture_speed(pair);
@@ -285,7 +288,7 @@ TEST_CASE("two grains escape above the capture speed, in both directions by 1e-9
     const PairOutcome free = outcome(pair, above);
     CHECK_FALSE(free.captured);
     CHECK(free.contacts == 1);
-    // What is left of the kinetic energy has gone into the dashpot, with or without charge.
+    // The dashpot dissipates the rest of the kinetic energy, with or without charge.
     CHECK(free.dissipated == Approx((above * above - free.last * free.last) / 4).epsilon(1e-10).scale(0));
   }
   const PairOutcome repelled = outcome({.elastic = 278.6, .dissipative = 27.7, .coulomb = 0.1}, 0.8);
@@ -294,7 +297,7 @@ TEST_CASE("two grains escape above the capture speed, in both directions by 1e-9
   CHECK(capture_speed({.elastic = 278.6, .dissipative = 27.7}) == 0);
 }
 
-TEST_CASE("means over impacts by their table cool a gas as those by quadrature, whatever was asked for before") {
+TEST_CASE("tabulated impact means: a gas cools as with quadrature") {
   const Impacts impacts{.restitution = restitution,
                         .duration =
                             [](double temperature) {
@@ -307,7 +310,7 @@ TEST_CASE("means over impacts by their table cool a gas as those by quadrature, 
   for (const double temperature : {1e-6, 1e-3, 0.9, 1.0, std::exp(2.0), 9.7}) {
     CAPTURE(temperature);
     const auto lost = [](double v, double x) { return x * (1 - restitution(v) * restitution(v)); };
-    // Quadrature is good to 1e-13, and the curve of restitutions to 1e-11.
+    // The quadrature has an error of 1e-13, and the restitution curve of 1e-11.
     CHECK(means.lost(temperature) == Approx(impact_mean(temperature, lost)).epsilon(1e-10).scale(0));
     CHECK(means.duration(temperature) == Approx(impacts.duration(temperature)).epsilon(1e-8).scale(0));
     CHECK(means.charge_square(temperature) ==
@@ -316,7 +319,7 @@ TEST_CASE("means over impacts by their table cool a gas as those by quadrature, 
               .scale(0));
     CHECK(means.lost(temperature) == others.lost(temperature));
   }
-  // Both to 1e-9.
+  // Both have an error of 1e-9.
   const CoolingState by_table = cool(density, means, 10, std::vector{20.0})[0],
                      by_quadrature = cool(density, impacts, 10, std::vector{20.0})[0];
   CHECK(by_table.temperature == Approx(by_quadrature.temperature).epsilon(2e-9).scale(0));

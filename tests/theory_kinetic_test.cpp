@@ -24,13 +24,13 @@ using std::numbers::pi;
 namespace {
 
 const ViscoelasticPair grains{278.6, 27.7};           // G chapter 4
-constexpr double density = 50016 / (70.0 * 70 * 70);  // phi = .0763
+constexpr double density = 50016 / (70.0 * 70 * 70);  // phi = 0.0763
 const Impacts true_laws{.restitution = [](double v) { return collision(grains, v).restitution; },
                         .charge_square = [](double v) { return impact_charge_square(1, 0.83, 0.5, v); }};
 
 Approx near(double value, double relative) { return Approx(value).epsilon(relative).scale(1e-290); }
 
-/// 1 - eps^2 = 2 dissipation v^(1/5) and dq = transfer v^exponent, as G has them (5.28, 5.31).
+/// 1 - eps^2 = 2 dissipation v^(1/5) and dq = transfer v^exponent as in G (5.28, 5.31).
 ImpactMeans power_law_means(double dissipation, double transfer, double exponent) {
   return {[=](double t) { return 2 * dissipation * std::pow(4 * t, 0.1) * std::tgamma(2.1); },
           [=](double t) { return transfer * transfer * std::pow(4 * t, exponent) * std::tgamma(exponent + 1); }};
@@ -40,8 +40,8 @@ struct Estimates {
   Estimate mergers, contact_loss, merging_loss, contact_charge, merging_charge;
 };
 
-/// The collision integrals of such a gas by chance: pairs of velocities and charges from their Gaussians, the place of
-/// the impact uniform over the disk that they have to hit.
+/// Monte Carlo estimates of the collision integrals of such a gas. Pairs have velocities and charges from their
+/// Gaussians, and impact positions uniform over the disk of the cross section.
 Estimates sampled(const Aggregates& gas, double coupling, const Impacts& impacts, bool at_contact, int samples) {
   Estimates found;
   for (int k = 0; k < samples; ++k) {
@@ -52,7 +52,7 @@ Estimates sampled(const Aggregates& gas, double coupling, const Impacts& impacts
     const double q = random.normal(), p = random.normal(), u = random.uniform();
     const double product = gas.charge_square * q * p, energy = gas.mass * square / 4;
     const double least = coupling * std::abs(product) / gas.diameter;  // b T
-    // Half of n^2 pairs, their speed, and the disk.
+    // n^2 / 2 pairs, their speed, and the disk.
     const double disk = pi * gas.diameter * gas.diameter * (1 - coupling * product / (gas.diameter * energy));
     const double rate = disk > 0 ? gas.density * gas.density / 2 * std::sqrt(square) * disk : 0;
     const double gained = at_contact ? -coupling * product / gas.diameter : 0;
@@ -88,7 +88,7 @@ KineticGas gas_of(double coupling) {
 
 }  // namespace
 
-TEST_CASE("integrals of merging: closed forms and series against quadrature, 1e-4 <= B <= 1e3") {
+TEST_CASE("merge integrals: closed forms and series equal quadrature, all B") {
   for (const double bjerrum :
        {1e-4, 1e-3, 0.025, 0.1, 0.2499, 0.2501, 0.5, 0.81, 0.83, 1 - 1e-6, 1.0, 1 + 1e-6, 1.2, 1.3, 5.0, 30.0, 1e3}) {
     const double beta = 2 * bjerrum;
@@ -97,18 +97,18 @@ TEST_CASE("integrals of merging: closed forms and series against quadrature, 1e-
     CHECK(found.energy == near(over_charges([&](double w) { return h_energy(beta * w); }), 1e-11));
     CHECK(found.charge == near(over_charges([&](double w) { return w * h_number(beta * w); }), 1e-11));
   }
-  // First terms: what is left out is of the next order, of a relative 2 beta at most.
+  // First terms: the neglected ones are of the next order, at most a relative 2 beta.
   const MergingIntegrals small = merging_integrals(1e-6);
   CHECK(small.number == near(3 * pi / 16 * 1e-12, 2e-6));
   CHECK(small.energy == near(5.0 / 12 * 1e-18, 2e-6));
   CHECK(small.charge == near(0.75e-12, 2e-6));
   CHECK(merging_integrals(0).number == 0);
-  // Everybody merges: h_N -> 1 + b.
+  // All collisions merge: h_N -> 1 + b.
   CHECK(merging_integrals(1e8).number == near((pi + 1e8) / 2, 1e-12));
   for (const double refused : {-1e-9, std::nan(""), 1e160}) CHECK_THROWS_AS(merging_integrals(refused), InputError);
 }
 
-TEST_CASE("integrals of contacts against quadrature over charges") {
+TEST_CASE("contact integrals: they equal quadrature over charges") {
   // G(p) = 4 int K_0(2w) Gamma(p, beta w) dw.
   for (const double p : {0.7, 2.0, 3.1, 3.66})
     for (const double bjerrum : {1e-4, 0.3, 1.0, 7.0, 1e3})
@@ -119,7 +119,7 @@ TEST_CASE("integrals of contacts against quadrature over charges") {
   CHECK_THROWS_AS(contact_integral(2, -1), InputError);
 }
 
-TEST_CASE("rates with the power laws are the closed forms, and those with tabulated ones the same") {
+TEST_CASE("rates: power laws give the closed forms, also from tabulated laws") {
   const double loss = 1.3, transfer = 0.4, exponent = 1.6, temperature = 0.02;
   for (const double bjerrum : {0.0, 0.01, 1.0, 100.0}) {
     const Aggregates gas{.density = 0.1, .temperature = temperature, .charge_square = 3, .mass = 8, .diameter = 2};
@@ -142,7 +142,7 @@ TEST_CASE("rates with the power laws are the closed forms, and those with tabula
   }
 }
 
-TEST_CASE("rates against the collision integrals by Monte Carlo, both ways to see speeds") {
+TEST_CASE("rates: they equal Monte Carlo collision integrals at both speeds") {
   for (const double bjerrum : {0.3, 2.0}) {
     const Aggregates gas{.density = 0.1, .temperature = 0.5, .charge_square = 0.7, .mass = 3, .diameter = 1.4};
     const double coupling = bjerrum * 0.5 * 1.4 / 0.7;
@@ -152,7 +152,7 @@ TEST_CASE("rates against the collision integrals by Monte Carlo, both ways to se
   }
 }
 
-TEST_CASE("speeds at contact: neutral grains have the other's rates, elastic ones never merge") {
+TEST_CASE("speeds at contact: neutral rates agree, elastic grains never merge") {
   const Aggregates gas{.density = 0.1, .temperature = 0.5, .charge_square = 0.7};
   const KineticRates neutral = contact_speed_rates(gas, 0, true_laws),
                      same = kinetic_rates(gas, 0, tabulated_means(true_laws, 10));
@@ -162,7 +162,7 @@ TEST_CASE("speeds at contact: neutral grains have the other's rates, elastic one
   CHECK(contact_speed_rates(gas, 1, {.restitution = [](double) { return 1.0; }}).mergers == 0);
 }
 
-TEST_CASE("without charges acting, the gas cools and charges as Haff's, merging or not") {
+TEST_CASE("without charge interaction: cooling and charging follow Haff's law") {
   const std::vector<double> times = {0, 1, 30, 1000};
   const auto haff = cool(density, true_laws, 10, times);
   for (const bool merges : {true, false}) {
@@ -183,7 +183,7 @@ TEST_CASE("without charges acting, the gas cools and charges as Haff's, merging 
         near(cool(density, slow.impacts, 10, times)[2].temperature, 1e-7));
 }
 
-TEST_CASE("with merging B turns over at the order of one, without it B grows for ever") {
+TEST_CASE("Bjerrum number: with merging it has a maximum, otherwise it grows") {
   KineticGas gas = gas_of(5e-5);  // Q = 1: K Q^2
   std::vector<double> times;
   for (double t = 1; t < 1e5; t *= 1.3) times.push_back(t);
@@ -201,7 +201,7 @@ TEST_CASE("with merging B turns over at the order of one, without it B grows for
   CHECK(bouncing.back().density == near(density, 1e-12));
 }
 
-TEST_CASE("only K Q^2 matters") {
+TEST_CASE("kinetic theory: only K Q^2 matters") {
   const std::vector<double> times = {300};
   KineticGas gas = gas_of(1);
   gas.impacts.charge_square = [](double v) { return impact_charge_square(4.5e-3, 0.83, 0.5, v); };
@@ -210,8 +210,8 @@ TEST_CASE("only K Q^2 matters") {
   CHECK(found.bjerrum == near(same.bjerrum, 1e-7));
 }
 
-TEST_CASE("the source's printed functions are others, and where they are right they say so") {
-  // At B -> 0, g_2 has 5.47's 80 2^(1/5)/(21 sqrt pi) pi/2, and nobody merges.
+TEST_CASE("printed functions: they differ from the corrected ones as expected") {
+  // At B -> 0, g_2 has 5.47's 80 2^(1/5)/(21 sqrt pi) pi/2, and no grains merge.
   const KineticFunctions none = printed_functions(1e-6, 1.6), right = corrected_functions(1e-6, 1.6);
   CHECK(none.contact_loss == near(80 * std::pow(2, 0.2) / (21 * std::sqrt(pi)) * pi / 2, 1e-5));
   CHECK(std::abs(none.mergers) < 1e-5);

@@ -24,7 +24,7 @@ std::vector<double> up_to(double last, int count) {
   return k;
 }
 
-/// G 6.39 as it is printed.
+/// G 6.39 as printed.
 Eigen::Matrix4cd printed_matrix(const TransportCoefficients& c, double r, double k) {
   const std::complex<double> i(0, 1);
   Eigen::Matrix4cd m;
@@ -38,8 +38,8 @@ Eigen::Matrix4cd printed_matrix(const TransportCoefficients& c, double r, double
 
 }  // namespace
 
-TEST_CASE("transport coefficients of a dilute gas of hard spheres") {
-  const TransportCoefficients c = transport_coefficients(0.7);  // ten digits, of the source's script
+TEST_CASE("dilute gas of hard spheres: transport coefficients") {
+  const TransportCoefficients c = transport_coefficients(0.7);  // Ten digits from the source's script.
   CHECK(c.cooling == near(0.2125520337, 3e-10));
   CHECK(c.viscosity == near(1.147863019, 5e-10));
   CHECK(c.conduction == near(1.357967483, 5e-10));
@@ -61,7 +61,7 @@ TEST_CASE("scales: the box of G chapter 4") {
   CHECK(charge_number(2, density, 3, 5) == near(2 * M_PI * 2 * density * 9 * std::pow(0.12467 / density, 2) / 5, 1e-4));
 }
 
-TEST_CASE("eigenvalues are those of the printed matrix, whose fourth is zero") {
+TEST_CASE("eigenvalues: those of the printed matrix, whose fourth is zero") {
   for (const double eps : {0.3, 0.7, 0.99})
     for (const double r : {0.0, 0.1, 0.9})
       for (const double k : {0.01, 0.12, 0.3, 2.0}) {
@@ -69,16 +69,16 @@ TEST_CASE("eigenvalues are those of the printed matrix, whose fourth is zero") {
         const Eigen::Vector4cd printed =
             Eigen::ComplexEigenSolver<Eigen::Matrix4cd>(printed_matrix(c, r, k)).eigenvalues();
         const Modes found = growth_rates(c, r, std::vector{k})[0];
-        // Rounding of a matrix of 1/k, whose eigenvalues are simple here, some of them hardly.
+        // Rounding of a matrix with 1/k, whose eigenvalues are simple here, some of them barely.
         const double bound = 1e-9;
         CHECK(std::ranges::any_of(printed, [&](auto root) { return std::abs(root) < bound; }));
         for (const auto root : found.longitudinal)
           CHECK(std::ranges::any_of(printed, [&](auto p) { return std::abs(p - root) < bound; }));
         const Cubic cubic = characteristic(c, r, k);
         for (const auto root : found.longitudinal)
-          // A determinant of three rows as large as the trace, each rounded some ten times.
+          // A determinant of three rows as large as the trace, each rounded about ten times.
           CHECK(std::abs(((root + cubic.a) * root + cubic.b) * root + cubic.c) < 3e-15 * std::pow(1 + cubic.a, 3));
-        // Routh and Hurwitz.
+        // Routh-Hurwitz criterion.
         const bool stable = std::ranges::all_of(found.longitudinal, [](auto root) { return root.real() < 0; });
         CHECK((cubic.a > 0 && cubic.c > 0 && cubic.a * cubic.b > cubic.c) == stable);
       }
@@ -103,14 +103,14 @@ TEST_CASE("limits: k to 0, charged and neutral, and sound of an elastic gas") {
   CHECK(omega == near(1e-4 * std::sqrt(5.0 / 6), 1e-6));
 }
 
-TEST_CASE("modes are followed by continuity") {
+TEST_CASE("modes: they are continuous in k") {
   const double step = 0.0005;
   for (const double eps : {0.3, 0.5, 0.7, 0.9})
     for (const double r : {0.0, 0.001, 0.003, 0.01, 0.1, 0.9}) {
       const auto modes = growth_rates(transport_coefficients(eps), r, up_to(600 * step, 600));
       for (std::size_t n = 1; n < modes.size(); ++n)
         for (int m = 0; m < 3; ++m)
-          // Two branches meet in a square root, where they go by sqrt(step) times a number below one.
+          // Two branches meet in a square root, where they change by sqrt(step) times a number below one.
           CHECK(std::abs(modes[n].longitudinal[m] - modes[n - 1].longitudinal[m]) < std::sqrt(step));
     }
   const Modes one = growth_rates(transport_coefficients(0.7), 0, std::vector{0.2})[0];
@@ -119,7 +119,7 @@ TEST_CASE("modes are followed by continuity") {
 
 namespace {
 
-/// (M - root) d, M of G 6.39.
+/// (M - root) d with M of G 6.39.
 Disturbance without(const TransportCoefficients& c, double r, double k, const Disturbance& d,
                     std::complex<double> root) {
   return {-k * d.speed - root * d.density,
@@ -131,7 +131,7 @@ Disturbance without(const TransportCoefficients& c, double r, double k, const Di
 
 }  // namespace
 
-TEST_CASE("a disturbance over time is the sum of its modes") {
+TEST_CASE("disturbance: it evolves as the sum of its modes") {
   const TransportCoefficients c = transport_coefficients(0.7);
   const double k = 0.12, r = 0.3, later = 20;
   const Disturbance start{{1, 0.5}, {-0.7, 0.1}, {0.2, 0.9}};
@@ -140,18 +140,18 @@ TEST_CASE("a disturbance over time is the sum of its modes") {
   REQUIRE(found.size() == 2);
   CHECK(found[0].speed == start.speed);
   for (int n = 0; n < 3; ++n) {
-    // (M - root) takes the mode of that root away, so that two of them leave one mode.
+    // (M - root) removes the mode of this root; two such factors leave one mode.
     const auto alone = [&](const Disturbance& d) {
       return without(c, r, k, without(c, r, k, d, roots[(n + 1) % 3]), roots[(n + 2) % 3]);
     };
     const auto grown = std::exp(roots[n] * later);
-    // 1e-10 a step, some hundred steps.
+    // 1e-10 per step over some hundred steps.
     CHECK(std::abs(alone(found[1]).density - grown * alone(start).density) < 1e-7);
     CHECK(std::abs(alone(found[1]).speed - grown * alone(start).speed) < 1e-7);
   }
 }
 
-TEST_CASE("charges that last: R grows with the square of what the thermal speed has lost") {
+TEST_CASE("constant charges: R grows with the inverse square of the thermal speed") {
   const TransportCoefficients c = transport_coefficients(0.7);
   const double k = 0.12, r = 0.3, later = 20, step = 0.05;
   const Disturbance start{1, 0, 0};
@@ -160,12 +160,13 @@ TEST_CASE("charges that last: R grows with the square of what the thermal speed 
     stepped =
         disturbance_course(c, r * std::exp(c.cooling / 2 * (t + step / 2)), false, k, stepped, std::vector{step})[0];
   const Disturbance found = disturbance_course(c, r, true, k, start, std::vector{later})[0];
-  // R by steps is of second order: (step^2/24) R'' over a time of 20, and the commutator of M with M', each below .1.
+  // The stepwise R is of second order: (step^2/24) R'' over a time of 20, and the commutator of M with M', each below
+  // 0.1.
   CHECK(std::abs(found.density - stepped.density) < 1e-3 * std::abs(found.speed));
   CHECK(std::abs(found.speed - stepped.speed) < 1e-3 * std::abs(found.speed));
 }
 
-TEST_CASE("critical wave numbers, by eigenvalues and by Routh and Hurwitz") {
+TEST_CASE("critical wave numbers: eigenvalues and Routh-Hurwitz criterion agree") {
   const TransportCoefficients c = transport_coefficients(0.7);
   const auto neutral = critical_waves(c, 0);
   REQUIRE(neutral.size() == 1);

@@ -16,20 +16,21 @@ using std::numbers::pi;
 namespace {
 
 DiskPair equal_pair(double d_over_2r) { return {{{0, 0}, 1}, {{2 * d_over_2r, 0}, 1}, 1}; }
-const DiskPair unequal = {{{0.3, -0.2}, 0.7}, {{1.5, 1.4}, 1.1}, 2.5};  // 2 apart, gap 0.2, oblique
+const DiskPair unequal = {{{0.3, -0.2}, 0.7}, {{1.5, 1.4}, 1.1}, 2.5};  // At distance 2 with gap 0.2, oblique.
 
 Vec2 on_circle(const Disk& disk, double angle) {
   return disk.centre + disk.radius * (1 + 1e-12) * Vec2{std::cos(angle), std::sin(angle)};
 }
 
-/// Central differences of the potential, step 1e-5: truncation 1e-10, rounding 1e-11 of the potential's scale.
+/// Central differences of the potential with step 1e-5: truncation 1e-10, rounding 1e-11 of the potential's scale.
 Vec2 gradient(const DiskPair& pair, double charge, Vec2 p) {
   const double s = 1e-5;
   return {(potential(pair, charge, p + Vec2{s, 0}) - potential(pair, charge, p - Vec2{s, 0})) / (2 * s),
           (potential(pair, charge, p + Vec2{0, s}) - potential(pair, charge, p - Vec2{0, s})) / (2 * s)};
 }
 
-/// Charge and force by integrals round a circle a little larger than the disk, 400 points: they converge geometrically.
+/// Charge and force by integrals over a circle slightly larger than the disk. With 400 points they converge
+/// geometrically.
 struct Integrals {
   double charge = 0;
   Vec2 force;
@@ -49,18 +50,18 @@ Integrals integrals(const DiskPair& pair, double charge, const Disk& disk, doubl
 
 }  // namespace
 
-TEST_CASE("capacitance of equal disks is D 6.37") {
+TEST_CASE("equal disks: the capacitance is D 6.37") {
   for (const double ratio : {1.02, 1.25, 2.0, 8.0})
     CHECK(capacitance(equal_pair(ratio)) == Approx(pi / std::acosh(ratio)).epsilon(1e-13));
 }
 
-TEST_CASE("capacitance and force at d = 2.1 R, from an independent multipole solution") {
-  // 13 digits of a published reference solution: two disks of radius 1, centres 2.1 apart, eps = 1, Q = 1.
+TEST_CASE("disks at d = 2.1 R: capacitance and force of a reference solution") {
+  // 13 digits of a published reference solution: two disks of radius 1, centres at distance 2.1, eps = 1, Q = 1.
   CHECK(capacitance(equal_pair(1.05)) == Approx(9.97569288444885).epsilon(1e-13));
   CHECK(force(equal_pair(1.05), 1).x == Approx(0.24855826185828295).epsilon(1e-13));
 }
 
-TEST_CASE("each surface is an equipotential, also of unequal disks") {
+TEST_CASE("disk surfaces: each is an equipotential, also of unequal disks") {
   for (double angle = 0; angle < 6; angle += 0.5) {
     // The points lie 1e-12 radii off the surface; the field there is below 10 V/m.
     CHECK(potential(unequal, 1, on_circle(unequal.positive, angle)) ==
@@ -70,23 +71,23 @@ TEST_CASE("each surface is an equipotential, also of unequal disks") {
   }
 }
 
-TEST_CASE("inside a disk the potential is its surface's") {
+TEST_CASE("inside a disk: the potential is that of its surface") {
   CHECK(potential(unequal, 1, unequal.positive.centre) == positive_potential(unequal, 1));
   CHECK(potential(unequal, 1, unequal.negative.centre) == negative_potential(unequal, 1));
 }
 
-TEST_CASE("the potential difference is charge over capacitance") {
+TEST_CASE("potential difference: it is charge over capacitance") {
   const double charge = 3;
   CHECK(positive_potential(unequal, charge) - negative_potential(unequal, charge) ==
         Approx(charge / capacitance(unequal)).epsilon(1e-13));
 }
 
-TEST_CASE("the potential vanishes far away") {
+TEST_CASE("potential: it vanishes at large distances") {
   // A dipole of moment Q 2a, 2a < 2: V < Q 2a / (2 pi eps r) = 1.3e-7 at r = 1e6.
   CHECK(std::abs(potential(unequal, 1, {1e6, 3e5})) < 1.3e-7);
 }
 
-TEST_CASE("flux and stress round each disk give its charge and force") {
+TEST_CASE("flux and stress around each disk: they give its charge and force") {
   const double charge = 1.7;
   const Integrals first = integrals(unequal, charge, unequal.positive, 0.75);
   const Integrals second = integrals(unequal, charge, unequal.negative, 1.15);
@@ -97,8 +98,8 @@ TEST_CASE("flux and stress round each disk give its charge and force") {
   CHECK(norm(second.force + expected) < 1e-7 * norm(expected));
 }
 
-TEST_CASE("the force is minus the energy's slope at fixed charge") {
-  // W = Q^2 / 2C. Central differences with step 1e-5: relative truncation (step / gap)^2 = 2.5e-9.
+TEST_CASE("force: it is the energy's negative derivative at constant charge") {
+  // W = Q^2 / 2C. Central differences with step 1e-5 have a relative truncation error of (step / gap)^2 = 2.5e-9.
   const double charge = 1.7, s = 1e-5;
   const auto energy = [&](double shift) {
     DiskPair moved = unequal;
@@ -108,21 +109,21 @@ TEST_CASE("the force is minus the energy's slope at fixed charge") {
   CHECK(force(unequal, charge).x == Approx(-(energy(s) - energy(-s)) / (2 * s)).epsilon(1e-7));
 }
 
-TEST_CASE("capacitance keeps its digits at a small gap") {
-  // acosh(1 + x) = sqrt(2 x) (1 - x / 12 + ...): at x = 1e-10 the correction is 1e-11. Such a pair is built with
-  // rounding 1e-16 / 1e-10 in its gap.
+TEST_CASE("capacitance: it keeps its digits at a small gap") {
+  // acosh(1 + x) = sqrt(2 x) (1 - x / 12 + ...): at x = 1e-10 the correction is 1e-11. The gap of such a pair is
+  // rounded by 1e-16 / 1e-10.
   CHECK(capacitance(equal_pair(1 + 1e-10)) == Approx(pi / std::sqrt(2e-10)).epsilon(1e-6));
 }
 
-TEST_CASE("the descent's error decays as (1 - eta C)^2 a step, which D 6.39 approximates") {
+TEST_CASE("descent: the error decays as (1 - eta C)^2 per step, close to D 6.39") {
   // eta C = 0.25: one step multiplies the error by 0.75^2.
   CHECK(std::exp(-error_decay_rate(0.05, 5)) == Approx(0.5625));
   CHECK(small_step_decay_rate(0.05, 5) == Approx(0.5));
-  // -2 ln(1 - x) = 2 x (1 + x / 2 + ...)
+  // -2 ln(1 - x) = 2 x (1 + x / 2 + ...).
   CHECK(error_decay_rate(1e-6, 5) == Approx(small_step_decay_rate(1e-6, 5)).epsilon(5e-6));
 }
 
-TEST_CASE("what theory is compared with by keeps no bound with a NaN, wherever it stands, or with nothing at all") {
+TEST_CASE("comparison with theory: a NaN or an empty sample violates every bound") {
   const double nan = std::nan("");
   for (const std::vector<double>& sample : {std::vector<double>{nan, 1}, {1, nan}, {1, nan, 2}, {}}) {
     CHECK(std::isnan(validation::spread(sample).worst));

@@ -1,4 +1,4 @@
-// Every line of the tutorial, in its order, as a reader would type it.
+// Test of every line of the tutorial in its order.
 #include <doctest/doctest.h>
 
 #include <filesystem>
@@ -19,8 +19,8 @@ namespace {
 
 const std::string program = "    ./lichtenberg ";
 
-/// Runs what the tutorial says and writes the files that it shows. Returns what the last command that begins so
-/// printed.
+/// Executes the tutorial: follow() runs its commands and writes the files that it shows. `ended` has the result of each
+/// command by its arguments.
 struct Reader {
   Folder folder;
   int commands = 0;
@@ -50,7 +50,7 @@ struct Reader {
 
 }  // namespace
 
-TEST_CASE("each command of the tutorial does what its text says") {
+TEST_CASE("tutorial: each command has the described result") {
   Reader reader;
   std::filesystem::create_directory_symlink(source_folder() + "/scenes", reader.folder / "scenes");
   reader.follow(text_of(source_folder() + "/TUTORIAL.md"));

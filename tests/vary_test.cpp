@@ -1,4 +1,4 @@
-// Scenes with some keys set to other values: what an ensemble is made of.
+// Tests of scenes with changed keys, the members of an ensemble.
 #include <doctest/doctest.h>
 
 #include "solvers/error.hpp"
@@ -55,7 +55,7 @@ bool has(const std::string& sentence, const std::string& part) { return sentence
 
 }  // namespace
 
-TEST_CASE("a scene without settings says what it said") {
+TEST_CASE("scene without settings: it is unchanged") {
   const Scene before = parse_scene(text, "test.toml"), after = with({});
   CHECK(after.seed == 5);
   CHECK(after.domain.size.x == before.domain.size.x);
@@ -66,12 +66,12 @@ TEST_CASE("a scene without settings says what it said") {
   for (int i = 0; i < 3; ++i) CHECK(after.conductors[i].position.x == before.conductors[i].position.x);
 }
 
-TEST_CASE("keys are set wherever they stand, and tables added") {
+TEST_CASE("settings: keys are set in any table, and tables are added") {
   const Scene scene = with({{"seed", "6"},
                             {"population.count", "4"},
                             {"electrode[1].radius", "1.5e-3"},
                             {"domain.bottom", "\"insulating\""},
-                            {"effects.contact_discharge.gap", "0.2e-3"},
+                            {"effects.contact_discharge.contact_distance", "0.2e-3"},
                             {"mechanics.integrator", "\"euler\""}});
   CHECK(scene.seed == 6);
   CHECK(scene.conductors.size() == 4);
@@ -82,12 +82,12 @@ TEST_CASE("keys are set wherever they stand, and tables added") {
   CHECK(scene.mechanics.integrator == Integrator::euler);
 }
 
-TEST_CASE("numbers keep all their digits") {
-  const Scene scene = with({{"effects.contact_discharge.gap", "0.00012345678901234567"}});
+TEST_CASE("settings: numbers keep all their digits") {
+  const Scene scene = with({{"effects.contact_discharge.contact_distance", "0.00012345678901234567"}});
   CHECK(scene.effects.find<effects::ContactDischargeOptions>()->gap == 0.00012345678901234567);
 }
 
-TEST_CASE("a number on the command line may begin or end with its point, which TOML does not allow") {
+TEST_CASE("settings: a number may begin or end with its point, unlike in TOML") {
   CHECK(setting_of("stop.time=.25").value == "0.25");
   CHECK(setting_of("stop.time=-.25").value == "-0.25");
   CHECK(setting_of("stop.time=2.").value == "2");
@@ -95,8 +95,9 @@ TEST_CASE("a number on the command line may begin or end with its point, which T
   CHECK(setting_of("output.file=1.2.3").value == "\"1.2.3\"");
 }
 
-TEST_CASE("a key without a place is refused in a sentence") {
-  CHECK(has(refusal({{"effects.contact_discharge.gup", "1"}}), "nearest known key is effects.contact_discharge.gap"));
+TEST_CASE("settings: a key without a table is refused with an error message") {
+  CHECK(has(refusal({{"effects.contact_discharge.gup", "1"}}),
+            "nearest known key is effects.contact_discharge.contact_distance"));
   CHECK(has(refusal({{"effects.contact_discharge", "1"}}), "is no key of a scene but a table: name a key of it"));
   CHECK(has(refusal({{"domain.left.potential", "5"}}),
             "domain.left is a single value and is set as a whole: it must be "));
@@ -107,10 +108,10 @@ TEST_CASE("a key without a place is refused in a sentence") {
   CHECK(has(refusal({{"electrode[x].radius", "1e-3"}}), "is no key of a scene"));
   CHECK(has(refusal({{"field[0].cells", "64"}}), "no index is allowed"));
   CHECK(has(refusal({{"conductor.radius", "1e-3"}}), "the scene has no [[conductor]]"));
-  CHECK(has(refusal({{"effects.current_source.current", "1e-9"}}), "no table [effects.current_source]"));
+  CHECK(has(refusal({{"effects.current_injection.current", "1e-9"}}), "no table [effects.current_injection]"));
 }
 
-TEST_CASE("lists of values") {
+TEST_CASE("settings: lists of values are split") {
   using Values = std::vector<std::string>;
   CHECK(listed_values("0.4e-3, 0.775e-3") == Values{"0.0004", "0.000775"});
   CHECK(listed_values("64") == Values{"64"});

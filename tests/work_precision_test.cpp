@@ -1,4 +1,4 @@
-// The sweeps behind `work-precision`, on scenes so small that they take milliseconds.
+// Tests of the sweeps of `work-precision` on scenes that take milliseconds.
 #include "src/commands/work_precision.hpp"
 
 #include <doctest/doctest.h>
@@ -60,7 +60,7 @@ struct Swept : Diagram {
   std::vector<LeftOut> left_out;
 };
 
-/// All candidates, of each method those after the first that takes longer than `seconds` left out.
+/// All candidates. Of each method, those after the first that takes longer than `seconds` are left out.
 Swept swept(void (*sweep)(const Scene&, const Request&), const Scene& scene, Request request, double seconds = 10) {
   Swept result;
   request.serve = [&](const Diagram& diagram, const std::vector<Method>& methods) {
@@ -90,7 +90,7 @@ double setting(const Settings& settings, const std::string& name) {
   return found->second;
 }
 
-/// Sleeps, and is as wrong as it was told.
+/// Trial that sleeps for a given time and has a given error.
 class Nap : public Trial {
  public:
   Nap(double seconds, double error) : seconds_(seconds), error_(error) {}
@@ -104,21 +104,20 @@ class Nap : public Trial {
 
 }  // namespace
 
-TEST_CASE("a candidate: time and cores of its runs are measured, and its errors are given") {
+TEST_CASE("candidate: time and cores are measured, and errors are given") {
   const Point point = measure({{}, 1, [] { return std::make_unique<Nap>(2e-3, 0.1); }});
   CHECK(point.seconds >= 2e-3);
-  CHECK(point.cores < 0.9);  // it slept
+  CHECK(point.cores < 0.9);  // The trial slept.
   CHECK(point.errors == std::vector<double>{0.1});
 }
 
-TEST_CASE(
-    "on finer grids the cut-cell method's errors fall, at the tolerance of the spectral one its errors stay below it") {
+TEST_CASE("cut-cell: errors decrease with the grid; multipole keeps its tolerance") {
   const Swept diagram = swept(sweep_field, two_disks(),
                               {.methods = {"cut-cell", "cut-cell-cholmod", "multipole"}, .sizes = {128, 32, 64}});
   CHECK(diagram.quantities == std::vector<std::string>{"potentials", "charges", "forces"});
-  // Second order: a factor 4 a doubling, of which the disks' places in their cells may take up to 2 (FIELD: mean
-  // against largest error over places in validation/two_disks). Charges of single disks are given, the floor's alone is
-  // free.
+  // Second order gives a factor of 4 per doubling. The disks' positions in their cells may change it by up to 2 (FIELD:
+  // mean and largest error over positions in validation/two_disks). The charges of the disks are given; only that of
+  // the bottom side is free.
   std::vector<Measured> tight = points_of(diagram, "cut-cell");
   std::erase_if(tight, [](const Measured& p) { return setting(p.settings, "tolerance") > 1e-7; });
   REQUIRE(tight.size() == 3);
@@ -127,7 +126,7 @@ TEST_CASE(
       CHECK(setting(tight[finer].settings, "S") == 2 * setting(tight[finer - 1].settings, "S"));
       CHECK(tight[finer].errors[quantity] < 0.5 * tight[finer - 1].errors[quantity]);
     }
-  // The same system, factorized: the same error but for the tolerances, 1e-8 either.
+  // The factorized form of the system has the same error within the tolerances, 1e-8 each.
   for (const Measured& direct : points_of(diagram, "cut-cell-cholmod")) {
     const auto same = std::ranges::find_if(
         tight, [&](const Measured& p) { return setting(p.settings, "S") == setting(direct.settings, "S"); });
@@ -140,7 +139,7 @@ TEST_CASE(
     for (const double error : p.errors) CHECK(error <= setting(p.settings, "tolerance"));
 }
 
-TEST_CASE("a method that cannot solve the scene is left out with its reason, and the reference is a finer grid") {
+TEST_CASE("impossible method: it is left out with a reason, the reference is a grid") {
   const Scene scene = two_disks(R"(
     [[electrode]]
     shape = "bar"
@@ -155,19 +154,19 @@ TEST_CASE("a method that cannot solve the scene is left out with its reason, and
   REQUIRE(diagram.left_out.size() == 9);
   CHECK(diagram.left_out[0].reason.find("is no disk") != std::string::npos);
   CHECK(points_of(diagram, "cut-cell").size() == 5);
-  // Against a grid twice as fine a second-order error shows 3/4 of itself, and the reference keeps 1/4: a third of
-  // that.
+  // Compared with a grid twice as fine, a second-order error appears as 3/4 of itself. The reference has 1/4, a third
+  // of that.
   CHECK(diagram.reference_errors[0] ==
         doctest::Approx(points_of(diagram, "cut-cell").back().errors[0] / 3).epsilon(1e-3));
 }
 
-TEST_CASE("in time Euler is of first order, and split coupling gets better with its tolerance") {
+TEST_CASE("time: Euler is of first order, split coupling follows its tolerance") {
   const Swept diagram = swept(sweep_time, two_disks(), {.methods = {"euler", "split"}}, 0.15);
   CHECK(diagram.reference_errors[0] < 1e-6);
   const std::vector<Measured> euler = points_of(diagram, "euler"), split = points_of(diagram, "split");
   REQUIRE(euler.size() >= 2);
-  // error = C dt (1 + O(dt)); these steps are a fifteenth of the run and less, over which the force changes by about
-  // its own size.
+  // error = C dt (1 + O(dt)). These steps are at most 1/15 of the run, over which the force changes by about its own
+  // size.
   for (std::size_t k = 1; k < euler.size(); ++k)
     CHECK(euler[k - 1].errors[0] / euler[k].errors[0] == doctest::Approx(2).epsilon(0.1));
   REQUIRE(split.size() >= 4);
@@ -177,7 +176,7 @@ TEST_CASE("in time Euler is of first order, and split coupling gets better with 
   }
 }
 
-TEST_CASE("wrong names and sizes are refused before anything is computed") {
+TEST_CASE("work-precision: wrong names and sizes are refused early") {
   const auto refused = [](const Scene& scene, const Request& request) {
     try {
       sweep_field(scene, request);
@@ -202,12 +201,12 @@ TEST_CASE("end of a decay: an exponential's is exact, others are not extrapolate
   const auto end = benchmarks::end_of_decay(decay(20), decay(40), decay(100).value);
   REQUIRE(end);
   CHECK(*end == doctest::Approx(100));
-  CHECK_FALSE(benchmarks::end_of_decay(decay(20), decay(40), decay(401).value));  // beyond ten times 40
-  CHECK_FALSE(benchmarks::end_of_decay({20, 1}, {40, 1.1}, 0.1));                 // the error grows
+  CHECK_FALSE(benchmarks::end_of_decay(decay(20), decay(40), decay(401).value));  // More than ten times 40.
+  CHECK_FALSE(benchmarks::end_of_decay({20, 1}, {40, 1.1}, 0.1));                 // The error grows.
   CHECK_FALSE(benchmarks::end_of_decay({20, 1}, {40, 1}, 0.1));
-  CHECK_FALSE(benchmarks::end_of_decay({20, 1}, {20, 0.5}, 0.1));  // no interval
+  CHECK_FALSE(benchmarks::end_of_decay({20, 1}, {20, 0.5}, 0.1));  // There is no interval.
   CHECK_FALSE(benchmarks::end_of_decay({20, 1}, {40, NAN}, 0.1));
-  CHECK_FALSE(benchmarks::end_of_decay({0, 0}, {40, 0.5}, 0.1));  // no sample in the middle
+  CHECK_FALSE(benchmarks::end_of_decay({0, 0}, {40, 0.5}, 0.1));  // There is no sample in the middle.
 }
 
 }  // namespace work_precision_test

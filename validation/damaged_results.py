@@ -43,7 +43,7 @@ count = 9
 radius = 0.775e-3
 min_gap = 0.1e-3
 [effects.floating_conductors]
-[effects.current_source]
+[effects.current_injection]
 current = 0.2e-9
 [effects.stokes_drag]
 [effects.hertz_contact]
@@ -67,7 +67,7 @@ size = [4e-3, 4e-3]
 count = 18
 radius = [0.4e-3, 0.5e-3]
 overlapping = true
-[effects.contact_potential]
+[effects.soft_repulsion]
 stiffness = 1e-6
 [minimize]
 force_tolerance = 1e-6

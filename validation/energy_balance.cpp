@@ -59,7 +59,7 @@ radius = {2}
 [effects.hertz_contact]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 2e-4
+contact_distance = 2e-4
 [effects.leakage]
 conductivity = 2e-10
 [field]

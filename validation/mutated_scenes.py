@@ -99,22 +99,22 @@ def small(parsed):
         kept["conductor"] = kept["conductor"][:12]
         named = {conductor.get("group") for conductor in kept["conductor"]}
         kept["group"] = [group for group in kept.get("group", []) if group["name"] in named]
-    if factor > 1 and (grains or "contact_potential" in kept.get("effects", {})):
+    if factor > 1 and (grains or "soft_repulsion" in kept.get("effects", {})):
         size = kept["domain"]["size"]
         kept["domain"]["size"] = [max(length / factor ** (1 / len(size)), 4 if grains else 0) for length in size]
     field = kept.get("field", {})
     if "accuracy" in field:
         field["accuracy"] = max(field["accuracy"], 1e-2)
-    elif not grains and "contact_potential" not in kept.get("effects", {}):
+    elif not grains and "soft_repulsion" not in kept.get("effects", {}):
         field["cells"] = fitting_cells(kept["domain"]["size"])
         kept["field"] = field
     stop = kept.setdefault("stop", {})
     stop["time"] = 0.05 if grains else 1e-4
     output = kept.setdefault("output", {})
     output.update(picture=False, every=stop["time"] / 2)
-    if "contact_potential" in kept.get("effects", {}):
+    if "soft_repulsion" in kept.get("effects", {}):
         del kept["stop"], output["every"]
-    for stage in kept.get("stage", []):
+    for stage in kept.get("equilibration", []):
         stage["duration"] = min(stage["duration"], 0.02)
     return [(header, keys) for header, keys in tables_of(kept) if header or keys]
 

@@ -29,7 +29,7 @@ const std::array methods = {"lbfgs-newton", "lbfgs", "newton-cg", "fire", "gradi
 
 std::string head(const std::string& size, const std::string& method, double tolerance) {
   return fmt::format(
-      "[domain]\nsize = {}\n[effects.contact_potential]\n[minimize]\nmethod = \"{}\"\nforce_tolerance = {}\n", size,
+      "[domain]\nsize = {}\n[effects.soft_repulsion]\n[minimize]\nmethod = \"{}\"\nforce_tolerance = {}\n", size,
       method, tolerance);
 }
 

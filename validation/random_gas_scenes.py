@@ -58,12 +58,12 @@ def flag(dice):
     return dice.choice(("true", "false"))
 
 
-COULOMB = {"strength": between(-5, 1)}
-EXCHANGE = {"strength": between(-4, 0), "capacity": between(1, 2)}
+COULOMB = {"coupling_constant": between(-5, 1)}
+EXCHANGE = {"transfer_prefactor": between(-4, 0), "capacity": between(1, 2)}
 POPULATION = {"temperature": between(-6, 1), "min_gap": between(-3, -1),
               "radius": lambda dice: dice.choice(("0.5", "0.4", "[0.3, 0.6]"))}
 EFFECTS = {
-    "viscoelastic_contact": [{"elastic": between(1.5, 4), "dissipative": between(0, 2)}],
+    "viscoelastic_contact": [{"stiffness": between(1.5, 4), "damping": between(0, 2)}],
     "linear_contact": [{"stiffness": between(1.5, 4), "restitution": between(-1, 0)}],
     "coulomb": [COULOMB | {"accuracy": between(-7, -1)}, COULOMB | {"accuracy": between(-4, -1), "order": whole(4, 8)},
                 COULOMB | {"cutoff": between(0, 0.5), "mesh": whole(8, 40), "order": whole(4, 8), "alpha": between(-1, 0.3)},
@@ -74,7 +74,7 @@ EFFECTS = {
                         EXCHANGE | {"model": '"contact-area"', "rate": between(-1, 2)}, {"model": '"none"'}],
     "induced_dipoles": [{"polarizability": between(-3, -1.3), "tolerance": between(-6, -2),
                          "sum": words("ewald", "mixed-consistent", "minimum-image", "source")}],
-    "gas_drag": [{"stokes": between(-2, 1), "speed": between(-1, 1), "hold": between(-2, 0)}],
+    "gas_drag": [{"stokes": between(-2, 1), "speed": between(-1, 1), "correlation_time": between(-2, 0)}],
     "uniform_force": [{"acceleration": "[0, 0, 1e-3]"}],
 }
 POPULATIONS = [POPULATION, POPULATION | {"charge": between(-2, 1)},
@@ -82,7 +82,7 @@ POPULATIONS = [POPULATION, POPULATION | {"charge": between(-2, 1)},
                POPULATION | {"charge": "2", "charge_distribution": '"exponential-power"', "charge_exponent": "0.8"}]
 STAGES = [{"elastic": flag, "stiffness": between(0, 2), "temperature": between(-3, 1)}]
 MECHANICS = [{"integrator": words("multirate", "verlet", "gear", "gear-printed", "cvode"), "step": between(-3.5, -2.5),
-              "threads": whole(1, 3)}, {"step": between(-3, 0.5), "contact_steps": whole(10, 60), "threads": whole(1, 3)}]
+              "threads": whole(1, 3)}, {"step": between(-3, 0.5), "contact_substeps": whole(10, 60), "threads": whole(1, 3)}]
 
 
 def scene(seed):
@@ -91,7 +91,7 @@ def scene(seed):
     wild = dice.choice((0, 0, 0.03, 0.15))
     chance = lambda p: dice.random() < p
     edge = [value(dice, f"{dice.uniform(2.5, 12):.3f}", wild / 3) for _ in range(2 if chance(0.03) else 3)]
-    text = f"[reference]\n[domain]\nsize = [{', '.join(edge)}]\n"
+    text = f"[units]\n[domain]\nsize = [{', '.join(edge)}]\n"
     text += "\n".join(f'{side} = "periodic"' for side in SIDES[:2 * len(edge)] if not chance(wild / 6)) + "\n"
     for _ in range(dice.choice((0, *10 * (1,), 2, 2))):
         text += table(dice, wild, f"[[population]]\ncount = {dice.randint(1, 40)}", POPULATIONS)
@@ -100,7 +100,7 @@ def scene(seed):
         if name == contact or chance({"coulomb": 0.6, "charge_exchange": 0.5, "linear_contact": 0.02, "viscoelastic_contact": 0.02}.get(name, 0.1)):
             text += table(dice, wild, f"[effects.{name}]", alternatives)
     for _ in range(dice.choice((0, 0, 1, 2))):
-        text += table(dice, wild, f"[[stage]]\nduration = {value(dice, decades(dice, -2, -1), wild)}", STAGES)
+        text += table(dice, wild, f"[[equilibration]]\nduration = {value(dice, decades(dice, -2, -1), wild)}", STAGES)
     if chance(0.5):
         text += table(dice, wild, "[mechanics]", MECHANICS)
     text += f"[stop]\ntime = {value(dice, decades(dice, -2, -0.5), wild)}\n[output]\npicture = false\n"

@@ -61,8 +61,8 @@ Eigen::MatrixXd constriction_particle(const Parameters& p, const Particle& parti
 }
 
 [[noreturn]] void refuse_spot(double spot, const std::string& why, int particle, double radius) {
-  throw InputError(
-      fmt::format("spot = {:g} m is too large: {} particle {} of radius {:g} m", spot, why, particle, radius));
+  throw InputError(fmt::format("contact_radius = {:g} m is too large: {} particle {} of radius {:g} m", spot, why,
+                               particle, radius));
 }
 
 /// Throws InputError if contacts overlap: the formulas hold for spots that are small compared to their distances.
@@ -136,19 +136,19 @@ const std::vector<ResistorModel>& resistor_models() {
        length_path,
        length_particle},
       {"constriction",
-       "Holm's constriction, rho / (4 spot) on either side of a contact; the particle itself resists nothing",
-       {"resistivity", "spot"},
+       "Holm's constriction, rho / (4 contact_radius) on either side of a contact; the particle itself resists nothing",
+       {"resistivity", "contact_radius"},
        constriction_path,
        constriction_particle},
       {"disk",
        "a disk of a sheet with small contacts on its rim (Neumann Green's function); contact-centred only",
-       {"sheet_resistance", "spot"},
+       {"sheet_resistance", "contact_radius"},
        nullptr,
        disk_particle,
        true},
       {"sphere",
        "a sphere with small circular contacts (Neumann Green's function); contact-centred only",
-       {"resistivity", "spot"},
+       {"resistivity", "contact_radius"},
        nullptr,
        sphere_particle},
   };
@@ -172,7 +172,8 @@ std::span<const ParameterEntry> parameter_entries() {
       ParameterEntry{"sheet_resistance", "Ohm", "of a disk: resistivity over its thickness",
                      &Parameters::sheet_resistance},
       ParameterEntry{"resistivity", "Ohm m", "of the particles", &Parameters::resistivity},
-      ParameterEntry{"spot", "m", "half of the width of a contact; its radius between spheres", &Parameters::spot},
+      ParameterEntry{"contact_radius", "m", "half of the width of a contact; its radius between spheres",
+                     &Parameters::spot},
   };
   return entries;
 }
@@ -190,8 +191,8 @@ void check(const ResistorModel& model, const Parameters& parameters) {
     if (needs(model, entry) && !value)
       throw InputError(fmt::format("the resistor model \"{}\" needs {} in {}", model.name, entry.name, entry.unit));
     if (value && !needs(model, entry))
-      throw InputError(fmt::format("the resistor model \"{}\" does not use {}: leave it out; allowed is {}",
-                                   model.name, entry.name, fmt::join(model.needs, " and ")));
+      throw InputError(fmt::format("the resistor model \"{}\" does not use {}: leave it out; allowed is {}", model.name,
+                                   entry.name, fmt::join(model.needs, " and ")));
   }
 }
 
@@ -200,7 +201,7 @@ void check_particles(const ResistorModel& model, const Parameters& parameters, s
   if (model.flat && dimension == 3)
     throw InputError(fmt::format(
         "the resistor model \"{}\" is one of disks in the plane: particles in space may have any other", model.name));
-  if (std::ranges::find(model.needs, "spot") == model.needs.end()) return;
+  if (std::ranges::find(model.needs, "contact_radius") == model.needs.end()) return;
   for (std::size_t i = 0; i < radius.size(); ++i)
     if (*parameters.spot >= radius[i])
       refuse_spot(*parameters.spot, "no contact can be that wide on", static_cast<int>(i), radius[i]);

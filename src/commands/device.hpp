@@ -1,8 +1,11 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <string>
 
 #include "src/commands/commands.hpp"
+#include "src/commands/streams.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/scene/scene.hpp"
@@ -38,12 +41,13 @@ inline std::vector<Setting> settings_of(const std::vector<std::string>& written)
   return settings;
 }
 
-/// Reads a scene with changed keys. `device`: as `--device`, empty: as in the scene. `stop`, `bodies`: as in
-/// stopping.hpp.
+/// Reads a scene with changed keys and prints its warnings. `device`: as `--device`, empty: as in the scene. `stop`,
+/// `bodies`: as in stopping.hpp.
 inline Scene read_scene_for(const std::string& path, const std::string& device,
                             const std::vector<std::string>& settings, const StopRequest& stop = {},
                             const std::vector<Conductor>& bodies = {}) {
   Scene scene = read_scene(path, effects::all_kinds(), settings_of(settings), stop, bodies);
+  for (const std::string& warning : scene.warnings) fmt::print(stderr, "lichtenberg: {}\n", printable(warning));
   if (!device.empty())
     std::visit([&](auto& field) { field.device = value_of<FieldDevice>(device).value(); }, scene.field_table);
   return scene;

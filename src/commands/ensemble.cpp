@@ -33,7 +33,7 @@ Variation read_variation(const std::string& written) {
   if (equals == std::string::npos)
     throw InputError(
         fmt::format("--vary {} is not valid: it must be KEY=VALUE,VALUE,..., as in --vary "
-                    "effects.contact_discharge.gap=0.4e-3,0.775e-3",
+                    "effects.contact_discharge.contact_distance=0.4e-3,0.775e-3",
                     written));
   std::string key = written.substr(0, equals);
   while (key.ends_with(' ')) key.pop_back();
@@ -54,7 +54,7 @@ std::vector<Variation> variations_of(const Arguments& request) {
   if (!request.conductors.empty()) variations.push_back({"population.count", listed_values(request.conductors)});
   for (const std::string& written : request.vary) variations.push_back(read_variation(written));
   if (request.seeds != 1)
-    variations.push_back(seeds_from(read_scene(request.scene, settings_of(request.settings)).seed, request.seeds));
+    variations.push_back(seeds_from(read_scene_for(request.scene, "", request.settings).seed, request.seeds));
   for (const Variation& variation : variations)
     if (std::ranges::count(variations, variation.key, &Variation::key) > 1)
       throw InputError(fmt::format("{} is varied twice: list all its values in one place", variation.key));

@@ -72,7 +72,8 @@ std::string reason_of_steps(const Scene& scene) {
   const int steps = scene.mechanics.contact_steps;
   const std::optional<double> accuracy = least_in(scene, &StepLimits::force_accuracy);
   const std::string error = fmt::format("error of about {:.1g} of a contact's energy", contact_error(steps));
-  if (steps != contact_steps_for(accuracy.value_or(usual_contact_accuracy))) return error + ": mechanics.contact_steps";
+  if (steps != contact_steps_for(accuracy.value_or(usual_contact_accuracy)))
+    return error + ": mechanics.contact_substeps";
   if (steps == fewest_contact_steps) return error + ", the minimum";
   return error + (accuracy ? fmt::format(", for forces to {:g}", *accuracy) : "");
 }
@@ -85,7 +86,7 @@ void explain_contacts(const Scene& scene, const GrainContactLaw& law, double tem
       resolved < shortest ? fmt::format(" in each {:.3g} t0, for its strong damping", resolved) : "";
   fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps{}{}\n", shortest,
              scene.mechanics.contact_steps, more,
-             scene.mechanics.integrator->reads("contact_steps") ? ", " + reason_of_steps(scene) : "");
+             scene.mechanics.integrator->reads("contact_substeps") ? ", " + reason_of_steps(scene) : "");
   fmt::print("  restitution          {:.4f}, {:.4f}, {:.4f} at the speeds .01, 1 and {:.3g}\n", restitution(law, 0.01),
              restitution(law, 1), restitution(law, 2 * std::sqrt(temperature)), 2 * std::sqrt(temperature));
   if (scene.dimension() == 2) return;
@@ -110,7 +111,7 @@ void explain_polarization(const Scene& scene, const GrainContactLaw& law) {
   const double limit = speed * speed / (4 * std::log(std::max<double>(2, scene.conductors.size())));
   fmt::print(
       "  polarization         mutual polarization of two grains diverges closer than {:.2g} d0, which impacts at "
-      "{:.3g} v0\n                       may reach: safe below T = {:.2g}; above, use a [[stage]] of stiffer "
+      "{:.3g} v0\n                       may reach: safe below T = {:.2g}; above, use a [[equilibration]] of stiffer "
       "contacts\n",
       *closest, speed, limit);
 }
@@ -234,7 +235,7 @@ void explain_integrator(granular::Gas& gas) {
   fmt::print(
       "  integrator           {}, steps {}\n", name_of(scene.mechanics.integrator),
       std::isinf(asked) ? std::string("chosen by the accuracy of forces") : fmt::format("of at most {:g} t0", asked));
-  if (!scene.mechanics.integrator->reads("contact_steps") || !gas.has_smooth_forces()) return;
+  if (!scene.mechanics.integrator->reads("contact_substeps") || !gas.has_smooth_forces()) return;
   if (std::isinf(step)) return;  // no motion
   fmt::print("  constant forces      for {:.0f} contact substeps at the start, {:.2g} t0: {}\n",
              std::max(1.0, std::ceil(step / contact)), step, why_so_long(gas, step));
@@ -337,7 +338,7 @@ void explain_grains(const Scene& scene) {
   if (foreseen.collisions > 0)
     fmt::print("  theory               T = {:.3g} at the end, {:.3g} collisions a grain, if it stays homogeneous\n",
                foreseen.temperature.back(), foreseen.collisions);
-  if (scene.mechanics.integrator->reads("contact_steps")) explain_cost(gas, count_work(scene, law, foreseen));
+  if (scene.mechanics.integrator->reads("contact_substeps")) explain_cost(gas, count_work(scene, law, foreseen));
 }
 
 }  // namespace lichtenberg

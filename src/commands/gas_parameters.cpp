@@ -28,7 +28,7 @@ void check_homogeneous(const Scene& scene) {
         "{}: theories of gases are for equal grains of diameter and mass 1 in space that cool freely, and {}",
         scene.path, why));
   };
-  if (!scene.reference) refuse("this scene has no [reference]");
+  if (!scene.reference) refuse("this scene has no [units]");
   if (scene.dimension() != 3) refuse("this one is plane");
   if (scene.conductors.empty()) refuse("this scene has none");
   for (const Conductor& grain : scene.conductors)

@@ -165,7 +165,7 @@ nlohmann::ordered_json json_of(const NetworkArguments& request, const PackingFra
 
 // One electrode to all particles.
 
-/// Returns the electrode of `--between ELECTRODE,all`; empty for other values.
+/// Returns the electrode of `--terminals ELECTRODE,all`; empty for other values.
 std::optional<std::string> one_to_all(const NetworkArguments& request) {
   const std::string between = request.between.value_or("");
   const std::size_t comma = between.rfind(',');
@@ -220,7 +220,7 @@ nlohmann::ordered_json json_of(const NetworkArguments& request, const PackingFra
 void check_one_to_all(const NetworkArguments& request) {
   const auto refuse = [](const std::string& option) {
     throw InputError(
-        fmt::format("{} is not allowed with --between ELECTRODE,all, which prints resistances and neither draws nor "
+        fmt::format("{} is not allowed with --terminals ELECTRODE,all, which prints resistances and neither draws nor "
                     "stores anything",
                     option));
   };
@@ -326,7 +326,7 @@ Command network_command() {
        "nodes of the network: `particle` if contacts resist, `contact` if the particles themselves do (default: "
        "network.model of the scene, or both)",
        {.allowed = names_of<NetworkModel>()}},
-      {"--between", &request->between,
+      {"--terminals", &request->between,
        "electrodes, the first at 0 V: names of walls or numbers of particles (default: bottom,top); 0,all prints the "
        "resistances from particle 0 to each particle"},
       {"--resistor",

@@ -64,7 +64,7 @@ auto electrodes_by(const Read& read, const PackingFrame& frame, const std::strin
   try {
     return read(between, walls, frame.packing.size());
   } catch (const InputError& error) {
-    throw InputError(fmt::format("--between: {}", error.what()));
+    throw InputError(fmt::format("--terminals: {}", error.what()));
   }
 }
 
@@ -99,7 +99,7 @@ std::vector<double> resistances_between_contacts(const PackingFrame& frame, cons
   constexpr int most = 20'000;  // takes about an hour
   if (frame.packing.size() > most)
     throw InputError(
-        fmt::format("--between {},all needs one elimination per particle in the contact-centred network, for {} "
+        fmt::format("--terminals {},all needs one elimination per particle in the contact-centred network, for {} "
                     "particles, and at most {} are allowed: --model particle needs a single one",
                     options.between, frame.packing.size(), most));
   std::vector<double> resistance;

@@ -80,15 +80,16 @@ void name_this_program() {
   setenv("LICHTENBERG", fmt::format("/proc/{}/fd/{}", getpid(), program).c_str(), 1);
 }
 
-/// Runs the package and waits for it; it ends with this process (interrupted.py). Returns whether it succeeded.
-/// `output`: descriptor that receives its standard output.
-bool run_package(std::vector<std::string> words, int output = STDOUT_FILENO) {
+/// Runs the package, which ends with this process (interrupted.py), waits for it and returns whether it succeeded. It
+/// writes to the descriptors `output` and `errors`. Throws Failure if Python does not start.
+bool run_package(std::vector<std::string> words, int output = STDOUT_FILENO, int errors = STDERR_FILENO) {
   std::vector<std::string> command = command_line(std::move(words));
   name_this_program();
   setenv("LICHTENBERG_WAITS", std::to_string(getpid()).c_str(), 1);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, errors, STDERR_FILENO);
   pid_t script = 0;
   const int error = posix_spawn(&script, python, &actions, nullptr, pointers(command).data(), environ);
   posix_spawn_file_actions_destroy(&actions);
@@ -209,6 +210,33 @@ Command command_of(const json& described) {
   return command;
 }
 
+/// A file in memory for the output of another process.
+class OutputBuffer {
+ public:
+  OutputBuffer() : descriptor_(memfd_create("output", MFD_CLOEXEC)) {
+    if (descriptor_ < 0) throw Failure(fmt::format("no file in memory for the output of {}", python));
+  }
+  OutputBuffer(const OutputBuffer&) = delete;
+  OutputBuffer& operator=(const OutputBuffer&) = delete;
+  ~OutputBuffer() { close(descriptor_); }
+
+  int descriptor() const { return descriptor_; }
+  std::string text() const {
+    std::ifstream file(fmt::format("/proc/self/fd/{}", descriptor_));
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+ private:
+  int descriptor_;
+};
+
+/// Returns the sentence in the error output of the package, without the name of the program before it.
+std::string error_message(const std::string& output) {
+  const std::string prefix = "lichtenberg: ";
+  const std::size_t begin = output.starts_with(prefix) ? prefix.size() : 0;
+  return output.substr(begin, output.find_last_not_of('\n') + 1 - begin);
+}
+
 /// Returns the folders that may contain command modules added after the build.
 std::vector<fs::path> folders_of_commands() {
   std::vector<fs::path> folders;
@@ -234,12 +262,15 @@ std::optional<Command> added_python_command(const std::string& name) {
   std::ranges::replace(module, '-', '_');
   const auto holds = [&](const fs::path& folder) { return fs::is_regular_file(folder / module); };
   if (!plain || name.starts_with('-') || std::ranges::none_of(folders_of_commands(), holds)) return {};
-  const int output = memfd_create("table", MFD_CLOEXEC);
-  if (output < 0 || !run_package({"--describe", name}, output))
-    throw Failure(fmt::format("{} is not a valid Python command (see Python's message above)", module));
-  std::ifstream text(fmt::format("/proc/self/fd/{}", output));
+  const OutputBuffer output, errors;
+  if (!run_package({"--describe", name}, output.descriptor(), errors.descriptor())) {
+    const std::string sentence = error_message(errors.text());
+    throw Failure(sentence.empty() ? fmt::format("{} is not a valid Python command: Python ended early", module)
+                                   : sentence);
+  }
+  fmt::print(stderr, "{}", errors.text());  // warnings
   try {
-    return command_of(json::parse(json::parse(text).get<std::string>()).at(0));
+    return command_of(json::parse(json::parse(output.text()).get<std::string>()).at(0));
   } catch (const json::exception&) {
     throw Failure(fmt::format(
         "{} is not a valid Python command: its ARGUMENTS must come from lichtenberg.commands.argument", module));

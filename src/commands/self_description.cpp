@@ -14,10 +14,12 @@ namespace lichtenberg {
 namespace {
 
 /// Alternative spellings and deprecated names.
-constexpr std::array<std::pair<const char*, const char*>, 5> other_names{
+constexpr std::array<std::pair<const char*, const char*>, 7> other_names{
     {{"--out", "--output"},
      {"--colour", "--color"},
      {"--frames", "--frame"},
+     {"--contact-radius", "--spot"},
+     {"--terminals", "--between"},
      {"--resistance-per-length", "--resistance_per_length"},
      {"--sheet-resistance", "--sheet_resistance"}}};
 

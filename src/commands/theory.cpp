@@ -40,7 +40,7 @@ std::optional<GasParameters> gas_of(const TheoryArguments& request, const Theory
     gas.source = request.result;
     return gas;
   }
-  if (!request.scene.empty()) return gas_parameters(read_scene(request.scene, settings_of(request.settings)));
+  if (!request.scene.empty()) return gas_parameters(read_scene_for(request.scene, "", request.settings));
   return kind.usual_gas ? std::optional(kind.usual_gas()) : std::nullopt;
 }
 

@@ -121,7 +121,7 @@ Json errors_of(const Diagram& diagram, const Json& answer) {
 
 /// Reports the start of the reference computation, then the subject and its methods, then measures as requested.
 void serve(Arguments arguments) {
-  const Scene scene = read_scene(arguments.scene, settings_of(arguments.settings));
+  const Scene scene = read_scene_for(arguments.scene, "", arguments.settings);
   const double load = load_average();
   const Kind kind = kind_of(scene, arguments.time);
   arguments.request.others = of_kind(kind.name, arguments.request.others);

@@ -69,12 +69,13 @@ const EffectKind& ChargeExchangeOptions::kind() {
             .place = place<&ChargeExchangeOptions::model>,
             .help = "impact: once per collision, Q (energy of the impact)^eta with random factors; random-walk: white "
                     "noise during contact; contact-area: that times the contact area; none: no transfer"},
-           {.name = "strength",
+           {.name = "transfer_prefactor",
             .place = place<&ChargeExchangeOptions::strength>,
             .unit = "q0",
             // Fourth powers of charges must not overflow.
             .range = {.low = 0, .high = 1e50, .low_itself = false},
-            .help = "Q"},
+            .help = "Q, prefactor of the transferred charge",
+            .old_name = "strength"},
            {.name = "exponent",
             .place = place<&ChargeExchangeOptions::exponent>,
             // Exponent of energies, bounded to avoid overflow.

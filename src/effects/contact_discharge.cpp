@@ -75,12 +75,13 @@ const EffectKind& ContactDischargeOptions::kind() {
           "Conductors closer than a gap to each other or to an electrode are electrically connected (D 6.40). Needs "
           "floating_conductors.",
       .options = ContactDischargeOptions{},
-      .keys = {{.name = "gap",
+      .keys = {{.name = "contact_distance",
                 .place = place<&ContactDischargeOptions::gap>,
                 .unit = "m",
                 .range = ranges::positive,
                 .computed_default = "the smallest radius",
-                .help = "gap of two surfaces below which contact is made"},
+                .help = "gap of two surfaces below which contact is made",
+                .old_name = "gap"},
                {.name = "hysteresis",
                 .place = place<&ContactDischargeOptions::hysteresis>,
                 .range = {.low = 0, .high = 1},
@@ -91,7 +92,7 @@ const EffectKind& ContactDischargeOptions::kind() {
       .periodic = true,
       .complete =
           [](const Draft& draft, Scene& scene) {
-            if (draft.line("effects.contact_discharge.gap") == 0)
+            if (draft.line("effects.contact_discharge.contact_distance") == 0)
               scene.effects.find<ContactDischargeOptions>()->gap = scene.smallest_radius();
           },
       .make = [](const Scene& scene) { return std::make_unique<ContactDischarge>(scene); },

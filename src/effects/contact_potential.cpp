@@ -74,7 +74,7 @@ bool visit_overlaps(const State& state, const std::vector<Wall>& walls, Visit vi
 
 const EffectKind& ContactPotentialOptions::kind() {
   static const EffectKind kind = {
-      .name = "contact_potential",
+      .name = "soft_repulsion",
       .description = "particles that overlap each other or walls repel until all forces balance",
       .help =
           "Particles move to a minimum of stiffness * sum of (q - 1) ln q over all overlapping pairs and walls; q is "
@@ -92,7 +92,8 @@ const EffectKind& ContactPotentialOptions::kind() {
       .alone = "which permits no other effect",
       .dimensions = {2, 3},
       .packing = true,
-      .make = [](const Scene& scene) { return std::make_unique<ContactPotential>(scene); }};
+      .make = [](const Scene& scene) { return std::make_unique<ContactPotential>(scene); },
+      .old_name = "contact_potential"};
   return kind;
 }
 
@@ -135,7 +136,7 @@ bool ContactPotential::add_walls(const State& state, int first, int end, std::sp
 
 void ContactPotential::add_forces(const State& state, std::span<double> force) const {
   if (std::isinf(energy_and_forces(state, force)))
-    throw Failure("a particle's centre lies on another or beyond a wall: there effects.contact_potential is infinite");
+    throw Failure("a particle's centre lies on another or beyond a wall: there effects.soft_repulsion is infinite");
 }
 
 void ContactPotential::add_jacobian(const State& state, ForceJacobian& jacobian) const {

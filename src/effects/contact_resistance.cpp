@@ -9,11 +9,11 @@ void check(const Draft& draft) {
   const ContactResistanceOptions& options = *draft.scene.effects.find<ContactResistanceOptions>();
   const std::string name = options.kind().name;
   if (options.resistivity > 0 && options.spot == 0)
-    refuse_effect(draft, name, "a spot in m, greater than 0, in addition to its resistivity");
+    refuse_effect(draft, name, "a contact_radius in m, greater than 0, in addition to its resistivity");
   if (options.resistivity == 0)
     refuse_if_given(
-        draft, "effects.contact_resistance.spot",
-        "needs effects.contact_resistance.resistivity in ohm m, greater than 0: add it, or leave the spot out");
+        draft, "effects.contact_resistance.contact_radius",
+        "needs effects.contact_resistance.resistivity in ohm m, greater than 0: add it, or leave the radius out");
   if (options.ohms() == 0) refuse_effect(draft, name, "a resistance in ohm or a resistivity in ohm m, greater than 0");
 }
 
@@ -24,7 +24,8 @@ const EffectKind& ContactResistanceOptions::kind() {
       .name = "contact_resistance",
       .description = "a contact is a resistor between two conductors; charge moves in implicit steps with the field",
       .help =
-          "A contact is a resistor instead of a connection: resistance + resistivity / (2 spot), after Holm. Needs "
+          "A contact is a resistor instead of a connection: resistance + resistivity / (2 contact_radius), after Holm. "
+          "Needs "
           "contact_discharge, which defines contacts.",
       .options = ContactResistanceOptions{},
       .keys = {{.name = "resistance",
@@ -36,12 +37,13 @@ const EffectKind& ContactResistanceOptions::kind() {
                 .place = place<&ContactResistanceOptions::resistivity>,
                 .unit = "ohm m",
                 .range = ranges::not_negative,
-                .help = "of the conductors; needs spot"},
-               {.name = "spot",
+                .help = "of the conductors; needs contact_radius"},
+               {.name = "contact_radius",
                 .place = place<&ContactResistanceOptions::spot>,
                 .unit = "m",
                 .range = ranges::not_negative,
-                .help = "radius of the contact area"}},
+                .help = "radius of the contact area",
+                .old_name = "spot"}},
       .needs = {{"contact_discharge", "which defines contacts"}},
       .dimensions = {2, 3},
       .periodic = true,
@@ -56,7 +58,7 @@ const EffectKind& ContactResistanceOptions::kind() {
       .energy_advice =
           "conductors are pressed together before they share their charge, unless a contact's resistance times its "
           "capacitance is less than the time to cross its gap: lower the resistance in [effects.contact_resistance] "
-          "or widen effects.contact_discharge.gap"};
+          "or widen effects.contact_discharge.contact_distance"};
   return kind;
 }
 

@@ -177,10 +177,11 @@ double strength_in(const Scene& scene) { return scene.effects.find<CoulombOption
 
 std::vector<Key> keys() {
   return {
-      {.name = "strength",
+      {.name = "coupling_constant",
        .place = place<&CoulombOptions::strength>,
        .range = {.low = 0, .high = 1e100},
-       .help = "K = k_e q0^2 / (m0 v0^2 d0)"},
+       .help = "K = k_e q0^2 / (m0 v0^2 d0)",
+       .old_name = "strength"},
       {.name = "sum",
        .place = place<&CoulombOptions::sum>,
        .help = "mesh: near pairs, the rest on a mesh; ewald: direct Ewald sum, the reference; minimum-image, "

@@ -4,7 +4,7 @@ namespace lichtenberg::effects {
 
 const EffectKind& CurrentSourceOptions::kind() {
   static const EffectKind kind = {
-      .name = "current_source",
+      .name = "current_injection",
       .description = "a constant current into every conductor",
       .help = "The same current is injected into every conductor, dQ/dt = current (D 5.5). Needs floating_conductors.",
       .options = CurrentSourceOptions{},
@@ -16,9 +16,11 @@ const EffectKind& CurrentSourceOptions::kind() {
       .needs = {{"floating_conductors"}},
       .dimensions = {2, 3},
       .periodic = true,
-      .make = [](const Scene& scene) {
-        return std::make_unique<CurrentSource>(scene.effects.find<CurrentSourceOptions>()->current);
-      }};
+      .make =
+          [](const Scene& scene) {
+            return std::make_unique<CurrentSource>(scene.effects.find<CurrentSourceOptions>()->current);
+          },
+      .old_name = "current_source"};
   return kind;
 }
 

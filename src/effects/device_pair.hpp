@@ -36,7 +36,7 @@ DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& f
   return form;
 }
 
-/// Adds the forces of `law` with CUDA kernels, which CMake's add_pair_kernels adds to a target. A target without them
+/// Adds the forces of `law` with CUDA kernels, which CMake's add_law_kernels adds to a target. A target without them
 /// does not link, in builds without CUDA either.
 template <class Law>
 DevicePartForm& add_pair_law_with_kernels(const Scene& scene, const Law& law, DeviceForces& forces) {

@@ -153,7 +153,7 @@ void check(const Draft& draft) {
 
 void complete(const Draft& draft, Scene& scene) {
   const auto* source = scene.effects.find<CurrentSourceOptions>();
-  check_ground(draft, scene, source && source->current != 0 ? "effects.current_source" : "");
+  check_ground(draft, scene, source && source->current != 0 ? "effects.current_injection" : "");
   if (!scene.effects.has<ContactDischargeOptions>()) check_touching(draft, scene);
   auto* field = std::get_if<FieldOptions>(&scene.field_table);
   if (field && field->method->moving_by_positions && !draft.field.moving_tolerance)

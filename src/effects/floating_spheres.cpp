@@ -121,7 +121,7 @@ void check_spheres(const Draft& draft) {
   const auto refuse_it = [&](const std::string& key, const std::string& sentence) {
     refuse(draft.scene.path, draft.line(key), sentence);
   };
-  for (const std::string key : {"medium.depth", "field.cells", "field.links", "field.linear_solver"})
+  for (const std::string key : {"medium.depth", "field.cells", "field.boundary_stencil", "field.linear_solver"})
     if (draft.line(key) > 0)
       refuse_it(key, key + " is not allowed in three dimensions, whose field has none: leave it out");
   if (draft.field.accuracy)

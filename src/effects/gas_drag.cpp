@@ -10,11 +10,13 @@ const EffectKind& GasDragOptions::kind() {
       .name = "gas_drag",
       .description = "drag of a gas that blows at random",
       .help =
-          "Drag S (v_gas - v) (G 3.54), v_gas random for each grain and constant for the time hold, which determines "
-          "the temperature together with the speed. Without collisions the temperature is speed^2 tanh(S hold / 2) "
-          "when v_gas is redrawn, and smaller by a fraction of up to S hold / 2 at other times. Collisions deflect "
+          "Drag S (v_gas - v) (G 3.54), v_gas random for each grain and constant for a time h = correlation_time, "
+          "which "
+          "determines the temperature together with the speed. Without collisions the temperature is speed^2 tanh(S h "
+          "/ 2) "
+          "when v_gas is redrawn, and smaller by a fraction of up to S h / 2 at other times. Collisions deflect "
           "velocities from v_gas: elastic ones at a frequency omega of a grain leave, on average over time, T = "
-          "speed^2 S / l (1 - (1 - exp(-l hold)) / (l hold)), l = S + 2 omega / 3; inelastic ones less.",
+          "speed^2 S / l (1 - (1 - exp(-l h)) / (l h)), l = S + 2 omega / 3; inelastic ones less.",
       .options = GasDragOptions{},
       .keys = {{.name = "stokes",
                 .place = place<&GasDragOptions::stokes>,
@@ -25,11 +27,12 @@ const EffectKind& GasDragOptions::kind() {
                 .unit = "v0",
                 .range = ranges::not_negative,
                 .help = "standard deviation of each component of v_gas; 0: a gas at rest"},
-               {.name = "hold",
+               {.name = "correlation_time",
                 .place = place<&GasDragOptions::hold>,
                 .unit = "t0",
                 .range = ranges::positive,
-                .help = "time after which v_gas is redrawn"}},
+                .help = "time after which v_gas is redrawn",
+                .old_name = "hold"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,

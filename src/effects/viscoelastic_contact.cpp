@@ -14,7 +14,7 @@ void check(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<ViscoelasticContactOptions>();
   const auto path = [](const std::string& key) { return "effects.viscoelastic_contact." + key; };
   const bool some = options.young || options.poisson || options.viscosity;
-  for (const char* pure : {"elastic", "dissipative"})
+  for (const char* pure : {"stiffness", "damping"})
     if (some)
       refuse_if_given(draft, path(pure),
                       "is given, and so are young, poisson or viscosity in SI, from which it follows: leave one of the "
@@ -47,21 +47,23 @@ const EffectKind& ViscoelasticContactOptions::kind() {
           "with the non-attractive cut-off of G 3.9). Fast impacts lose a larger fraction of their energy than slow "
           "ones.",
       .options = ViscoelasticContactOptions{},
-      .keys = {{.name = "elastic",
+      .keys = {{.name = "stiffness",
                 .place = place<&ViscoelasticContactOptions::elastic>,
                 .range = {.low = 1e-100, .high = 1e100},  // squares must not overflow
-                .help = "E = alpha d0^(5/2) / (m0 v0^2), alpha = 2 Y sqrt(d0/4) / (3 (1 - nu^2)) (G 3.11, 3.36)"},
-               {.name = "dissipative",
+                .help = "E = alpha d0^(5/2) / (m0 v0^2), alpha = 2 Y sqrt(d0/4) / (3 (1 - nu^2)) (G 3.11, 3.36)",
+                .old_name = "elastic"},
+               {.name = "damping",
                 .place = place<&ViscoelasticContactOptions::dissipative>,
                 .range = ranges::not_negative,
-                .help = "D = gamma alpha d0^(3/2) / (m0 v0) (G 3.12)"},
+                .help = "D = gamma alpha d0^(3/2) / (m0 v0) (G 3.12)",
+                .old_name = "dissipative"},
                {.name = "young",
                 .place = place<&ViscoelasticContactOptions::young>,
                 .unit = "Pa",
                 .range = ranges::positive,
                 .computed_default = "none",
-                .help = "Y, Young's modulus in SI; give it with poisson and viscosity instead of elastic and "
-                        "dissipative, which follow by the scales of [reference]"},
+                .help = "Y, Young's modulus in SI; give it with poisson and viscosity instead of stiffness and "
+                        "damping, which follow by the scales of [units]"},
                {.name = "poisson",
                 .place = place<&ViscoelasticContactOptions::poisson>,
                 .range = {.low = -1, .high = 0.5, .low_itself = false},

@@ -37,10 +37,10 @@ void check_damping(const Scene& scene, const GrainContactLaw& law) {
   const double number = theory::dissipation_number({soft->elastic, soft->dissipative}, 1);
   constexpr double most = theory::RestitutionCurve::largest;
   if (number <= most) return;
-  throw InputError(fmt::format(
-      "{}: effects.viscoelastic_contact.dissipative = {:g} is too large for its elastic = {:g}: an impact at "
-      "speed 1 loses nearly all it has from {:.3g} on, which is the most that is allowed",
-      scene.path, soft->dissipative, soft->elastic, soft->dissipative * most / number));
+  throw InputError(
+      fmt::format("{}: effects.viscoelastic_contact.damping = {:g} is too large for its stiffness = {:g}: an impact at "
+                  "speed 1 loses nearly all it has from {:.3g} on, which is the most that is allowed",
+                  scene.path, soft->dissipative, soft->elastic, soft->dissipative * most / number));
 }
 
 }  // namespace
@@ -49,10 +49,10 @@ void refuse_flight_through(const GrainContact& contact, double stiffer) {
   constexpr double margin = 1.1;  // the grains stop before that distance
   const std::string how = stiffer > 0 ? fmt::format("about {:.1f} times its stiffness would suffice", margin * stiffer)
                                       : std::string("a larger stiffness is needed");
-  throw Failure(
-      fmt::format("grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft "
-                  "for it and for the other forces on them; {} (in a stage: stage.stiffness), or a lower temperature",
-                  contact.pair.i, contact.pair.j, contact.impact_speed, how));
+  throw Failure(fmt::format(
+      "grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft "
+      "for it and for the other forces on them; {} (in a stage: equilibration.stiffness), or a lower temperature",
+      contact.pair.i, contact.pair.j, contact.impact_speed, how));
 }
 
 GrainContactLaw contact_law(const Scene& scene, const Model& model) {

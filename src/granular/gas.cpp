@@ -167,7 +167,7 @@ void Gas::refuse_travel(double dt, double fastest, double gain) const {
   throw Failure(fmt::format(
       "{}: from t = {:.6g} t0 on a grain may move {:.3g} d0 within a step of {:.3g} t0, with a speed of up to {:.3g} "
       "v0 and up to {:.3g} v0 more by the forces on it, too far for the box: a shorter mechanics.step, smaller "
-      "charges, a smaller effects.coulomb.strength or a larger domain.size is needed",
+      "charges, a smaller effects.coulomb.coupling_constant or a larger domain.size is needed",
       scene_.path, time_, 2 * (fastest + gain) * dt, dt, fastest, gain));
 }
 
@@ -212,7 +212,7 @@ int Gas::contact_steps_within(const Instant& now, double dt, double gain) const 
         fmt::format("{}: at t = {:.6g} t0 the shortest contact lasts {:.2g} t0, too short for steps of "
                     "{:.2g}: softer contacts ({}), or a far shorter mechanics.step, is needed",
                     scene_.path, time_, step * scene_.mechanics.contact_steps, dt,
-                    stage_ < scene_.stages.size() ? "stage.stiffness, elastic" : "elastic"));
+                    stage_ < scene_.stages.size() ? "equilibration.stiffness, stiffness" : "stiffness"));
   return std::max(1, static_cast<int>(std::ceil(dt / step)));
 }
 
@@ -318,7 +318,7 @@ void Gas::rescale(double temperature) {
   const double now = 2 * kinetic_energy() / (b.dimension * std::max(1, b.size()));
   if (!(now > 0))
     throw Failure(
-        fmt::format("{}: stage.temperature = {:g} cannot be had: all grains are at rest when the stage ends, "
+        fmt::format("{}: equilibration.temperature = {:g} cannot be had: all grains are at rest when the stage ends, "
                     "and nothing of them can be scaled; give them population.temperature or velocities",
                     scene_.path, temperature));
   for (double& p : b.momentum) p *= std::sqrt(temperature / now);

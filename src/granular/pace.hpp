@@ -42,7 +42,7 @@ LICHTENBERG_HOST_DEVICE Law for_lightest(const Law& law, const GrainsSeen& grain
 
 /// Returns the time (t0) that contact substeps must resolve for impact speeds up to `impact` (v0). It is the duration
 /// of the shortest contact, or for strong damping the time in which the dashpot slows typical impacts down. It is
-/// divided into mechanics.contact_steps substeps, or into as many as another integrator needs.
+/// divided into mechanics.contact_substeps substeps, or into as many as another integrator needs.
 template <class Law>
 LICHTENBERG_HOST_DEVICE double time_to_resolve(const Law& law, double impact, const GrainsSeen& grains) {
   const Law lightest = for_lightest(law, grains);

@@ -159,8 +159,9 @@ std::string energy_warning(const Gas& gas, const GasEnergy& energy, double error
   const double scale = turned_over > 0 ? turned_over : std::abs(at_start);
   if (std::abs(error) <= allowed * scale) return "";
   const IntegratorKind& integrator = gas.scene().mechanics.kind();
-  const bool by_contacts = integrator.reads("contact_steps") && std::abs(energy.contact_error) > 0.5 * std::abs(error);
-  const char* advice = by_contacts                              ? "use more mechanics.contact_steps"
+  const bool by_contacts =
+      integrator.reads("contact_substeps") && std::abs(energy.contact_error) > 0.5 * std::abs(error);
+  const char* advice = by_contacts                              ? "use more mechanics.contact_substeps"
                        : integrator.reads("relative_tolerance") ? "use a smaller mechanics.relative_tolerance"
                                                                 : "use a shorter mechanics.step";
   return fmt::format(

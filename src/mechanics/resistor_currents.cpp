@@ -116,7 +116,8 @@ std::string ResistorCurrents::sentence_about(const effects::Resistor& resistor, 
       : now_.carried.last_step == 0 && now_.time == 0
           ? "they touch at the start: begin with a gap between them, or let their contact be ideal"
           : fmt::format(
-                "lower the resistance in [effects.{}] or widen effects.contact_discharge.gap, so that they "
+                "lower the resistance in [effects.{}] or widen effects.contact_discharge.contact_distance, so that "
+                "they "
                 "share their charge before they touch",
                 effects::sharing_effect(scene_)->name);
   return fmt::format("{} touch while their potentials are {:.3g} V apart, and the force between such has no limit: {}",

@@ -48,7 +48,8 @@ class DrivePart final : public DeviceDrive {
   Law law_;
 };
 
-/// Makes a drive with CUDA kernels. A file compiled by nvcc instantiates it (src/granular/device/cuda_gas.cu).
+/// Makes a drive with CUDA kernels. A file that CMake's add_law_kernels writes instantiates it with nvcc; in builds
+/// without CUDA that file specializes it without kernels.
 template <class Law>
 std::unique_ptr<DeviceDrive> make_cuda_drive(const parallel::CudaExecutor& run, const Law& law)
 #ifdef __CUDACC__
@@ -69,14 +70,13 @@ DeviceForm<DeviceDrive> drive_form(const Law& law) {
   return form;
 }
 
-/// Returns the device form of a law with the CUDA kernels of make_cuda_drive.
+/// Returns the device form of a law with CUDA kernels, which CMake's add_law_kernels adds to a target. A target without
+/// them does not link, in builds without CUDA either.
 template <class Law>
 DeviceForm<DeviceDrive> drive_form_with_kernels(const Law& law) {
   DeviceForm<DeviceDrive> form = drive_form(law);
   form.on_cuda = true;
-#ifdef LICHTENBERG_WITH_CUDA
   form.make_on_cuda = [=](const parallel::CudaExecutor& run) { return make_cuda_drive<Law>(run, law); };
-#endif
   return form;
 }
 

@@ -76,7 +76,7 @@ class PairPart final : public DevicePart {
   PairSeen strongest_;
 };
 
-/// Makes a part with CUDA kernels. A file that CMake's add_pair_kernels writes instantiates it with nvcc; in builds
+/// Makes a part with CUDA kernels. A file that CMake's add_law_kernels writes instantiates it with nvcc; in builds
 /// without CUDA that file specializes it without kernels.
 template <class Law>
 std::unique_ptr<DevicePart> make_cuda_part(const parallel::CudaExecutor& run, const Law& law, const PairSeen& strongest)

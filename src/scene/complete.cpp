@@ -129,7 +129,7 @@ void check_accuracy(const Draft& draft) {
     refuse_with("field.method", field.method->name,
                 fmt::format("its error is not estimated; {} are allowed", field_methods_that(2, estimates)));
   if (field.options.links != FieldLinks::log_fitted)
-    refuse_with("field.links", name_of(field.options.links), "\"log-fitted\" needs fewer cells");
+    refuse_with("field.boundary_stencil", name_of(field.options.links), "\"log-fitted\" needs fewer cells");
 }
 
 void fill_in_tolerances(const Draft& draft, FieldOptions& field) {
@@ -284,10 +284,10 @@ void check_network(const Draft& draft, const Scene& scene) {
                     model.name));
   std::vector<double> radius;
   for (const Conductor& conductor : scene.conductors) radius.push_back(conductor.radius);
-  check(model.flat && scene.dimension() == 3 ? "network.resistor" : "network.spot",
+  check(model.flat && scene.dimension() == 3 ? "network.resistor" : "network.contact_radius",
         [&] { network::check_particles(model, options.parameters, radius, scene.dimension()); });
-  if (draft.line("network.between") > 0)
-    check("network.between", [&] {
+  if (draft.line("network.terminals") > 0)
+    check("network.terminals", [&] {
       network::read_electrodes(options.between, names_of_walls(scene), static_cast<int>(scene.conductors.size()));
     });
 }
@@ -321,7 +321,7 @@ void check_held(const Draft& draft, bool can_be_held) {
   for (const ConductorDraft& conductor : draft.conductors) {
     if (!conductor.conductor.held) continue;
     if (!can_be_held)
-      refuse(draft.scene.path, conductor.line, "conductor.held is only for motions of conductors in time");
+      refuse(draft.scene.path, conductor.line, "conductor.fixed is only for motions of conductors in time");
     if (conductor.velocity)
       refuse(draft.scene.path, conductor.line, "conductor.velocity is not allowed for a fixed conductor (held)");
   }

@@ -119,7 +119,7 @@ struct EffectKind {
   bool periodic = false;              ///< true if it supports periodic sides of the domain
 
   // Flags that the effect sets for the scene.
-  bool grains = false;   ///< a scene of grains, with [reference] and reduced units; other scenes are in SI
+  bool grains = false;   ///< a scene of grains, with [units] and reduced units; other scenes are in SI
   bool packing = false;  ///< a static packing that [minimize] brings to rest; nothing happens in time
   bool field = false;    ///< a scene with Laplace's equation, which is solved as [field] specifies
 
@@ -149,6 +149,7 @@ struct EffectKind {
   /// (effects::refuse_on_device) for features that a device does not compute. Null: the effect is refused on a device.
   void (*device)(const Scene&, effects::DeviceForces&) = nullptr;
   std::string energy_advice{};  ///< remedy if a run's energy does not balance; empty: steps and grid
+  std::string old_name{};       ///< former name, which is read with a warning
 
   /// Throws InputError unless the effect supports this dimension. `where` ("scene.toml:3: ", say) precedes the message.
   void check_dimension(int dimension, const std::string& where = "") const;

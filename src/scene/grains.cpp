@@ -22,65 +22,72 @@ namespace {
 using namespace ranges;
 
 Table reference() {
-  return {.path = "reference",
+  return {.path = "units",
           .help =
               "Makes the scene one of grains in reduced units. Its numbers are in units of these scales, even if their "
               "keys name another unit: lengths in d0, masses in m0, velocities in v0, charges in q0, times in t0 = d0 "
               "/ v0, energies and temperatures in m0 v0^2. Only a material's young and viscosity are in SI. The "
               "defaults are those of G table 5.3.",
           .open = [](Draft& d, int) { d.scene.reference.emplace(); },
-          .keys = {
-              {.name = "length",
-               .place = [](Draft& d) { return &d.scene.reference->length; },
-               .unit = "m",
-               .range = positive,
-               .help = "d0, a grain's diameter"},
-              {.name = "mass",
-               .place = [](Draft& d) { return &d.scene.reference->mass; },
-               .unit = "kg",
-               .range = positive,
-               .help = "m0, a grain's mass"},
-              {.name = "velocity",
-               .place = [](Draft& d) { return &d.scene.reference->velocity; },
-               .unit = "m/s",
-               .range = positive,
-               .help = "v0"},
-              {.name = "charge",
-               .place = [](Draft& d) { return &d.scene.reference->charge; },
-               .unit = "C",
-               .range = positive,
-               .help = "q0"},
-          }};
+          .keys =
+              {
+                  {.name = "length",
+                   .place = [](Draft& d) { return &d.scene.reference->length; },
+                   .unit = "m",
+                   .range = positive,
+                   .help = "d0, a grain's diameter"},
+                  {.name = "mass",
+                   .place = [](Draft& d) { return &d.scene.reference->mass; },
+                   .unit = "kg",
+                   .range = positive,
+                   .help = "m0, a grain's mass"},
+                  {.name = "velocity",
+                   .place = [](Draft& d) { return &d.scene.reference->velocity; },
+                   .unit = "m/s",
+                   .range = positive,
+                   .help = "v0"},
+                  {.name = "charge",
+                   .place = [](Draft& d) { return &d.scene.reference->charge; },
+                   .unit = "C",
+                   .range = positive,
+                   .help = "q0"},
+              },
+          .old_path = "reference"};
 }
 
 Table stage() {
   return {
-      .path = "stage",
+      .path = "equilibration",
       .kind = Table::Kind::repeated,
-      .help = "An initial part of a run of grains with modified settings, for warm-up. Stages are sequential.",
+      .help =
+          "A stage of equilibration of grains with modified settings, before the run with all effects. Stages are "
+          "sequential.",
       .open = [](Draft& d, int) { d.scene.stages.emplace_back(); },
-      .keys = {
-          {.name = "duration",
-           .place = [](Draft& d) { return &d.scene.stages.back().duration; },
-           .unit = "t0",
-           .range = positive,
-           .required = true,
-           .help = "of the stage"},
-          {.name = "elastic",
-           .place = [](Draft& d) { return &d.scene.stages.back().elastic; },
-           .help = "contacts dissipate no energy and transfer no charge, and gas_drag does not act"},
-          {.name = "stiffness",
-           .place = [](Draft& d) { return &d.scene.stages.back().stiffness; },
-           .range = {.low = 1, .high = 1e15},  // overlaps scale as stiffness^(-2/5): down to 1e-7, far above rounding
-           .help = "factor of the contact stiffness, so that the fastest grains do not overlap too deeply or pass "
-                   "through each other; dissipative contacts keep their restitution"},
-          {.name = "temperature",
-           .place = [](Draft& d) { return &d.scene.stages.back().temperature; },
-           .unit = "m0 v0^2",
-           .range = positive,
-           .computed_default = "none",
-           .help = "temperature to which all velocities are scaled at its end"},
-      }};
+      .keys =
+          {
+              {.name = "duration",
+               .place = [](Draft& d) { return &d.scene.stages.back().duration; },
+               .unit = "t0",
+               .range = positive,
+               .required = true,
+               .help = "of the stage"},
+              {.name = "elastic",
+               .place = [](Draft& d) { return &d.scene.stages.back().elastic; },
+               .help = "contacts dissipate no energy and transfer no charge, and gas_drag does not act"},
+              {.name = "stiffness",
+               .place = [](Draft& d) { return &d.scene.stages.back().stiffness; },
+               .range = {.low = 1,
+                         .high = 1e15},  // overlaps scale as stiffness^(-2/5): down to 1e-7, far above rounding
+               .help = "factor of the contact stiffness, so that the fastest grains do not overlap too deeply or pass "
+                       "through each other; dissipative contacts keep their restitution"},
+              {.name = "temperature",
+               .place = [](Draft& d) { return &d.scene.stages.back().temperature; },
+               .unit = "m0 v0^2",
+               .range = positive,
+               .computed_default = "none",
+               .help = "temperature to which all velocities are scaled at its end"},
+          },
+      .old_path = "stage"};
 }
 
 }  // namespace
@@ -91,8 +98,8 @@ std::vector<Table> tables_of_grains() { return {tables::reference(), tables::sta
 namespace {
 
 /// Keys of [mechanics] that apply to conductors only.
-constexpr const char* conductor_keys[] = {"coupling",    "predictor",  "position_tolerance", "largest_step",
-                                          "keep_height", "euler_step", "euler_field_step"};
+constexpr const char* conductor_keys[] = {"coupling", "predictor",  "position_tolerance", "largest_step",
+                                          "fix_z",    "euler_step", "euler_field_step"};
 
 /// Throws InputError for a key of [mechanics] that the integrator of conductors does not read.
 void check_keys(const Draft& draft) {
@@ -115,15 +122,15 @@ void check_keys(const Draft& draft) {
 void check_conductors(const Draft& draft) {
   for (const Effects::Entry& entry : draft.scene.effects)
     if (entry.kind->grains)
-      refuse_effect(draft, entry.kind->name, "the table [reference], which makes the scene one of grains");
+      refuse_effect(draft, entry.kind->name, "the table [units], which makes the scene one of grains");
   for (const char* key :
-       {"stage", "population.temperature", "population.charge_distribution", "population.charge_exponent",
-        "mechanics.step", "mechanics.contact_steps", "mechanics.threads"})
+       {"equilibration", "population.temperature", "population.charge_distribution", "population.charge_exponent",
+        "mechanics.step", "mechanics.contact_substeps", "mechanics.threads"})
     refuse_if_given(draft, key,
-                    "needs the table [reference], which makes the scene one of grains: add it, or leave the key out");
+                    "needs the table [units], which makes the scene one of grains: add it, or leave the key out");
   if (!draft.scene.mechanics.integrator->moves_conductors)
     refuse(draft.scene.path, draft.line("mechanics.integrator"),
-           fmt::format("mechanics.integrator = \"{}\" needs the table [reference], which makes the scene one of "
+           fmt::format("mechanics.integrator = \"{}\" needs the table [units], which makes the scene one of "
                        "grains: {} are allowed without",
                        name_of(draft.scene.mechanics.integrator), names_of(&IntegratorKind::moves_conductors)));
   check_keys(draft);
@@ -133,18 +140,17 @@ void check_conductors(const Draft& draft) {
 /// not read.
 void check_mechanics(const Draft& draft) {
   for (const std::string key : conductor_keys)
-    refuse_if_given(
-        draft, "mechanics." + key,
-        "is not allowed with [reference], which makes the scene one of grains: it is for conductors; leave it "
-        "out");
+    refuse_if_given(draft, "mechanics." + key,
+                    "is not allowed with [units], which makes the scene one of grains: it is for conductors; leave it "
+                    "out");
   const Integrator integrator = draft.scene.mechanics.integrator;
   if (!integrator->reads("relative_tolerance"))
     refuse_if_given(draft, "mechanics.relative_tolerance",
                     fmt::format("is not allowed with mechanics.integrator = \"{}\": of grains it is for \"cvode\"",
                                 name_of(integrator)));
-  if (!integrator->reads("contact_steps"))
+  if (!integrator->reads("contact_substeps"))
     refuse_if_given(
-        draft, "mechanics.contact_steps",
+        draft, "mechanics.contact_substeps",
         fmt::format("is not allowed with mechanics.integrator = \"{}\": it is for \"multirate\"", name_of(integrator)));
 }
 
@@ -155,19 +161,19 @@ void check_grains(const Draft& draft) {
   for (const Effects::Entry& entry : draft.scene.effects)
     if (!entry.kind->grains)
       refuse(draft.scene.path, draft.line("effects." + entry.kind->name),
-             fmt::format("effects.{} is not allowed with [reference], which makes the scene one of grains: it is for "
+             fmt::format("effects.{} is not allowed with [units], which makes the scene one of grains: it is for "
                          "scenes of conductors or packings; leave one out",
                          entry.kind->name));
   for (const char* table : {"electrode", "wall", "group", "medium", "field", "minimize", "network"})
-    refuse_if_given(draft, table, "is not allowed with [reference], because it does not apply to grains: leave it out");
+    refuse_if_given(draft, table, "is not allowed with [units], because it does not apply to grains: leave it out");
   const int sides = 2 * draft.scene.dimension();
   for (int s = 0; s < sides; ++s)
     if (!draft.scene.domain.sides[s].periodic)
       refuse(draft.scene.path, draft.line("domain"),
-             fmt::format("domain.{} must be \"periodic\" in a scene of grains (with [reference])", side_names[s]));
+             fmt::format("domain.{} must be \"periodic\" in a scene of grains (with [units])", side_names[s]));
   if (draft.line("mechanics.integrator") > 0 && !draft.scene.mechanics.integrator->moves_grains)
     refuse(draft.scene.path, draft.line("mechanics.integrator"),
-           fmt::format("mechanics.integrator = \"{}\" is not allowed with [reference]: {} are",
+           fmt::format("mechanics.integrator = \"{}\" is not allowed with [units]: {} are",
                        name_of(draft.scene.mechanics.integrator), names_of(&IntegratorKind::moves_grains)));
   check_mechanics(draft);
 }
@@ -204,7 +210,7 @@ void fill_in_grains(Draft& draft) {
 
 void fill_in_steps(const Draft& draft, Scene& scene) {
   if (draft.line("mechanics.step") == 0) scene.mechanics.step = default_step(scene);
-  if (draft.line("mechanics.contact_steps") == 0) scene.mechanics.contact_steps = default_contact_steps(scene);
+  if (draft.line("mechanics.contact_substeps") == 0) scene.mechanics.contact_steps = default_contact_steps(scene);
 }
 
 namespace {
@@ -242,10 +248,11 @@ void check_stages(const Draft& draft) {
   double end = 0;
   for (const Stage& stage : draft.scene.stages)
     if (end += stage.duration; stage.duration < least * end)
-      refuse(draft.scene.path, draft.line("stage"),
-             fmt::format("stage.duration = {:g} t0 is not allowed in a stage that ends at {:g} t0: it must be at least "
-                         "{:g} times that, or its time is lost in rounding",
-                         stage.duration, end, least));
+      refuse(draft.scene.path, draft.line("equilibration"),
+             fmt::format(
+                 "equilibration.duration = {:g} t0 is not allowed in a stage that ends at {:g} t0: it must be at least "
+                 "{:g} times that, or its time is lost in rounding",
+                 stage.duration, end, least));
 }
 
 /// Draws Gaussian velocities with zero total momentum and scales them to the exact temperature.

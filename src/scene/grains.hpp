@@ -4,7 +4,7 @@
 
 namespace lichtenberg {
 
-/// Throws InputError for keys that a scene of grains (with [reference]) does not allow, and for keys that require one.
+/// Throws InputError for keys that a scene of grains (with [units]) does not allow, and for keys that require one.
 void check_grains(const Draft& draft);
 
 /// Fills in the defaults of a scene of grains that differ from those of conductors. Called before populations are

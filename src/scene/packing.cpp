@@ -99,7 +99,7 @@ void check_idle_keys(const Draft& draft) {
   struct Idle {
     std::string key, why, instead;
   };
-  const std::string side = "leave it out; the sides are walls unless effects.contact_potential.box = false";
+  const std::string side = "leave it out; the sides are walls unless effects.soft_repulsion.box = false";
   const std::vector<Idle> all = {
       {"domain.left", uncharged, side},
       {"domain.right", uncharged, side},
@@ -120,7 +120,7 @@ void check_idle_keys(const Draft& draft) {
   for (const Idle& idle : all)
     refuse_if_given(
         draft, idle.key,
-        fmt::format("is not allowed with effects.contact_potential, under which {}: {}", idle.why, idle.instead));
+        fmt::format("is not allowed with effects.soft_repulsion, under which {}: {}", idle.why, idle.instead));
 }
 
 }  // namespace
@@ -128,15 +128,14 @@ void check_idle_keys(const Draft& draft) {
 void check_packing_keys(const Draft& draft) {
   const auto refuse_it = [&](int line, const std::string& sentence) { refuse(draft.scene.path, line, sentence); };
   if (!draft.scene.effects.has(&EffectKind::packing)) {
-    const std::string needs = " needs the table [effects.contact_potential]: add it, or leave this out";
+    const std::string needs = " needs the table [effects.soft_repulsion]: add it, or leave this out";
     if (!draft.walls.empty()) refuse_it(draft.walls.front().line, "[[wall]]" + needs);
     refuse_if_given(draft, "minimize", needs.substr(1));
     for (const PopulationDraft& population : draft.populations)
       if (population.overlapping) refuse_it(population.line, "population.overlapping" + needs);
     return;
   }
-  const std::string why =
-      " is not allowed with effects.contact_potential, which permits no other effect: leave one out";
+  const std::string why = " is not allowed with effects.soft_repulsion, which permits no other effect: leave one out";
   check_idle_keys(draft);
   const MinimizeMethod method = draft.scene.minimize.method;
   if (method != MinimizeMethod::gradient_descent)
@@ -156,8 +155,8 @@ std::vector<Wall> build_walls(const Draft& draft) {
   if (scene.domain.walled) walls = sides_of_box(scene.domain, scene.dimension());
   for (std::size_t k = 0; k < draft.walls.size(); ++k) walls.push_back(build_wall(draft, draft.walls[k], k + 1));
   if (walls.empty())
-    refuse(scene.path, draft.line("effects.contact_potential.box"),
-           "the packing has no walls: effects.contact_potential.box = true or at least one [[wall]] is needed");
+    refuse(scene.path, draft.line("effects.soft_repulsion.box"),
+           "the packing has no walls: effects.soft_repulsion.box = true or at least one [[wall]] is needed");
   std::set<std::string> names;
   for (const Wall& wall : walls)
     if (!names.insert(wall.name).second)

@@ -6,7 +6,7 @@
 
 namespace lichtenberg {
 
-/// Throws InputError for keys that require effects.contact_potential without it, and for keys that a packing does not
+/// Throws InputError for keys that require effects.soft_repulsion without it, and for keys that a packing does not
 /// allow.
 void check_packing_keys(const Draft& draft);
 

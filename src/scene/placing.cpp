@@ -132,10 +132,9 @@ std::optional<Conductor> find_place(double radius, const PopulationDraft& popula
 void check_population(const Draft& draft, const PopulationDraft& population) {
   constexpr int most_conductors = 1000000;
   if (!draft.scene.reference && population.count > most_conductors)
-    refuse(
-        draft.scene.path, population.line,
-        fmt::format("population.count = {} is not allowed: it must be at most {}, or 1e7 of grains, with [reference]",
-                    population.count, most_conductors));
+    refuse(draft.scene.path, population.line,
+           fmt::format("population.count = {} is not allowed: it must be at most {}, or 1e7 of grains, with [units]",
+                       population.count, most_conductors));
   if (!population.region) return;
   const int axes = population.region->axes();
   const Vec3 lower = population.region->lower.value, upper = population.region->upper.value;
@@ -147,7 +146,7 @@ void check_population(const Draft& draft, const PopulationDraft& population) {
                          "from {} to {} {}",
                          at(lower, axes), at(upper, axes),
                          axes == 3 ? "[[left, bottom, front], [right, top, back]]" : "[[left, bottom], [right, top]]",
-                         at({}, axes), at(size, axes), draft.scene.units().length));
+                         at(Vec3{}, axes), at(size, axes), draft.scene.units().length));
 }
 
 /// Filling fraction that random sequential addition of one radius reaches in a large box before most_tries(): .528 of

@@ -12,6 +12,7 @@
 #include "src/scene/document.hpp"
 #include "src/scene/grains.hpp"
 #include "src/scene/nearest.hpp"
+#include "src/scene/old_names.hpp"
 #include "src/scene/schema.hpp"
 #include "src/scene/stopping.hpp"
 #include "src/scene/value.hpp"
@@ -195,8 +196,12 @@ Draft read_draft(const std::string& text, const std::string& path, const EffectK
                  const std::vector<Setting>& settings) {
   const Schema schema(kinds);
   toml::table document = parse_document(text, path);
-  apply(settings, schema, document);
   Draft draft;
+  draft.scene.warnings = replace_old_names(document, schema, path);
+  for (const Setting& setting : settings)
+    if (const std::string name = without_old_names(setting.key, schema); name != setting.key)
+      draft.scene.warnings.push_back(fmt::format("{} is an old name: it is called {} now", setting.key, name));
+  apply(settings, schema, document);
   draft.scene.path = path;
   draft.scene.text = settings.empty() ? text : text_of(document);
   Reader(schema, draft).read_document(document);

@@ -191,8 +191,9 @@ struct StopOptions {
 /// A scene file, checked and complete: every default is filled in, and populations are drawn. Units are SI or those of
 /// `reference`.
 struct Scene {
-  std::string path;  ///< the file it was read from
-  std::string text;  ///< that file, verbatim (provenance)
+  std::string path;                   ///< the file it was read from
+  std::string text;                   ///< that file, verbatim (provenance)
+  std::vector<std::string> warnings;  ///< former names of keys and tables in the file
   std::string title;
   std::uint64_t seed = 1;
   Domain domain;

@@ -19,7 +19,8 @@ Table table_of(const EffectKind& kind) {
   return {.path = "effects." + kind.name,
           .help = kind.help,
           .open = [&kind](Draft& draft, int) { draft.scene.effects.add(kind, kind.options); },
-          .keys = kind.keys};
+          .keys = kind.keys,
+          .old_path = kind.old_name.empty() ? "" : "effects." + kind.old_name};
 }
 
 }  // namespace

@@ -97,6 +97,7 @@ struct Key {
   std::vector<std::string> shapes{};  ///< shapes of electrode that need the key, others refuse it; empty: any shape
   std::string computed_default{};     ///< describes the default of an optional value
   std::string help{};
+  std::string old_name{};  ///< former name, which is read with a warning
 
   /// Returns the allowed texts: an enumeration's names, or `texts`. Empty if other values are allowed.
   std::vector<std::string> choices() const;
@@ -118,6 +119,7 @@ struct Table {
   /// Records in the draft that the file has the table.
   std::function<void(Draft&, int line)> open = [](Draft&, int) {};
   std::vector<Key> keys{};
+  std::string old_path{};  ///< former path, which is read with a warning
 
   /// Returns the table's header in a scene file: [field], [[conductor]]
   std::string header() const;

@@ -20,7 +20,7 @@ constexpr Range times{.low = smallest_size};
 Table minimize() {
   return {
       .path = "minimize",
-      .help = "Method that brings particles with effects.contact_potential to rest.",
+      .help = "Method that brings particles with effects.soft_repulsion to rest.",
       .keys = {
           {.name = "method",
            .place = [](Draft& d) { return &d.scene.minimize.method; },
@@ -126,10 +126,11 @@ std::vector<Key> field_solvers() {
        .range = {.low = 0, .high = 1024},
        .help = "number of threads of cut-cell and spheres, without effect on the result; 0: one per core, fewer on "
                "small grids"},
-      {.name = "links",
+      {.name = "boundary_stencil",
        .place = [](Draft& d) { return &d.field.options.links; },
        .help = "conductance from a cell to a disk: exact for a logarithmic or for a linear potential; aperture: first "
-               "order, for comparison (linear_solver = \"assembled\")"},
+               "order, for comparison (linear_solver = \"assembled\")",
+       .old_name = "links"},
       {.name = "linear_solver",
        .place = [](Draft& d) { return &d.field.options.linear_solver; },
        .help = "multigrid: matrix-free, the fastest; assembled: any preconditioner of PETSc"},
@@ -186,10 +187,11 @@ std::vector<Key> conductor_steps() {
        .range = times,
        .computed_default = "output.every",
        .help = "largest coupling step"},
-      {.name = "keep_height",
+      {.name = "fix_z",
        .place = [](Draft& d) { return &d.scene.mechanics.keep_height; },
        .help = "in three dimensions: conductors lie on a support and have a constant z; the support balances forces "
-               "along z, which a run does not contain"},
+               "along z, which a run does not contain",
+       .old_name = "keep_height"},
       {.name = "euler_step",
        .place = [](Draft& d) { return &d.scene.mechanics.euler_step; },
        .unit = "s",
@@ -213,12 +215,13 @@ std::vector<Key> grain_steps() {
        .help = "for grains: the longest step. multirate keeps the forces of charges constant over it and takes shorter "
                "steps if the fastest grain would fly farther than .2 d0; steps of verlet and gear must resolve the "
                "shortest contact"},
-      {.name = "contact_steps",
+      {.name = "contact_substeps",
        .place = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
        .range = {.low = 4, .high = 1e4},
        .computed_default = "from effects.coulomb.accuracy: 16 for 1e-3, 50 for 1e-4; 16 without",
        .help = "for multirate: substeps in the shortest possible contact, or in the damping time if that is shorter; "
-               "with n substeps the energy of a contact has a relative error of about 1 / (4 n^2)"},
+               "with n substeps the energy of a contact has a relative error of about 1 / (4 n^2)",
+       .old_name = "contact_steps"},
       {.name = "threads",
        .place = [](Draft& d) { return &d.scene.mechanics.threads; },
        .range = {.low = 0, .high = 1024},
@@ -241,9 +244,10 @@ Table network() {
            .place = [](Draft& d) { return &d.scene.network.model; },
            .computed_default = "both models",
            .help = "nodes of the network: particles or contacts"},
-          {.name = "between",
+          {.name = "terminals",
            .place = [](Draft& d) { return &d.scene.network.between; },
-           .help = "electrodes, the first at 0 V: names of walls or numbers of particles"},
+           .help = "electrodes, the first at 0 V: names of walls or numbers of particles",
+           .old_name = "between"},
           {.name = "resistor",
            .place = [](Draft& d) { return &d.scene.network.resistor; },
            .computed_default = "\"constant\", of 1 Ohm",
@@ -269,7 +273,8 @@ Table network() {
   add("resistance_per_length", [](Draft& d) { return &d.scene.network.parameters.resistance_per_length; });
   add("sheet_resistance", [](Draft& d) { return &d.scene.network.parameters.sheet_resistance; });
   add("resistivity", [](Draft& d) { return &d.scene.network.parameters.resistivity; });
-  add("spot", [](Draft& d) { return &d.scene.network.parameters.spot; });
+  add("contact_radius", [](Draft& d) { return &d.scene.network.parameters.spot; });
+  table.keys.back().old_name = "spot";
   return table;
 }
 

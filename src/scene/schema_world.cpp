@@ -54,10 +54,11 @@ Table domain() {
               side<3>(help),
               side<4>(in_space),
               side<5>(in_space),
-              {.name = "open",
+              {.name = "unbounded",
                .place = [](Draft& d) { return &d.scene.domain.open; },
                .help = "no sides: free space in three dimensions, with a potential of 0 at infinity and any net "
-                       "charge; size is then the region of the initial positions. Needs floating_conductors"},
+                       "charge; size is then the region of the initial positions. Needs floating_conductors",
+               .old_name = "open"},
           }};
 }
 
@@ -194,7 +195,7 @@ Table electrode() {
 Table wall() {
   return {.path = "wall",
           .kind = repeated,
-          .help = "An infinite flat wall in addition to the sides of the domain. Needs effects.contact_potential.",
+          .help = "An infinite flat wall in addition to the sides of the domain. Needs effects.soft_repulsion.",
           .open = [](Draft& d, int line) { d.walls.push_back({.line = line}); },
           .keys = {
               {.name = "name",
@@ -263,9 +264,10 @@ std::vector<Key> conductor_state() {
        .unit = "m/s",
        .computed_default = "0 along each axis",
        .help = "velocity at the start"},
-      {.name = "held",
+      {.name = "fixed",
        .place = [](Draft& d) { return &d.conductors.back().conductor.held; },
-       .help = "fixed: it does not move under any force"},
+       .help = "true: the conductor does not move",
+       .old_name = "held"},
       {.name = "group",
        .place = [](Draft& d) { return &d.conductors.back().group; },
        .computed_default = "none",
@@ -346,7 +348,7 @@ std::vector<Key> population_radii() {
        .help = "standard deviation; of normal: over the mean; of lognormal: of the radius's logarithm"},
       {.name = "overlapping",
        .place = [](Draft& d) { return &d.populations.back().overlapping; },
-       .help = "initial positions may overlap; needs effects.contact_potential"},
+       .help = "initial positions may overlap; needs effects.soft_repulsion"},
   };
 }
 

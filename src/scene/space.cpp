@@ -51,15 +51,16 @@ void check_open(const Draft& draft, int dimension) {
     refuse(draft.scene.path, draft.line(key), sentence);
   };
   if (dimension == 2)
-    refuse_it("domain.open",
-              "domain.open = true is not allowed in two dimensions, where the potential of charges has no limit at "
-              "infinity: it needs a domain.size of three numbers");
+    refuse_it(
+        "domain.unbounded",
+        "domain.unbounded = true is not allowed in two dimensions, where the potential of charges has no limit at "
+        "infinity: it needs a domain.size of three numbers");
   if (!draft.scene.effects.has(&EffectKind::field))
-    refuse_it("domain.open",
-              "domain.open = true needs the table [effects.floating_conductors]: add it, or leave the key out");
+    refuse_it("domain.unbounded",
+              "domain.unbounded = true needs the table [effects.floating_conductors]: add it, or leave the key out");
   for (int s = 0; s < 6; ++s)
     refuse_if_given(draft, key_of(s),
-                    "is not allowed with domain.open = true, which has no sides: leave one of the two out");
+                    "is not allowed with domain.unbounded = true, which has no sides: leave one of the two out");
 }
 
 /// Throws InputError for keys that need a field, apart from effects, in a scene without one.
@@ -112,7 +113,7 @@ void settle_dimension(Draft& draft) {
                       "is not allowed with a periodic side, because contacts across it are not searched: leave it out");
   }
   if (dimension == 2)
-    refuse_if_given(draft, "mechanics.keep_height",
+    refuse_if_given(draft, "mechanics.fix_z",
                     "is not allowed in two dimensions, where nothing moves along z: leave it out");
   const auto check = [&](const Coordinates& given, int line, const std::string& key) {
     if (given.count != dimension)

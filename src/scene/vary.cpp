@@ -9,6 +9,7 @@
 #include "solvers/error.hpp"
 #include "src/scene/document.hpp"
 #include "src/scene/nearest.hpp"
+#include "src/scene/old_names.hpp"
 #include "src/scene/schema.hpp"
 
 namespace lichtenberg {
@@ -131,8 +132,8 @@ std::vector<std::string> listed_values(const std::string& list) {
 Setting setting_of(const std::string& written) {
   const std::size_t equals = written.find('=');
   if (equals == std::string::npos || equals == 0)
-    throw InputError(
-        fmt::format("{} is not valid: it must be KEY=VALUE, as in effects.contact_discharge.gap=0.4e-3", written));
+    throw InputError(fmt::format(
+        "{} is not valid: it must be KEY=VALUE, as in effects.contact_discharge.contact_distance=0.4e-3", written));
   std::string key = written.substr(0, equals), value = written.substr(equals + 1);
   while (key.ends_with(' ')) key.pop_back();
   try {
@@ -145,7 +146,8 @@ Setting setting_of(const std::string& written) {
 }
 
 void apply(const std::vector<Setting>& settings, const Schema& schema, toml::table& document) {
-  for (const auto& [key, value] : settings) {
+  for (const auto& [written, value] : settings) {
+    const std::string key = without_old_names(written, schema);
     const KeyPlace place = place_of(schema, key);
     const toml::table parsed = parse_document("value = " + value, key);
     table_of(document, place, key).insert_or_assign(place.name, *parsed.get("value"));
@@ -161,8 +163,10 @@ std::string text_of(const toml::table& document) {
 
 std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings,
                           const EffectKinds& kinds) {
+  const Schema schema(kinds);
   toml::table document = parse_document(text, path);
-  apply(settings, Schema(kinds), document);
+  replace_old_names(document, schema, path);
+  apply(settings, schema, document);
   return text_of(document);
 }
 

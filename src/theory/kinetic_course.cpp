@@ -54,7 +54,7 @@ std::vector<std::vector<double>> followed(const Ode& ode, const std::vector<doub
   } catch (const std::runtime_error&) {
     throw Failure(
         "theory: kinetic theory has no course of a gas that charges so fast; with a smaller strength or exponent of "
-        "effects.charge_exchange, or a smaller effects.coulomb.strength, it has one");
+        "effects.charge_exchange, or a smaller effects.coulomb.coupling_constant, it has one");
   }
 }
 

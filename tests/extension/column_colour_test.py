@@ -1,4 +1,4 @@
-"""Pictures coloured by a particle column that the program does not know: plot takes its name and shows its unit."""
+"""Pictures coloured by a particle column added from outside: plot takes its name and shows its unit."""
 import shutil
 import sys
 import unittest
@@ -13,7 +13,7 @@ from lichtenberg.pictures import frames
 
 
 def with_columns(source, path):
-    """A copy of a result whose particles have a kinetic energy, a momentum and a colour number as well."""
+    """Copies a result and adds a kinetic energy, a momentum and a colour number to its particles."""
     shutil.copy(source, path)
     with h5py.File(path, "a") as file:
         particles = file["particles/conductors"]
@@ -51,7 +51,7 @@ class ColumnAsColour(unittest.TestCase):
         self.assertNotIn("position", run.quantities)
         scale = frames.common_scale([run], "kinetic_energy")
         shades = scale.colours(np.array([found.low, found.high]))
-        self.assertGreater(np.abs(shades[0] - shades[1]).max(), 0.5)  # the ends of a map are far apart
+        self.assertGreater(np.abs(shades[0] - shades[1]).max(), 0.5)  # The ends of a colour map differ clearly.
 
     def test_plot_draws_it_by_name(self):
         for colour in ("kinetic_energy", "momentum", "batch"):

@@ -1,4 +1,4 @@
-"""A format of export that the program does not have, from outside: PDB, for molecular viewers."""
+"""Format of export added from outside: PDB, for molecular viewers."""
 import sys
 import unittest
 from pathlib import Path
@@ -14,7 +14,7 @@ from lichtenberg.formats import formats
 
 
 def write_pdb(result, frames, out):
-    """One MODEL a frame with an ATOM a grain; coordinates have three decimals."""
+    """Writes one MODEL per frame with an ATOM per grain; coordinates have three decimals."""
     with open(out, "w", encoding="ascii") as file:
         for index in frames:
             file.write(f"MODEL     {index + 1:4d}\n")
@@ -33,7 +33,7 @@ class FormatFromOutside(unittest.TestCase):
         with load(runs.gas()) as result:
             expected = np.asarray(result["position"]).reshape(-1, 3)
             self.assertEqual(sum(line.startswith("MODEL") for line in lines), len(result))
-        np.testing.assert_allclose(places, expected, atol=0.5e-3 + 1e-12)  # half of the last decimal
+        np.testing.assert_allclose(places, expected, atol=0.5e-3 + 1e-12)  # Half of the last decimal.
         with self.assertRaisesRegex(InputError, "exists"):
             export(runs.gas(), "pdb", out)
 

@@ -1,4 +1,4 @@
-// An output column that the program does not have, from outside, through headers alone: the gap to the nearest body.
+// Output column added from outside through headers alone: the gap to the nearest body.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ struct NearestGapOptions {
   static const EffectKind& kind();
 };
 
-/// Moves nothing; adds the column `example_gap` [N] (m), from surface to surface.
+/// Exerts no force; adds the column `example_gap` [N] (m), measured between surfaces.
 class NearestGap : public Effect {
  public:
   const EffectKind& kind() const override { return NearestGapOptions::kind(); }
@@ -73,7 +73,7 @@ radius = 2e-3
 
 }  // namespace
 
-TEST_CASE("a column from outside stands in every frame and in the result file, with its unit") {
+TEST_CASE("added column: every frame and the result file contain it with its unit") {
   const Folder folder;
   const Scene scene = three_in_a_row();
   const std::string path = (folder / "x.h5").string();
@@ -84,7 +84,7 @@ TEST_CASE("a column from outside stands in every frame and in the result file, w
     for (const double time : {0.0, 0.001}) {
       simulation.advance_to(time);
       const Frame frame = simulation.frame();
-      // The first body flies towards the second: the gap is the difference of the recorded places less both radii.
+      // The first body moves towards the second. The gap is the difference of the recorded positions minus both radii.
       const std::vector<Vec3> places = frame.vectors("position");
       const double first = places[1].x - places[0].x - 2e-3, last = places[2].x - places[1].x - 3e-3;
       const std::vector<double> gap = frame.reals("example_gap");

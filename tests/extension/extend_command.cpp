@@ -1,4 +1,4 @@
-// A command that the program does not have, from outside, through headers alone.
+// Command added from outside through headers alone.
 #include <doctest/doctest.h>
 
 #include <memory>
@@ -21,7 +21,7 @@ struct CountArguments {
   int least = 0, found = 0;
 };
 
-/// `lichtenberg count SCENE [--least N]`: how many bodies a scene has.
+/// `lichtenberg count SCENE [--least N]`: the number of bodies of a scene.
 Command count_command(const std::shared_ptr<CountArguments>& request) {
   return {"count",
           "Counts the bodies of a scene",
@@ -35,7 +35,7 @@ Command count_command(const std::shared_ptr<CountArguments>& request) {
 
 }  // namespace
 
-TEST_CASE("a command from outside is read, run and explained by the command line") {
+TEST_CASE("added command: the command line reads, runs and explains it") {
   const auto request = std::make_shared<CountArguments>();
   std::vector<Command> commands = all_commands();
   commands.push_back(count_command(request));
@@ -45,10 +45,10 @@ TEST_CASE("a command from outside is read, run and explained by the command line
   CHECK(run_command_line({"count", scene, "--least", "3"}, commands) == 2);
   CHECK(run_command_line({"count"}, commands) == 2);
   CHECK(run_command_line({"help", "count"}, commands) == 0);
-  CHECK(run_command_line({"explain", scene}, commands) == 0);  // the others are still there
+  CHECK(run_command_line({"explain", scene}, commands) == 0);  // All other commands still exist.
 }
 
-TEST_CASE("command from outside: an error of its HDF5 calls is refused input") {
+TEST_CASE("added command: an error of its HDF5 calls is refused input") {
   const Folder folder;
   folder.write("no.h5", "nothing");
   std::string file;

@@ -1,4 +1,4 @@
-// A law of drag added from outside: quadratic drag of conductors, F = c v^2 against the velocity v.
+// Drag law added from outside: quadratic drag of conductors, F = c v^2 against the velocity v.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -16,8 +16,8 @@ using steel_spheres::mass;
 namespace {
 
 struct QuadraticDragOptions {
-  double coefficient = 2e-3;  ///< c, kg/m
-  bool is_declared = true;    ///< as drag; false: as a force like any other
+  double coefficient = 2e-3;  ///< c in kg/m
+  bool is_declared = true;    ///< Declared as drag; false: as an ordinary force.
   static const EffectKind& kind();
 };
 
@@ -51,16 +51,16 @@ const EffectKind& QuadraticDragOptions::kind() {
   return kind;
 }
 
-constexpr double speed = 0.05, end = 0.5;             // m/s, s
-const Vec2 start = {0.02, 0.03}, along = {0.6, 0.8};  // m; direction of the velocity
+constexpr double speed = 0.05, end = 0.5;             // m/s and s
+const Vec2 start = {0.02, 0.03}, along = {0.6, 0.8};  // In m; direction of the velocity.
 
 struct Choice {
   Integrator integrator;
   FieldCoupling coupling;
-  bool has_field = true, leaks = true;  ///< a fluid that leaks makes a circuit, which has an energy balance
+  bool has_field = true, leaks = true;  ///< A conducting fluid makes a circuit with an energy balance.
 };
 
-/// One uncharged conductor.
+/// Scene of one uncharged conductor.
 Scene one_conductor(const Choice& choice) {
   Scene scene = steel_spheres::scene_of({start});
   scene.conductors[0].velocity = in_space(speed * along);
@@ -73,7 +73,7 @@ Scene one_conductor(const Choice& choice) {
 
 struct Outcome {
   ConductorFrame frame;
-  bool warns;  ///< of the energy balance
+  bool warns;  ///< Whether the energy balance gives a warning.
 };
 
 Outcome run(Scene scene, const QuadraticDragOptions& drag = {}) {
@@ -86,9 +86,9 @@ Outcome run(Scene scene, const QuadraticDragOptions& drag = {}) {
 
 }  // namespace
 
-TEST_CASE("quadratic drag: each integrator gives the closed form, and the heat is what the motion lost") {
+TEST_CASE("quadratic drag: closed form and heat with each integrator") {
   const double k = QuadraticDragOptions{}.coefficient / mass;                                // 1/m
-  const double way = std::log1p(k * speed * end) / k, left = speed / (1 + k * speed * end);  // m, m/s
+  const double way = std::log1p(k * speed * end) / k, left = speed / (1 + k * speed * end);  // m and m/s
   using enum FieldCoupling;
   constexpr auto cvode = Integrator::cvode, euler = Integrator::euler;
   for (const Choice& how : {Choice{cvode, split, false, false}, Choice{cvode, split, true, false}, Choice{cvode, split},
@@ -97,8 +97,9 @@ TEST_CASE("quadratic drag: each integrator gives the closed form, and the heat i
     CAPTURE(name_of(how.coupling));
     const Scene scene = one_conductor(how);
     const auto [frame, warns] = run(scene);
-    // Fractions of v and of the way. CVODE: each of some hundred steps may be wrong by its tolerance. Euler: errors of
-    // a step, dt^2 / 2 times the largest second derivatives 2 k^2 v^3 of v and k v^2 of x, add up, and none grows.
+    // Relative errors of v and of the path. CVODE: each of some hundred steps may have an error of the tolerance.
+    // Euler: the errors per step, dt^2 / 2 times the largest second derivatives 2 k^2 v^3 of v and k v^2 of x,
+    // accumulate without growth.
     const double dt = scene.mechanics.euler_step;
     const bool is_euler = how.integrator == euler;
     const double slower = is_euler ? dt * end * k * k * speed * speed * speed : 300 * 1e-6 * speed;
@@ -112,7 +113,7 @@ TEST_CASE("quadratic drag: each integrator gives the closed form, and the heat i
   }
 }
 
-TEST_CASE("quadratic drag as a plain force: the same motion, and the summary warns of the energy that is lost") {
+TEST_CASE("quadratic drag as an ordinary force: same motion, energy warning") {
   const Scene scene = one_conductor({Integrator::cvode, FieldCoupling::split});
   const Outcome plain = run(scene, {.is_declared = false});
   CHECK(steel_spheres::largest_distance(plain.frame, run(scene).frame) < 1e-3 * steel_spheres::radius);

@@ -1,5 +1,4 @@
-// A drive of grains that is added from outside: a drag that goes with the square of the speed, on the CPU and on a
-// device.
+// Drive of grains added from outside: a drag proportional to the square of the speed, on the CPU and on a device.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -15,7 +14,7 @@ using namespace lichtenberg;
 
 namespace {
 
-/// m dv/dt = -c v |v| of each grain, which has the solution v / (1 + c |v| dt / m).
+/// m dv/dt = -c v |v| for each grain, with the solution v / (1 + c |v| dt / m).
 struct SquareDragLaw {
   double coefficient = 0.4;
 
@@ -62,7 +61,7 @@ Scene lone_grain() {
 
 }  // namespace
 
-TEST_CASE("added drive: a lone grain follows v / (1 + c v t) on the CPU and a device") {
+TEST_CASE("added drive: a single grain follows v / (1 + c v t) on CPU and device") {
   const Scene scene = lone_grain();
   grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -79,7 +78,7 @@ TEST_CASE("added drive: a lone grain follows v / (1 + c v t) on the CPU and a de
   }
   const double lost = 0.5 * mass * (1 - speed * speed);
   CHECK(cpu.gas.energy().driven == doctest::Approx(-lost).epsilon(1e-12));
-  CHECK(found.reals.at("book")[2] == doctest::Approx(-lost).epsilon(1e-6));  // 80 energies in quanta of 2^-32
+  CHECK(found.reals.at("book")[2] == doctest::Approx(-lost).epsilon(1e-6));  // 80 energies in quanta of 2^-32.
 }
 
 TEST_CASE("added drive: CUDA refuses a law without kernels by name") {

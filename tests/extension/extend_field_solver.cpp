@@ -1,4 +1,4 @@
-// A field method that the program does not have, from outside: one charged disk before a grounded plane.
+// Field method added from outside: one charged disk in front of a grounded plane.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -20,10 +20,10 @@ using namespace lichtenberg;
 
 namespace {
 
-/// Capacitance per metre of depth of a disk before a plane (F/m) over the permittivity: 2 pi / arcosh(height / radius).
+/// Capacitance per depth (F/m) of a disk in front of a plane, over the permittivity: 2 pi / arcosh(height / radius).
 double theory(double height, double radius) { return 2 * std::numbers::pi / std::acosh(height / radius); }
 
-/// A floating disk before the grounded bottom side, all other sides far away: one line charge and its image.
+/// Solver for a floating disk at the grounded bottom side with all other sides far away: one line charge and its image.
 class ImageCharge : public laplace::LaplaceSolver {
  public:
   laplace::LaplaceSolution solve(const laplace::LaplaceProblem& problem) override {
@@ -34,7 +34,7 @@ class ImageCharge : public laplace::LaplaceSolver {
                  focus = std::sqrt(disk.centre.y * disk.centre.y - disk.radius * disk.radius);
     const double potential = charge / (problem.permittivity * theory(disk.centre.y, disk.radius));
     laplace::LaplaceSolution solution{.group_potential = {potential}, .body_charge = {charge}};
-    // Two line charges 2 * focus apart attract each other.
+    // Two line charges at a distance of 2 * focus attract each other.
     solution.body_force = {{0, -charge * charge / (4 * std::numbers::pi * problem.permittivity * focus)}};
     solution.side_charge[laplace::bottom] = -charge;
     solution.energy = charge * potential / 2;
@@ -84,13 +84,13 @@ TEST_CASE("added field method: scenes, explain, solve and run have it") {
   REQUIRE(run_command_line({"solve", scene, "--json=" + json}, all_commands()) == 0);
   const auto answer = nlohmann::json::parse(std::ifstream(json));
   CHECK(answer["method"] == "images");
-  // The capacitance is the theory's, and the multipole method's in a box whose other sides are far away.
+  // The capacitance is the theory's, and that of the multipole method in a box whose other sides are far away.
   const double potential = answer["conductors"][0]["potential"], permittivity = 2 * 8.8541878128e-12;
   CHECK(1e-12 / potential == doctest::Approx(permittivity * theory(0.01, 0.002)).epsilon(1e-12));
   REQUIRE(run_command_line({"solve", scene, "--set=field.method=multipole", "--json=" + json, "--overwrite"},
                            all_commands()) == 0);
   const double other = nlohmann::json::parse(std::ifstream(json))["conductors"][0]["potential"];
-  CHECK(other == doctest::Approx(potential).epsilon(1e-3));  // (height / distance of the sides)^2
+  CHECK(other == doctest::Approx(potential).epsilon(1e-3));  // (height / distance of the sides)^2.
   REQUIRE(run_command_line({"run", scene, "--quiet", "--out=" + (folder / "result.h5").string()}, all_commands()) == 0);
   CHECK(Result((folder / "result.h5").string()).scene().field().method == &images);
 }

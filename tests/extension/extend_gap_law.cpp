@@ -1,4 +1,4 @@
-// A law of charge sharing added from outside whose conductance falls exponentially with the gap, as for tunnelling.
+// Law of charge sharing added from outside whose conductance decreases exponentially with the gap, as for tunnelling.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -43,19 +43,20 @@ const EffectKind& TunnelOptions::kind() {
 }
 
 constexpr double speed = 1, closest = 2.1 * radius, decay = 0.05 * radius;  // m/s, m, m
-constexpr double conductance = 3e-9;                                        // S: some 60 % of the difference passes
+constexpr double conductance = 3e-9;  // In S: about 60 % of the difference is transferred.
 
-/// Conductor 1 passes conductor 0, which is fixed, on a straight line: from `start` to -start along x.
+/// Conductor 1 passes conductor 0, which is fixed, on a straight line from `start` to -start along x.
 struct Passage {
-  double start = 0, velocity = 0, acceleration = 0;  ///< m, m/s, m/s^2; one of the last two is 0
+  double start = 0, velocity = 0, acceleration = 0;  ///< In m, m/s, m/s^2; one of the last two is 0.
 
-  double end() const { return acceleration > 0 ? std::sqrt(-4 * start / acceleration) : -2 * start / velocity; }  // s
+  // In s.
+  double end() const { return acceleration > 0 ? std::sqrt(-4 * start / acceleration) : -2 * start / velocity; }
   double gap(double t) const {
     return std::hypot(closest, start + velocity * t + 0.5 * acceleration * t * t) - 2 * radius;
   }
 };
 
-/// Exponent of the decay of the charge difference, the integral of G(gap) ln(d/R) / (pi epsilon depth) over a passage:
+/// Exponent of the decay of the charge difference, the integral of G(gap) ln(d/R) / (pi epsilon depth) over a passage.
 /// LineCharges gives two charges the potential difference (q1 - q2) ln(d/R) / (2 pi epsilon depth).
 double exponent(const Passage& passage) {
   double sum = 0;
@@ -74,7 +75,7 @@ ConductorFrame after(const Passage& passage, double gap_scale) {
   scene.conductors[1].velocity = {passage.velocity, 0};
   scene.conductors[0].charge = 1e-12;
   scene.conductors[1].charge = -1e-12;
-  scene.material.density = 1e15;  // the field and drag do not move it
+  scene.material.density = 1e15;  // The field and drag do not move it.
   scene.mechanics.position_tolerance = 1e-5 * radius;
   scene.effects.add(TunnelOptions{.conductance = conductance, .decay = decay, .gap_scale = gap_scale});
   scene.effects.add(effects::GravityOptions{.acceleration = passage.acceleration, .direction = Coordinates{{1, 0}}});
@@ -94,13 +95,13 @@ TEST_CASE("tunnel: a passage within one free step moves the charge of the integr
     const ConductorFrame frame = after(passage, decay);
     const double left = (frame.charge[0] - frame.charge[1]) / 2e-12;
     REQUIRE(exponent(passage) > 0.5);
-    // Each step may leave position_tolerance / radius of the charge: some hundred steps.
+    // Each step may have an error of position_tolerance / radius of the charge: some hundred steps.
     CHECK(std::abs(left - std::exp(-exponent(passage))) < 1e-3);
     CHECK(frame.charge_held == 0);
   }
 }
 
-TEST_CASE("tunnel: a law that reads the gap without a gap_scale, or with 0, is refused") {
+TEST_CASE("tunnel: a law that reads the gap needs a positive gap_scale") {
   CHECK_THROWS_WITH_AS(after(flight, INFINITY), doctest::Contains("must state its gap_scale"), InputError);
   CHECK_THROWS_WITH_AS(after(flight, 0), doctest::Contains("a gap_scale of 0 m: it must be > 0"), InputError);
 }

@@ -1,4 +1,4 @@
-// An effect of grains that is added from outside acts, or is refused by name.
+// Tests of an effect of grains added from outside: it acts, or is refused by name.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -46,7 +46,7 @@ struct Named : Effect {
 
 constexpr double depth = 0.5, edge = 8, wave = 2 * std::numbers::pi / edge;
 
-/// The potential depth (1 - cos(wave x)) of every grain.
+/// The potential depth (1 - cos(wave x)) for every grain.
 struct StandingWave : Named<StandingWave> {
   void add_forces(const State& state, std::span<double> force) const override {
     for (std::size_t i = 0; i < force.size(); i += 3)
@@ -83,7 +83,8 @@ Scene scene_with() {
 TEST_CASE("effect of grains: forces and energy act without being declared") {
   grains::Run run(scene_with<StandingWave>());
   // A quarter of a pendulum's period from an angle of pi / 4, 2 K(sin(pi / 8)) / pi = 1.0399733 times that of small
-  // swings, brings the grain to the bottom. Steps of .05 leave an error of (wave sqrt(depth) dt)^2 / 24 of a way of 1.
+  // oscillations, brings the grain to the bottom. Steps of 0.05 have an error of (wave sqrt(depth) dt)^2 / 24 of a path
+  // of 1.
   run.to(0.25 * 1.0399733 * 2 * std::numbers::pi / (wave * std::sqrt(depth)));
   CHECK(std::abs(std::remainder(run.gas.bodies().position[0], edge)) < 1e-4);
   const granular::GasEnergy energy = run.gas.energy();
@@ -110,11 +111,12 @@ TEST_CASE("effect of grains: a function that is never called is refused by name"
 TEST_CASE("effects of grains: steps keep to the strictest effect") {
   Scene scene = scene_with<StandingWave>();
   scene.effects.add(effects::CoulombOptions{.accuracy = 1e-2});
-  // The root of the accuracy, 1e-6 / 2, of the fastest of few grains (3.2 times the thermal speed), and .1 d0.
+  // The root of the accuracy, 1e-6 / 2, for the fastest of few grains (3.2 times the thermal speed), and 0.1 d0.
   const double way = 0.1 * std::sqrt(0.5e-6) * granular::fastest_of(1);
   CHECK(granular::way_by_accuracy(scene) == doctest::Approx(way));
   CHECK(granular::way_by_length(scene) == doctest::Approx(0.02));
-  CHECK(granular::contact_attraction(scene)(2) == 0.25 + 4);  // of both: K q^2 is Coulomb's at a distance of 1
+  // Sum of both effects: K q^2 is Coulomb's at a distance of 1.
+  CHECK(granular::contact_attraction(scene)(2) == 0.25 + 4);
   granular::Gas gas(scene);
   CHECK(gas.seconds_of_forces(*std::as_const(gas).model().effects.back()) > 0);
 }

@@ -1,4 +1,4 @@
-// An integrator of grains that is added from outside: leapfrog, with one evaluation of all forces a step.
+// Integrator of grains added from outside: leapfrog, with one evaluation of all forces per step.
 #include <doctest/doctest.h>
 
 #include <fmt/format.h>
@@ -18,8 +18,8 @@ using namespace lichtenberg;
 
 namespace {
 
-/// Half a flight, the forces of the middle for the whole step, half a flight (Verlet 1967, position form). Of second
-/// order where contacts are elastic.
+/// Half a drift, the forces at the middle for the whole step, and half a drift (Verlet 1967, position form). Second
+/// order for elastic contacts.
 class Leapfrog final : public granular::GasIntegrator {
  public:
   double longest_step(granular::Gas& gas, granular::Instant& now) const override {
@@ -55,10 +55,10 @@ class Leapfrog final : public granular::GasIntegrator {
 constexpr IntegratorKind leapfrog = {
     .name = "leapfrog", .moves_grains = true, .keys = {"step", "threads"}, .usual_step = 0.005};
 
-constexpr double end = 2;  // t0: some ten swings
+constexpr double end = 2;  // In t0: about ten oscillations.
 
-/// Momenta at the end of a run of two opposite charges that swing in contact. They start where they touch: a contact
-/// that begins fast within a step would add an error that depends on where in the step it begins.
+/// Momenta at the end of a run of two opposite charges that oscillate in contact. They start at the contact threshold,
+/// because a fast onset within a step would add an error that depends on its time in the step.
 std::vector<double> momenta(const std::string& integrator, double step) {
   std::string text = fmt::format(
       "reference = {{}}\nstop = {{ time = {} }}\noutput = {{ every = 20.0 }}\n"
@@ -85,7 +85,7 @@ double error(double step, const std::vector<double>& exact) {
 
 }  // namespace
 
-TEST_CASE("added integrator of grains: its error falls with the square of the step") {
+TEST_CASE("added integrator of grains: the error is of second order in the step") {
   granular::add_integrator(leapfrog,
                            []() -> std::unique_ptr<granular::GasIntegrator> { return std::make_unique<Leapfrog>(); });
   const std::vector<double> exact = momenta("cvode", 0.05);

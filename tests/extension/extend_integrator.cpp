@@ -1,5 +1,5 @@
-// An integrator of conductors added from outside: Heun's method (explicit trapezoidal rule), with a field solve for
-// each of its two force evaluations.
+// Integrator of conductors added from outside: Heun's method (explicit trapezoidal rule), with a field solve for each
+// of its two force evaluations.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -38,7 +38,7 @@ class Heun : public mechanics::Stepper {
 
  private:
   struct Rate {
-    std::vector<double> velocity, force;  ///< m/s, N
+    std::vector<double> velocity, force;  ///< m/s and N
   };
 
   Rate rate(double time) {
@@ -85,7 +85,7 @@ Scene scene_with(const std::string& mechanics) {
   return parse_scene(text, "scene.toml");
 }
 
-/// Two charged conductors that repel each other in oil, after 10 ms: some relaxation times.
+/// Two charged conductors that repel each other in oil, after 10 ms: several relaxation times.
 ConductorFrame pushed_apart(const std::string& mechanics) {
   Simulation simulation(scene_with(mechanics), std::make_unique<LineCharges>());
   simulation.advance_to(0.01);
@@ -94,24 +94,25 @@ ConductorFrame pushed_apart(const std::string& mechanics) {
 
 }  // namespace
 
-TEST_CASE("Heun's method from outside: errors fall as the square of the step") {
+TEST_CASE("added integrator (Heun): errors decrease with the square of the step") {
   mechanics::add_integrator(heun, make);
   const ConductorFrame exact = pushed_apart("coupling = \"monolithic\", relative_tolerance = 1e-9");
   std::vector<double> error;
   for (const double step : {4e-4, 2e-4, 1e-4})
     error.push_back(steel_spheres::largest_distance(
         pushed_apart(fmt::format("integrator = \"heun\", largest_step = {}", step)), exact));
-  // The way is a few radii; of a step of 0.26 relaxation times a few per cent of it are wrong. What is left of third
-  // order is some tenths of the second at the longest step.
+  // The path is a few radii. A step of 0.26 relaxation times has an error of a few per cent of it. At the longest step
+  // the third-order terms are some tenths of the second-order ones.
   CHECK(error[0] < 0.1 * radius);
   CHECK(error[0] / error[1] == doctest::Approx(4).epsilon(0.2));
   CHECK(error[1] / error[2] == doctest::Approx(4).epsilon(0.1));
 }
 
-TEST_CASE("Heun from outside: help names it, and what does not fit is refused") {
+TEST_CASE("added integrator (Heun): help lists it, and wrong keys are refused") {
   mechanics::add_integrator(heun, make);
   CHECK(scene_help("mechanics.integrator").find("\"heun\"") != std::string::npos);
-  CHECK_THROWS_AS(scene_with("integrator = \"heun\", euler_step = 1e-5"), InputError);  // a key that it does not read
+  // The integrator does not read this key.
+  CHECK_THROWS_AS(scene_with("integrator = \"heun\", euler_step = 1e-5"), InputError);
   CHECK_THROWS_WITH_AS(scene_with("integrator = \"verlet\""), doctest::Contains("\"euler\" and \"heun\" are allowed"),
                        InputError);
   const IntegratorKind other = {.name = "euler", .moves_conductors = true};

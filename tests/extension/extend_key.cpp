@@ -1,4 +1,4 @@
-// A key that the program does not have, whose default depends on other keys, from outside, through headers alone.
+// Key added from outside through headers alone, with a default that depends on other keys.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ struct SpringOptions {
   static const EffectKind& kind();
 };
 
-/// Pulls every body to where it started, F = -k (x - x_0).
+/// Ties every body to its initial position, F = -k (x - x_0).
 class Spring : public Effect {
  public:
   explicit Spring(const Scene& scene)
@@ -34,25 +34,25 @@ class Spring : public Effect {
 };
 
 const EffectKind& SpringOptions::kind() {
-  static const EffectKind kind = {
-      .name = "spring",
-      .description = "bodies hang on springs",
-      .help = "Each body is tied to where it starts.",
-      .options = SpringOptions{},
-      .keys = {{.name = "stiffness",
-                .place = place<&SpringOptions::stiffness>,
-                .unit = "N/m",
-                .range = ranges::positive,
-                .computed_default = "100 swings a second",
-                .help = "of the spring"}},
-      .complete =
-          [](const Draft& draft, Scene& scene) {
-            if (draft.line("effects.spring.stiffness") != 0) return;
-            const std::vector<double> mass = make_bodies(scene).mass;
-            constexpr double rate = 2 * 3.14159265358979 * 100;  // rad/s
-            scene.effects.find<SpringOptions>()->stiffness = rate * rate * std::ranges::max(mass);
-          },
-      .make = [](const Scene& scene) { return std::make_unique<Spring>(scene); }};
+  static const EffectKind kind = {.name = "spring",
+                                  .description = "bodies hang on springs",
+                                  .help = "Each body is tied to where it starts.",
+                                  .options = SpringOptions{},
+                                  .keys = {{.name = "stiffness",
+                                            .place = place<&SpringOptions::stiffness>,
+                                            .unit = "N/m",
+                                            .range = ranges::positive,
+                                            .computed_default = "100 swings a second",
+                                            .help = "of the spring"}},
+                                  .complete =
+                                      [](const Draft& draft, Scene& scene) {
+                                        if (draft.line("effects.spring.stiffness") != 0) return;
+                                        const std::vector<double> mass = make_bodies(scene).mass;
+                                        constexpr double rate = 2 * 3.14159265358979 * 100;  // rad/s
+                                        scene.effects.find<SpringOptions>()->stiffness =
+                                            rate * rate * std::ranges::max(mass);
+                                      },
+                                  .make = [](const Scene& scene) { return std::make_unique<Spring>(scene); }};
   return kind;
 }
 
@@ -72,9 +72,9 @@ Scene swinging(const std::string& keys) {
 
 }  // namespace
 
-TEST_CASE("a key's default follows from other keys, and a given value replaces it") {
+TEST_CASE("added key: its default follows from other keys and can be replaced") {
   const Scene scene = swinging("");
-  // After a quarter of the period of .01 s the body is at its largest displacement, v / omega, and at rest.
+  // After a quarter of the period of 0.01 s the body is at rest at its largest displacement, v / omega.
   Simulation simulation(scene);
   simulation.advance_to(0.0025);
   const Frame frame = simulation.frame();

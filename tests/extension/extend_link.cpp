@@ -1,4 +1,4 @@
-// A link formula that the program does not have, with data of its own, from outside: a disk with an insulating coat.
+// Link formula added from outside with its own data: a disk with an insulating coat.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -29,10 +29,10 @@ Conductance coated_link(const Outline& disk, Vec2 p, Vec2 e) {
   return {angle / logs, (angle_gradient - (angle / logs) * log_gradient) / logs};
 }
 
-/// An insulating coat, whose outer surface is the disk's.
+/// Insulating coat, whose outer surface is the disk's.
 class Coat : public LinkModel {
  public:
-  /// `thickness` (m); `permittivity`: over the fluid's.
+  /// `thickness` (m); `permittivity`: relative to the fluid's.
   Coat(double thickness, double permittivity) : thickness_(thickness), permittivity_(permittivity) {}
   std::string name() const override { return "coat"; }
   std::array<double, 2> data(const Body& body) const override {
@@ -48,7 +48,7 @@ class Coat : public LinkModel {
 constexpr double inner = 0.1, outer = 0.45, thickness = 0.01, permittivity = 0.2;
 const Coat coat(thickness, permittivity);
 
-/// A disk at 1 V in a grounded ring.
+/// Problem of a disk at 1 V in a grounded ring.
 LaplaceProblem in_ring(double shift = 0) {
   LaplaceProblem problem{.size = {1, 1}, .permittivity = 1};
   problem.bodies = {{Disk{{0.5 + shift, 0.5}, inner}, 0, &coat}, {Ring{{0.5, 0.5}, outer}, 1}};

@@ -1,4 +1,4 @@
-// A screened Coulomb force between charged grains, added from outside (yukawa.hpp): energy and forces.
+// Tests of a screened Coulomb force between charged grains, added from outside (yukawa.hpp): energy and forces.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ double total(granular::Gas& gas) {
   return energy.kinetic + energy.contact + energy.potential;
 }
 
-/// The largest change of the energy of two like charges that repel each other before they touch.
+/// Largest change of the energy of two like charges that repel each other before contact.
 double energy_error(double step) {
   Scene scene = grains::cube(20, Integrator::verlet);
   scene.mechanics.step = step;
@@ -28,27 +28,27 @@ double energy_error(double step) {
   const double before = total(run.gas);
   double most = 0;
   for (; run.gas.time() < 15; run.step(15)) most = std::max(most, std::abs(total(run.gas) - before));
-  CHECK(run.gas.bodies().momentum[0] < 0);  // it has turned around
+  CHECK(run.gas.bodies().momentum[0] < 0);  // The grain has reversed.
   CHECK(run.gas.collisions == 0);
   return most / before;
 }
 
 }  // namespace
 
-TEST_CASE("added pair force: the energy error falls with the square of the step") {
+TEST_CASE("added pair force: the energy error is of second order in the step") {
   const double coarse = energy_error(0.01), fine = energy_error(0.005);
   CHECK(coarse < 1e-3);
   CHECK(coarse / fine == doctest::Approx(4).epsilon(0.05));
 }
 
-TEST_CASE("added pair force: forces are the slope of the energy, derivatives that of forces") {
+TEST_CASE("added pair force: forces and Jacobian are derivatives") {
   Model model = effects::make_model(yukawa_gas());
   const int n = static_cast<int>(model.bodies.position.size());
   std::vector<double> force(n), above(n), below(n);
   ForceJacobian jacobian(3);
   model.forces(0, force);
   model.jacobian(0, jacobian);
-  constexpr double h = 1e-5;  // errors of h^2 over the cube of .5, the screen, and of rounding, 1e-16 over h
+  constexpr double h = 1e-5;  // Errors of h^2 over the cube of the screening length 0.5, and of rounding, 1e-16 over h.
   for (int k = 0; k < n; k += 7) {
     double& x = model.bodies.position[k];
     const double at = x;

@@ -1,4 +1,4 @@
-// The added force of yukawa.hpp in a gas on a device, by the host executor and, where there is a device, by CUDA.
+// Tests of the added force of yukawa.hpp in a gas on a device, by the host executor and, if available, by CUDA.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 using namespace lichtenberg;
 
-TEST_CASE("added pair force on a device: a device's steps are the CPU's to rounding, charges that move included") {
+TEST_CASE("added pair force on a device: steps are the CPU's to rounding") {
   Scene scene = yukawa_gas();
   scene.effects.add(effects::ChargeExchangeOptions{.strength = 0.05});
   grains::Run cpu(scene);
@@ -44,7 +44,7 @@ TEST_CASE("added pair force on a device: CUDA refuses a law without kernels by n
 }
 
 #ifdef LICHTENBERG_WITH_CUDA
-TEST_CASE("added pair force on a device: a CUDA device's steps are the host executor's to rounding") {
+TEST_CASE("added pair force on a device: CUDA equals the host executor") {
   const Scene scene = yukawa_gas();
   std::unique_ptr<granular::device::DeviceGas> device;
   try {

@@ -1,4 +1,4 @@
-// A law of charge sharing added from outside: a rectifier, which conducts from the first conductor of a contact only.
+// Law of charge sharing added from outside: a rectifier, which conducts from the first conductor of a contact only.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -19,8 +19,8 @@ using effects::Contact, effects::SharingLaw;
 namespace {
 
 struct RectifierOptions {
-  double conductance = 0, power = 0;  ///< S at 1 V, 1: I = conductance (V / 1 V)^power V
-  bool joins_first = false;           ///< the contact of conductors 0 and 1 is ideal
+  double conductance = 0, power = 0;  ///< S at 1 V, 1: I = conductance (V / 1 V)^power V.
+  bool joins_first = false;           ///< The contact of conductors 0 and 1 is ideal.
   static const EffectKind& kind();
 };
 
@@ -44,16 +44,16 @@ const EffectKind& RectifierOptions::kind() {
   return kind;
 }
 
-constexpr double near = 2.5, rc = 1e-3;  // radii between centres: within the contact's gap of one radius; s
-// F: charge that passes between the two per change of their potential difference.
+constexpr double near = 2.5, rc = 1e-3;  // Radii between centres, within the contact's gap of one radius; s.
+// Transferred charge per change of the potential difference (F).
 const double pair_capacitance = std::numbers::pi * 4.2e-11 * 2 * radius / std::log(near);
 
-/// Two conductors in contact.
+/// Scene of two conductors in contact.
 Scene pair(const std::vector<double>& charges, const RectifierOptions& options, bool moves = false) {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + near * radius, 0.05}});
   for (std::size_t i = 0; i < 2; ++i) scene.conductors[i].charge = charges[i];
   if (!moves) scene.material.density = 1e15;
-  scene.mechanics.position_tolerance = 1e-6 * radius;  // 1e-6 of the largest charge a step
+  scene.mechanics.position_tolerance = 1e-6 * radius;  // 1e-6 of the largest charge per step.
   scene.effects.add(options);
   return scene;
 }
@@ -70,7 +70,7 @@ TEST_CASE("rectifier: charge decays to equal shares in one direction only") {
   CHECK(after(pair({-1e-12, 3e-12}, diode), 20 * rc).charge == std::vector<double>{-1e-12, 3e-12});
   for (const double times : {1.0, 30.0}) {
     const ConductorFrame frame = after(pair({3e-12, -1e-12}, diode), times * rc);
-    CHECK(std::abs(frame.charge[0] - 1e-12 - 2e-12 * std::exp(-times)) < 1e-3 * 3e-12);  // some hundred steps
+    CHECK(std::abs(frame.charge[0] - 1e-12 - 2e-12 * std::exp(-times)) < 1e-3 * 3e-12);  // Some hundred steps.
     CHECK(frame.charge_held == 3e-12 - 1e-12);
   }
   // I = k V^2: the difference halves in C / (k V).
@@ -78,7 +78,7 @@ TEST_CASE("rectifier: charge decays to equal shares in one direction only") {
   CHECK(std::abs(after(pair({3e-12, -1e-12}, square), rc).charge[0] - 2e-12) < 1e-3 * 3e-12);
 }
 
-TEST_CASE("rectifier beside an ideal contact: an electrode takes one sign only") {
+TEST_CASE("rectifier next to an ideal contact: an electrode takes one sign only") {
   const RectifierOptions diode{.conductance = 1e3 * pair_capacitance / rc, .joins_first = true};
   for (const double charge : {2e-12, -2e-12}) {
     Scene scene = pair({charge, charge}, diode);
@@ -91,12 +91,12 @@ TEST_CASE("rectifier beside an ideal contact: an electrode takes one sign only")
 }
 
 TEST_CASE("rectifier: a contact that blocks conducts as soon as the potential rises") {
-  const double own = std::log(0.1 / radius), mutual = std::log(0.1 / (near * radius));  // of LineCharges
+  const double own = std::log(0.1 / radius), mutual = std::log(0.1 / (near * radius));  // Coefficients of LineCharges.
   const double capacitance = 2 * std::numbers::pi * 4.2e-11 * 2 * radius / (own - mutual * mutual / own);
   Scene scene = pair({-1e-12, 0}, {.conductance = capacitance / rc});
   scene.conductors.pop_back();
   scene.electrodes = {ball("ground", {0.05 - near * radius, 0.05}, 0)};
-  scene.effects.add(effects::CurrentSourceOptions{.current = 1e-12 / 0.05});  // 0 V after 50 ms
+  scene.effects.add(effects::CurrentSourceOptions{.current = 1e-12 / 0.05});  // 0 V is reached after 50 ms.
   CHECK(after(scene, 0.05 + rc).charge[0] / (1e-12 / 0.05 * rc) == doctest::Approx(-std::expm1(-1)).epsilon(0.01));
 }
 

@@ -1,4 +1,4 @@
-// A theory that the program does not have: the mean free time of a gas, from outside, through headers alone.
+// Theory added from outside through headers alone: the mean free time of a gas.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -16,8 +16,8 @@ using namespace lichtenberg;
 
 namespace {
 
-/// Mean time between collisions of a grain of diameter and mass 1 over temperature:
-/// 1 / (4 sqrt(pi) n sqrt(T)), for a dilute gas of spheres.
+/// Mean time between collisions of a grain of diameter and mass 1 over temperature: 1 / (4 sqrt(pi) n sqrt(T)), for a
+/// dilute gas of spheres.
 TheoryAnswer mean_free_time(const TheoryRequest& request) {
   const GasParameters& gas = *request.gas;
   const std::vector<double> temperatures = logarithmic_range(1e-4, 10, 11);
@@ -38,7 +38,7 @@ int run_theory(const Folder& folder, const std::vector<std::string>& options) {
 
 }  // namespace
 
-TEST_CASE("a theory from outside is told by the command line") {
+TEST_CASE("added theory: the command line runs it") {
   const Folder folder;
   REQUIRE(run_theory(folder, {}) == 0);
   const auto answer = nlohmann::json::parse(std::ifstream(folder / "answer.json"));
@@ -47,15 +47,16 @@ TEST_CASE("a theory from outside is told by the command line") {
   const auto temperature = columns["temperature"]["values"].get<std::vector<double>>(),
              time = columns["free_time"]["values"].get<std::vector<double>>();
   REQUIRE(time.size() == 11);
-  // A gas that is a hundred times hotter collides ten times as often, up to the rounding of a logarithm and a power.
+  // At a hundred times the temperature the collision frequency is ten times as large, within rounding of a logarithm
+  // and a power.
   CHECK(temperature.back() / temperature.front() == doctest::Approx(1e5).epsilon(1e-12));
   CHECK(time.front() / time.back() == doctest::Approx(std::sqrt(1e5)).epsilon(1e-12));
-  // The program's own collision frequency, at the gas's temperature of 10, has the contact value beside.
+  // The program's collision frequency, at the gas's temperature of 10, includes the contact value.
   const auto figure = [&](const std::string& name) {
     for (const auto& each : answer["figures"])
       if (each["name"] == name) return each["value"].get<double>();
     return 0.0;
   };
   CHECK(figure("contact_value") / time.back() == doctest::Approx(figure("collision_frequency")).epsilon(1e-12));
-  CHECK(run_theory(folder, {"--cells", "16", "--overwrite"}) == 2);  // an option that it does not take
+  CHECK(run_theory(folder, {"--cells", "16", "--overwrite"}) == 2);  // The theory does not take this option.
 }

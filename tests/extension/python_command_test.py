@@ -1,4 +1,4 @@
-"""A command that the program does not have, from outside, by one file in Python."""
+"""Command added from outside by one file in Python."""
 import os
 import sys
 import unittest
@@ -32,7 +32,7 @@ IMPORT = "from lichtenberg.commands import argument\nHELP = ''\n"
 
 
 class Outside:
-    """Mixin of a TestCase: the folder of LICHTENBERG_COMMANDS holds `count`."""
+    """Mixin of a TestCase: the folder of LICHTENBERG_COMMANDS contains `count`."""
 
     def setUp(self):
         folder = runs.FOLDER / "commands"
@@ -50,7 +50,7 @@ class Outside:
         self.check_plain(complaint)
 
     def check_plain(self, complaint):
-        """No exception of Python, h5py or C++ libraries is shown as such."""
+        """Checks that no exception of Python, h5py or C++ libraries is printed as such."""
         for words in ("Traceback", "Error:", "json.exception", "Unable to", "errno"):
             self.assertNotIn(words, complaint)
 
@@ -59,6 +59,7 @@ class Outside:
         status, output, complaint = runs.program("broken", *words)
         self.assertEqual((status, output), (1, ""), complaint)
         self.assertIn(sentence, complaint)
+        self.assertEqual(complaint.count("\n"), 1)
         self.check_plain(complaint)
 
 

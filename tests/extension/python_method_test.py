@@ -1,4 +1,4 @@
-"""A method that joins `work-precision` from outside, by one file in Python: it calls the program's own `solve`."""
+"""Method of `work-precision` added from outside by one file in Python: it calls the program's own `solve`."""
 import json
 import os
 import sys
@@ -92,7 +92,8 @@ class MethodFromOutside(unittest.TestCase):
             if point["settings"].get("tolerance", 1e-8) == 1e-8:
                 errors[point["method"]][point["settings"]["S"]] = point["errors"]
         self.assertEqual(list(errors["solve"]), [32, 64, 128])
-        # Same grid, tolerance and arithmetic; `solve` multiplies by the depth, the comparison divides: two roundings.
+        # Same grid, tolerance and arithmetic. `solve` multiplies by the depth and the comparison divides: two
+        # roundings.
         rounding = 2 * sys.float_info.epsilon
         for cells, own in errors["solve"].items():
             for quantity in ("potentials", "charges", "forces"):

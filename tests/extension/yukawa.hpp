@@ -38,7 +38,7 @@ inline const EffectKind& YukawaOptions::kind() {
   return kind;
 }
 
-/// Charges of 1 and -1 at random places; contacts lose nothing.
+/// Charges of 1 and -1 at random positions; contacts are elastic.
 inline Scene yukawa_gas() {
   Scene scene = grains::cube(8);
   scene.mechanics.step = 0.01;

@@ -6,7 +6,8 @@
 
 namespace lichtenberg {
 
-/// U = K q_i q_j (u(r) - u(R) - (r - R) u'(R)) with u = exp(-r / screen) / r, up to R: no jump of U or of its slope.
+/// U = K q_i q_j (u(r) - u(R) - (r - R) u'(R)) with u = exp(-r / screen) / r, up to R: U and its derivative are
+/// continuous.
 struct YukawaLaw {
   static constexpr bool over_distance = false, charged = true;
   double strength = 1, screen = 0.5, range = 3;

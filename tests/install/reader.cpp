@@ -1,4 +1,4 @@
-// A program outside: it includes headers by the paths they have inside, and calls a room that needs other libraries.
+// Program outside the source tree. It includes headers by their paths and calls a module that needs other libraries.
 #include <cstdio>
 
 #include "solvers/laplace/problem.hpp"

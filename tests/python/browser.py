@@ -1,4 +1,4 @@
-"""Chromium without a window, told what to do over its debugging pipe (the DevTools protocol)."""
+"""Chromium without a window, controlled through its debugging pipe (the DevTools protocol)."""
 import base64
 import json
 import os
@@ -10,7 +10,7 @@ PROGRAM = shutil.which("chromium")
 
 
 class Browser:
-    """One page, open for as long as its `with` lasts. `complaints` are the console's errors and warnings, and exceptions."""
+    """One page, open during the `with` block. `complaints` are the console's errors, warnings and exceptions."""
 
     def __init__(self, path, width=1200, height=800):
         self.address, self.size = "file://" + os.path.abspath(path), f"--window-size={width},{height}"
@@ -23,7 +23,7 @@ class Browser:
                    f"--user-data-dir={self.profile.name}", "about:blank"]  # fmt: skip
         to_read, self.write_end = os.pipe()
         self.read_end, to_write = os.pipe()
-        # The protocol's ends are the descriptors 3 and 4.
+        # The protocol uses the descriptors 3 and 4.
         shell = ["bash", "-c", f'exec "$@" 3<&{to_read} 4>&{to_write}', "bash", PROGRAM, *options]
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         self.process = subprocess.Popen(shell, pass_fds=(to_read, to_write), **quiet)
@@ -80,14 +80,14 @@ class Browser:
             self.complaints.append(details["entry"]["text"])
 
     def value(self, expression):
-        """Of a JavaScript expression in the page, which may be a promise."""
+        """Value of a JavaScript expression in the page, after a `Promise` if it is one."""
         answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in answer:
             raise RuntimeError(answer["exceptionDetails"]["exception"].get("description", expression))
         return answer["result"].get("value")
 
     def wait_for(self, expression):
-        """Until it is true, ten minutes at most, which no machine needs."""
+        """Waits until the expression is true, for at most ten minutes."""
         for _ in range(6000):
             if self.value(expression):
                 return
@@ -95,12 +95,12 @@ class Browser:
         raise RuntimeError(f"{expression} did not come true; the console says {self.complaints}")
 
     def choose(self, control, value):
-        """As a user sets a slider or a list, by its id."""
+        """Sets a slider or a list by its id, as a user does."""
         self.value(f"""{{ const control = document.getElementById({json.dumps(control)});
             if (control.type === "checkbox") control.checked = {json.dumps(value)};
             else control.value = {json.dumps(value)};
             control.dispatchEvent(new Event("input")), control.dispatchEvent(new Event("change")); }}""")
 
     def picture(self):
-        """The page as PNG."""
+        """Picture of the page as PNG."""
         return base64.b64decode(self.call("Page.captureScreenshot")["data"])

@@ -1,4 +1,5 @@
-"""Chromium shows the page of a run without a complaint. Where it is not installed the exit status is 77, which ctest calls skipped."""
+"""Checks that Chromium shows the page of a run without errors. If Chromium is not installed, the exit status is 77,
+which ctest reports as skipped."""
 import sys
 import unittest
 
@@ -18,20 +19,20 @@ class BrowserTest(unittest.TestCase):
             for control, value in [("frame", 0), ("colour", "charge"), ("contacts", True), ("radius", 0.5), ("log", True)]:
                 shown.choose(control, value)
                 pictures.append(shown.picture())
-            self.assertEqual(len(set(pictures)), len(pictures))  # each changed what is seen
+            self.assertEqual(len(set(pictures)), len(pictures))  # Each change is visible.
             self.assertEqual(shown.value("document.getElementById('now').textContent"), "0 s, frame 0")
             shown.value("document.getElementById('play').click()")
             shown.wait_for("document.getElementById('frame').value > 1")
             self.assertEqual(shown.complaints, [])
 
     def test_colours_are_those_of_the_scale(self):
-        """The pixel in the middle of each particle has the colour of its value, at the ends of the scale too."""
+        """The pixel in the middle of each particle has the colour of its value, also at the ends of the scale."""
         with browser.Browser(page_of(runs.seedling())) as shown, load(runs.seedling()) as result:
             shown.choose("tree", False)
-            shown.choose("colour", "radius")  # all the same: the scale's lower end
+            shown.choose("colour", "radius")  # All radii are equal: the scale's lower end.
             self.assertEqual(self.middles(shown, result), {(0x44, 0x01, 0x54)})
             shown.choose("colour", "potential")
-            shown.choose("low", -2e9), shown.choose("high", -1e9)  # all are beyond the upper end
+            shown.choose("low", -2e9), shown.choose("high", -1e9)  # All values are beyond the upper end.
             self.assertEqual(len(self.middles(shown, result)), 1)
 
     def middles(self, shown, result):
@@ -54,7 +55,7 @@ class BrowserTest(unittest.TestCase):
             before = shown.picture()
             for kind, x in [("mousePressed", 300), ("mouseMoved", 400), ("mouseReleased", 400)]:
                 shown.call("Input.dispatchMouseEvent", type=kind, x=x, y=300, button="left", buttons=1, clickCount=1)
-            self.assertNotEqual(shown.picture(), before)  # turned
+            self.assertNotEqual(shown.picture(), before)  # The view has rotated.
             shown.choose("colour", "cluster")
             self.assertIn("one colour a set", shown.value("document.getElementById('what').textContent"))
             self.assertEqual(shown.value("document.getElementById('title').textContent"), 'Few <grains> & "signs" t = 1 t0, N = 60')
@@ -64,12 +65,12 @@ class BrowserTest(unittest.TestCase):
         with browser.Browser(page_of(runs.electrodes_in_space())) as shown:
             words = "thick grey: left side 9000 V, right side -9000 V; dark spheres: ball 1000 V"
             self.assertEqual(shown.value("document.getElementById('electrodes').textContent"), words)
-            shown.choose("radius", 0.1)  # nothing but the ball is large and dark
+            shown.choose("radius", 0.1)  # Only the ball is large and dark.
             self.assertGreater(self.dark_share(shown), 0.005)
             self.assertEqual(shown.complaints, [])
 
     def dark_share(self, shown):
-        """Of the picture's pixels, those with the colour of an electrode in some light."""
+        """Share of the picture's pixels with the colour of an electrode at any brightness."""
         return shown.value("""(() => {
             const source = document.getElementById("scene"), copy = document.createElement("canvas");
             [copy.width, copy.height] = [source.width, source.height];

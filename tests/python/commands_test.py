@@ -1,4 +1,4 @@
-"""Commands in Python from outside that are wrong, and words that Python itself reads: one sentence each."""
+"""Wrong Python commands from outside, and words that Python itself interprets: one error message each."""
 import os
 import subprocess
 import sys
@@ -7,14 +7,14 @@ import unittest
 import runs
 
 sys.path.insert(0, str(runs.HOME / "tests/extension"))
-import python_command_test as outside  # the module, whose own tests are not run again
+import python_command_test as outside  # The module, whose own tests do not run again.
 
 COUNT, IMPORT = outside.COUNT, outside.IMPORT
 
 
 class WrongCommands(outside.Outside, unittest.TestCase):
     def test_a_module_that_is_no_command_is_a_failure(self):
-        self.check_failure("HELP =\n", "broken.py is not a valid Python command")
+        self.check_failure("HELP =\n", "SyntaxError in ")
         self.check_failure("import nowhere\n", "there is no Python package nowhere")
         self.check_failure("HELP, ARGUMENTS = 'x', []\n", "it has no act")
         self.check_failure("HELP, ARGUMENTS = 3, []\ndef act(request): pass\n", "HELP is a text")

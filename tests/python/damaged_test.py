@@ -1,11 +1,11 @@
-"""A short part of validation/damaged_results.py: damaged results end no reader by a signal, a hang or a list of calls."""
+"""Short part of validation/damaged_results.py: damaged results end no reader by a signal, a hang or a traceback."""
 import subprocess
 import sys
 import unittest
 
 import runs
 
-FILES = 30  # of two thousand, so that all kinds of damage are among them
+FILES = 30  # This part of 2000 files includes all kinds of damage.
 
 
 class Damaged(unittest.TestCase):

@@ -1,4 +1,4 @@
-"""What `export` writes is opened by the programs' own readers, where they are installed (cmake/debian-test-packages.txt)."""
+"""Tests that other programs' own readers, if installed, open the files of `export` (cmake/debian-test-packages.txt)."""
 import csv
 import importlib.util
 import os
@@ -64,7 +64,7 @@ class ExtendedXyzTest(unittest.TestCase):
     def test_columns_have_the_names_and_kinds_of_ovitos_manual(self):
         manual = {"species": "S:1", "pos": "R:3", "velo": "R:3", "force": "R:3", "color": "R:3", "radius": "R:1"}
         manual |= {"mass": "R:1", "charge": "R:1", "cluster": "I:1", "map_shift": "I:3", "dipoles": "R:3"}
-        # What it knows by these names alone; of ours, others are properties of the user's.
+        # Names that OVITO reserves and our columns must not use; our other names are user properties.
         ours = {"position", "velocity", "image", "dipole", "type", "id", "orientation", "selection"}
         for path, known in ((runs.seedling(), 7), (runs.gas(), 8), (runs.periodic(), 9), (runs.packing(), 5)):
             head = exported(path, "xyz").read_text().splitlines()[1]
@@ -76,7 +76,7 @@ class ExtendedXyzTest(unittest.TestCase):
             self.assertEqual({name: columns[name] for name in met}, {name: manual[name] for name in met})
 
     def test_one_scale_of_colours_in_the_whole_run(self):
-        """White is zero; the largest of all frames has the full colour, in its frame alone."""
+        """White is zero. Only the largest value of all frames has the full colour, in its own frame."""
         with load(runs.gas()) as result:
             from lichtenberg.formats.xyz import colours
 
@@ -86,7 +86,7 @@ class ExtendedXyzTest(unittest.TestCase):
             reach = result.colour_range("charge")[1]
             full = np.abs(charge) >= reach
             self.assertTrue(full.any())
-            for sign in (charge > 0, charge < 0):  # the stronger the charge the deeper, up to the scale's end
+            for sign in (charge > 0, charge < 0):  # A larger charge has a deeper colour, up to the scale's end.
                 order = np.argsort(np.abs(charge[sign]))
                 self.assertTrue((np.diff(depth[sign][order]) >= 0).all())
             self.assertTrue((depth[full & (charge > 0)] == 1 - 0.09).all() or (depth[full & (charge < 0)] == 1 - 0.13).all())
@@ -153,7 +153,7 @@ class VtkTest(unittest.TestCase):
         reader.SetFileName(str(exported(runs.seedling(), "vtk") / "field.vti"))
         reader.Update()
         grid = reader.GetOutput()
-        np.testing.assert_allclose(grid.GetBounds(), [0, 0.017, 0, 0.017, 0, 0], rtol=1e-14)  # rounding
+        np.testing.assert_allclose(grid.GetBounds(), [0, 0.017, 0, 0.017, 0, 0], rtol=1e-14)  # Rounding.
         with load(runs.seedling()) as result:
             potential = vtk_to_numpy(grid.GetCellData().GetScalars())
             np.testing.assert_array_equal(potential.reshape(128, 128), result.field)
@@ -163,18 +163,18 @@ class VtkTest(unittest.TestCase):
         import vtk
         from vtk.util.numpy_support import vtk_to_numpy
 
-        copy = runs.FOLDER / "copy.hdf"  # which is how ParaView knows it
+        copy = runs.FOLDER / "copy.hdf"  # ParaView recognizes this suffix.
         shutil.copy(runs.seedling(), copy)
         reader = vtk.vtkHDFReader()
         reader.SetFileName(str(copy))
         reader.Update()
         grid = reader.GetOutput()
-        np.testing.assert_allclose(grid.GetBounds(), [0, 0.017, 0, 0.017, 0, 0], rtol=1e-14)  # rounding
+        np.testing.assert_allclose(grid.GetBounds(), [0, 0.017, 0, 0.017, 0, 0], rtol=1e-14)  # Rounding.
         with load(runs.seedling()) as result:
             self.assertEqual(grid.GetNumberOfCells(), result.field.size)
             values = vtk_to_numpy(grid.GetCellData().GetArray("potential"))
             np.testing.assert_array_equal(values.reshape(result.field.shape), result.field)
-            ends = grid.GetCell(128 + 1).GetBounds()  # the second of the second row
+            ends = grid.GetCell(128 + 1).GetBounds()  # The second cell of the second row.
             np.testing.assert_allclose(ends[:4], np.array([1, 2, 1, 2]) * result.field_cell, rtol=1e-14)
 
     def test_the_collection_lists_the_chosen_frames_by_time(self):
@@ -218,7 +218,7 @@ class CsvTest(unittest.TestCase):
             self.assertEqual([float(row["temperature (m0 v0^2)"]) for row in gas], result.tables["gas"]["temperature"].tolist())
 
     def test_a_number_that_is_not_defined_is_an_empty_cell(self):
-        """A dilute gas has no dense cell, hence no mean size of clusters of them."""
+        """A dilute gas has no dense cell, hence no mean size of clusters of dense cells."""
         dilute = runs.made("dilute", runs.gas_scene(count=4, size=30))
         with load(dilute) as result:
             self.assertTrue(np.isnan(result.summary["density_cluster_size"]))
@@ -328,8 +328,9 @@ class OverwriteTest(unittest.TestCase):
                     self.assertEqual(sorted(path.relative_to(out) for path in out.rglob("*")), before)
 
     def replaced_beside_another(self, before, moment):
-        """Replaces the folder `out`, which holds the files `before` or is not there. Another export, which writes the file
-        `theirs`, replaces it just before the call number `moment` of os.rename. Returns what is raised and `out`."""
+        """Replaces the folder `out`, which contains the files `before` or does not exist. Another export, which writes
+        the file `theirs`, replaces it just before call number `moment` of os.rename. Returns the exception and
+        `out`."""
         folder = Path(tempfile.mkdtemp(dir=runs.FOLDER))
         out, partial, aside = folder / "out", folder / "partial", folder / "before"
         for made, names in ((out, before), (partial, ["mine"])):
@@ -358,7 +359,8 @@ class OverwriteTest(unittest.TestCase):
 
     def test_of_two_exports_at_once_one_is_there_and_the_other_says_so(self):
         self.assertEqual(self.replaced_beside_another(["old"], 9), (None, ["mine"]))
-        self.assertEqual(self.replaced_beside_another(["old"], 0), (None, ["mine"]))  # gone before it is moved
+        # The folder vanishes before it is moved.
+        self.assertEqual(self.replaced_beside_another(["old"], 0), (None, ["mine"]))
         for before, moment in ((["old"], 1), (None, 0)):
             raised, left = self.replaced_beside_another(before, moment)
             self.assertEqual(left, ["theirs"])
@@ -384,7 +386,7 @@ class OverwriteTest(unittest.TestCase):
 
 
 def by_the_readme(path):
-    """The universe that the lines of the README make of a result."""
+    """Universe that the lines of the README make of a result."""
     readme = (runs.HOME / "src/record/README.md").read_text()
     lines = re.search(r"```python\n(import MDAnalysis.*?)```", readme, re.DOTALL).group(1)
     with load(path) as result:
@@ -402,7 +404,7 @@ class H5mdTest(unittest.TestCase):
             with load(path) as result:
                 self.assertEqual(len(trajectory), len(result))
                 for step, frame in zip(trajectory, result):
-                    # MDAnalysis has single precision.
+                    # MDAnalysis uses single precision.
                     np.testing.assert_array_equal(step.positions, np.float32(frame["position"]))
                     self.assertEqual(step.time, frame.time)
                     if box is None:
@@ -435,7 +437,7 @@ class H5mdTest(unittest.TestCase):
                 edges = result.file["particles/conductors/box/edges"]
                 np.testing.assert_array_equal(edges["value"], [np.diag(result.size)] * len(result))
                 self.assertEqual(edges["value"].attrs["unit"], result.size.unit)
-                for clock in ("step", "time"):  # the same datasets, as H5MD asks for
+                for clock in ("step", "time"):  # H5MD requires the same datasets.
                     self.assertEqual(edges[clock], result.file["particles/conductors/position"][clock])
 
 

@@ -1,4 +1,4 @@
-"""The page of scenes has a picture of each that it is asked for, and finds all of the table."""
+"""Tests that the page of scenes has the pictures of all requested scenes, and finds all scenes of the table."""
 import importlib.util
 import os
 import subprocess

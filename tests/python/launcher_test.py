@@ -1,4 +1,4 @@
-"""The script `lichtenberg` of the checkout, with a program of three files in place of ours."""
+"""Tests of the script `lichtenberg` of the checkout, with a program of three files instead of ours."""
 import os
 import shutil
 import subprocess
@@ -24,7 +24,7 @@ def write_word(folder, word):
 
 
 def make_checkout(folder, word):
-    """The launcher and a program that prints the word."""
+    """Makes the launcher and a program that prints the word."""
     (folder / "cmake").mkdir(parents=True)
     shutil.copy(LAUNCHER, folder / "lichtenberg")
     (folder / "cmake/debian-packages.txt").write_text("bash\n")
@@ -36,7 +36,7 @@ def make_checkout(folder, word):
 
 
 def states(folder):
-    """When each file of a build was changed last."""
+    """Modification time of each file of a build."""
     return {path: path.stat().st_mtime_ns for path in sorted((folder / "build").rglob("*")) if path.is_file()}
 
 
@@ -49,7 +49,7 @@ class LauncherTest(unittest.TestCase):
         make_checkout(self.first, "first")
 
     def start(self, folder):
-        """Output and complaints of the launcher in a folder."""
+        """Output and errors of the launcher in a folder."""
         ended = subprocess.run([folder / "lichtenberg"], capture_output=True, text=True, cwd=self.place, check=False)
         self.assertEqual(ended.returncode, 0, ended.stderr)
         return ended.stdout, ended.stderr

@@ -1,9 +1,9 @@
-"""The one rule of what colours span."""
+"""Tests of the range of values that colours span."""
 import unittest
 
 import numpy as np
 
-import runs  # which knows where the package is
+import runs  # This module adds the package's path.
 from lichtenberg.ranges import colour_range, reaches, set_colours
 
 
@@ -13,9 +13,10 @@ class RangeTest(unittest.TestCase):
         self.assertEqual(colour_range("radius", even), (0, 10))
         low, high = colour_range("radius", np.append(even, 1000))
         self.assertEqual(low, 0)
-        # 99.5 % of 1001 positive numbers, .01 apart.
+        # 99.5 % of 1001 positive numbers with a spacing of 0.01.
         self.assertAlmostEqual(high, 9.96, delta=0.011)
-        self.assertEqual(colour_range("radius", np.append(even, 19)), (0, 19))  # not far: less than twice the others' end
+        # Not an outlier: less than twice the end of the others.
+        self.assertEqual(colour_range("radius", np.append(even, 19)), (0, 19))
 
     def test_white_is_zero_where_there_is_a_sign(self):
         self.assertEqual(colour_range("potential", np.array([100.0, 5000.0])), (-5000, 5000))
@@ -30,7 +31,7 @@ class RangeTest(unittest.TestCase):
     def test_no_two_sets_share_a_colour(self):
         colours = np.round(255 * set_colours(np.arange(400)))
         self.assertEqual(len(np.unique(colours, axis=0)), 400)
-        near = set_colours(np.arange(12))  # few sets, as mostly, can be told by eye
+        near = set_colours(np.arange(12))  # The colours of a few sets are clearly different.
         distance = np.linalg.norm(near[:, None] - near[None], axis=2) + np.eye(12)
         self.assertGreater(distance.min(), 0.2)
 

@@ -1,4 +1,4 @@
-"""Every whole command of the README's table, as it stands there and in its order, on small scenes of the same names."""
+"""Runs every whole command of the README's table, in its order, on small scenes of the same names."""
 import json
 import os
 import re
@@ -12,7 +12,7 @@ import numpy as np
 import runs
 from lichtenberg import load
 
-SMALLER = {  # what is replaced in a scene
+SMALLER = {  # Replacements in a scene.
     "dendrite": {"count = 324": "count = 12", "cells = 512": "cells = 128", "time = 120.0": "time = 1.2"},
     "seedling": {"time = 120.0": "time = 0.02"},
     "two-disks": {},
@@ -24,7 +24,7 @@ SMALLER = {  # what is replaced in a scene
 
 
 def picture(path):
-    """[h, w, 4] between 0 and 1."""
+    """Pixels [h, w, 4] between 0 and 1."""
     import matplotlib.image
 
     return matplotlib.image.imread(path)
@@ -37,7 +37,7 @@ def coloured(path):
 
 
 class Table(unittest.TestCase):
-    """What each command leaves or prints; `said` is its output."""
+    """Files or output of each command; `said` is its output."""
 
     def run_first(self, said):
         self.assertEqual(len(load("dendrite.h5")), 13)
@@ -145,7 +145,8 @@ class Table(unittest.TestCase):
         "help man >lichtenberg.1": manual,
     }
 
-    SHORTER = {"work-precision scenes/dendrite-snapshot.toml": " --sizes 64,128"}  # what no scene makes smaller
+    # No scene setting makes this command shorter.
+    SHORTER = {"work-precision scenes/dendrite-snapshot.toml": " --sizes 64,128"}
 
     def make_scenes(self):
         os.makedirs("scenes")
@@ -172,7 +173,7 @@ class Table(unittest.TestCase):
         os.chdir(runs.FOLDER / "readme")
         self.addCleanup(os.chdir, before)
         self.make_scenes()
-        self.call("run scenes/dendrite.toml --quiet --set stop.time=0.5")  # which --resume goes on from
+        self.call("run scenes/dendrite.toml --quiet --set stop.time=0.5")  # --resume continues this run.
         for command, check in self.CHECKS.items():
             with self.subTest(command):
                 check(self, self.call(command + self.SHORTER.get(command, "")))

@@ -1,4 +1,4 @@
-"""The Python package reads what the program wrote, and calls it."""
+"""Tests that the Python package reads the program's results and calls the program."""
 import json
 import os
 import re
@@ -39,7 +39,7 @@ class ResultTest(unittest.TestCase):
             position = result["position"]
             for derived in (position * position, np.sqrt(abs(position)), position.sum(axis=1), position + 1.0):
                 self.assertIs(type(derived), np.ndarray)
-            position[0] += 1.0  # in place it keeps what it is
+            position[0] += 1.0  # In-place operations keep the unit.
             self.assertEqual(position.unit, "m")
 
     def test_contacts_and_tree(self):
@@ -144,9 +144,9 @@ class SolveTest(unittest.TestCase):
         found = lichtenberg.solve(self.scene, capacitance=True)
         self.assertEqual(found.potential.shape, (2,))
         self.assertEqual(found.force.shape[0], 2)
-        # The solver's relative tolerance is 1e-10; the second conductor's zero counts relative to the first's charge.
+        # The solver's relative tolerance is 1e-10; the zero of the second conductor is relative to the first's charge.
         np.testing.assert_allclose(found.charge, [1e-10, 0], atol=1e-19)
-        # With the side at 0 V, q = C phi; both sides are of one solver's accuracy, and so is the symmetry.
+        # With the side at 0 V, q = C phi. Both sides have the accuracy of one solver, and so does the symmetry.
         matrix = found.capacitance.matrix
         names = found.capacitance.groups
         inner = [names.index(f"conductor {k}") for k in (0, 1)]
@@ -171,9 +171,9 @@ class SolveTest(unittest.TestCase):
 
     def test_keys_of_a_scene_can_be_set(self):
         deep = lichtenberg.solve(self.scene, set={"medium.depth": 4e-3, "conductor[0].charge": 2e-10})
-        # Twice the charge and twice the depth (of 2 mm, the largest diameter): the same potentials, twice the energy.
+        # Twice the charge and twice the depth (of 2 mm, the largest diameter): equal potentials and twice the energy.
         plain = lichtenberg.solve(self.scene)
-        np.testing.assert_allclose(deep.potential, plain.potential, rtol=1e-7)  # of the solver, 1e-8 or better
+        np.testing.assert_allclose(deep.potential, plain.potential, rtol=1e-7)  # Solver tolerance, 1e-8 or better.
         self.assertAlmostEqual(deep.energy / plain.energy, 2, places=6)
 
     def test_the_program_s_sentence_is_the_error(self):

@@ -1,4 +1,4 @@
-"""Short runs that these tests look at, made once by the program that LICHTENBERG names, in a folder that goes with them."""
+"""Short runs for these tests, made once by the program that LICHTENBERG names, in a temporary folder."""
 import atexit
 import os
 import subprocess
@@ -20,7 +20,7 @@ FOLDER = Path(_folder.name)
 
 GAS = """
 title = "Few <grains> & \\"signs\\""
-[reference]  # </script> ends nothing
+[units]  # </script> ends nothing
 [domain]
 size = [SIZE, SIZE, SIZE]
 left = "periodic"
@@ -45,17 +45,17 @@ picture = false
 
 
 def gas_scene(count=60, size=6, every=0.25):
-    """A scene of so many charged grains in a periodic cube of that size (d0)."""
+    """Scene of `count` charged grains in a periodic cube of edge `size` (d0)."""
     return GAS.replace("COUNT", str(count)).replace("SIZE", str(size)).replace("EVERY", str(every))
 
 
 def sealed(data):
-    """The bytes of a result with the checksum that a run puts at their end."""
+    """Bytes of a result with the checksum that a run appends."""
     return bytes(data) + FOOTER.pack(MAGIC, len(data), zlib.crc32(data), 0)
 
 
 def program(*words):
-    """Exit status, output and complaints of the program."""
+    """Exit status, output and errors of the program."""
     ended = subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True, cwd=FOLDER, check=False)
     return ended.returncode, ended.stdout, ended.stderr
 
@@ -69,7 +69,7 @@ def made(name, scene):
 
 @cache
 def seedling():
-    """36 spheres that a tree begins to join, in a plane: four frames."""
+    """36 spheres in a plane that begin to form a tree: four frames."""
     text = (HOME / "scenes/seedling.toml").read_text().replace("time = 120.0", "time = 0.3")
     return made("seedling", text + "[output]\nevery = 0.1\npicture = false\n")
 
@@ -124,7 +124,8 @@ stationary = false
 
 @cache
 def electrodes_in_space():
-    """Four spheres between two sides that are electrodes and a ball that is one, which two touch: three frames."""
+    """Four spheres between two electrode sides and a ball electrode, two of them in contact with electrodes: three
+    frames."""
     return made(
         "electrodes",
         """
@@ -159,7 +160,7 @@ radius = 1e-3
 [effects.hertz_contact]
 [effects.wall_contact]
 [effects.contact_discharge]
-gap = 0.5e-3
+contact_distance = 0.5e-3
 [field]
 accuracy = 1e-2
 [stop]
@@ -173,13 +174,13 @@ picture = false
 
 @cache
 def unfinished_packing():
-    """Some forty disks that are not at rest."""
+    """About 40 disks that are not at rest."""
     text = (HOME / "scenes/packing.toml").read_text().replace("count = 400", "count = 40").replace("[20e-3, 20e-3]", "[6.4e-3, 6.4e-3]")
     return made("unfinished", text.replace("[minimize]", "[minimize]\nmax_iterations = 5") + "[output]\npicture = false\n")
 
 
 @cache
 def packing():
-    """Some forty disks on their way to rest."""
+    """About 40 disks that come to rest."""
     text = (HOME / "scenes/packing.toml").read_text().replace("count = 400", "count = 40").replace("[20e-3, 20e-3]", "[6.4e-3, 6.4e-3]")
     return made("packing", text + "[output]\npicture = false\n")

@@ -1,4 +1,4 @@
-"""Pictures in perspective: which axis of the box points up."""
+"""Tests of perspective pictures: the axis of the box that points up."""
 import sys
 import unittest
 from pathlib import Path
@@ -18,7 +18,7 @@ class Up(unittest.TestCase):
             axis = 1 if down is None else np.argmax(np.abs(down))
             fall = np.zeros(3)
             fall[axis] = -1 if down is None else np.sign(down[axis])
-            self.assertAlmostEqual(np.linalg.det(eye.axes), -1)  # right, up and away from the eye
+            self.assertAlmostEqual(np.linalg.det(eye.axes), -1)  # Right, up and away from the camera.
             shown = eye.axes @ fall
             self.assertAlmostEqual(shown[0], 0)
             self.assertLess(shown[1], -0.9)

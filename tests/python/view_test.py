@@ -1,4 +1,4 @@
-"""The page of a run: its arrays are the run's. browser_check.py opens it."""
+"""Tests that the arrays in the page of a run are the run's. browser_check.py opens the page."""
 import base64
 import json
 import os
@@ -22,14 +22,14 @@ def page_of(path, *options):
 
 
 def stored(page):
-    """What the page says of the run, and its arrays."""
+    """Description of the run in the page, and its arrays."""
     text = page.read_text()
     read = lambda name: json.loads(re.search(f'id="{name}">(.*?)</script>', text, re.DOTALL).group(1))
     return read("about"), read("arrays")
 
 
 def unpacked(text, size, row):
-    """As view.js does."""
+    """Decodes an array as view.js does."""
     planes = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8).reshape(size, -1)
     differences = np.ascontiguousarray(planes.T).view(f"<u{size}").reshape(-1, row)
     return np.cumsum(differences, axis=0, dtype=f"u{size}")
@@ -42,7 +42,7 @@ class ArraysTest(unittest.TestCase):
             with load(path) as result:
                 low, high = np.array(about["low"]), np.array(about["high"])
                 steps = unpacked(arrays["places"], 2, 3 * result.count).reshape(len(result), -1, 3)
-                # The corners have six digits, so that they may be off by 5e-6 of themselves.
+                # The corners have six digits, so their relative error is at most 5e-6.
                 allowed = (high - low) / 65535 / 2 + 5e-6 * np.maximum(abs(low), abs(high))
                 off = np.abs(low + steps / 65535 * (high - low) - result["position"])
                 self.assertTrue((off <= allowed * (1 + 1e-9)).all())
@@ -71,11 +71,11 @@ class ArraysTest(unittest.TestCase):
 
     def test_the_ground_is_met_at_the_electrode_s_surface(self):
         _, arrays = stored(page_of(runs.seedling()))
-        points = unpacked(arrays["ground"], 4, 1).view(np.float32)  # one row, so nothing is summed
+        points = unpacked(arrays["ground"], 4, 1).view(np.float32)  # One row, so no differences are summed.
         row = zlib.decompress(base64.b64decode(arrays["ground"]))
         points = np.ascontiguousarray(np.frombuffer(row, np.uint8).reshape(4, -1).T).view("<f4").reshape(-1, 3)
         distance = np.hypot(points[:, 0] - 0.85e-2, points[:, 1])
-        # 2^-13 of coordinates of a centimetre at most.
+        # 2^-13 of coordinates of at most a centimetre.
         np.testing.assert_allclose(distance, 1e-3, atol=2 * 1e-2 * 2**-13)
 
     def test_electrodes_in_space_are_there_and_ways_end_at_them(self):
@@ -90,7 +90,7 @@ class ArraysTest(unittest.TestCase):
         self.assertEqual(touching.tolist(), [0, 1])
         row = zlib.decompress(base64.b64decode(arrays["ground"]))
         points = unpacked(arrays["ground"], 4, len(row) // 4).view(np.float32).reshape(-1, 3)
-        # Straight above the ball and straight beside the side, to the thirteen digits that are stored.
+        # Directly above the ball and next to the side, to the 13 bits that are stored.
         np.testing.assert_allclose(points[:2], [[0.01, 0.008, 0.01], [0, 0.01, 0.012]], rtol=2**-12)
 
     def test_the_ground_is_the_nearest_surface_of_all(self):

@@ -1,4 +1,4 @@
-"""How `work-precision` measures what it is given, and what it says of it."""
+"""Tests of the measurements of `work-precision` and of its output."""
 import math
 import os
 import time
@@ -6,7 +6,7 @@ import unittest
 from types import SimpleNamespace
 from unittest import mock
 
-import runs  # which knows where the package is
+import runs  # This module adds the package's path.
 from lichtenberg import Failure, InputError
 from lichtenberg.commands.work_precision import Sweep, measure_all
 from lichtenberg.methods import Method, freefem
@@ -17,10 +17,10 @@ from lichtenberg.work_precision_report import price_list, printed, to_json
 
 
 class Nap(Method):
-    """Sleeps, and is as wrong as it was told."""
+    """Method that sleeps for a given time and has a given error."""
 
     def __init__(self, name, candidates):
-        self.name, self.naps = name, candidates  # ({"cost": cost}, cost), s, error
+        self.name, self.naps = name, candidates  # ({"cost": cost}, cost), s, error.
 
     def candidates(self, sweep):
         return [candidate for candidate, _, _ in self.naps]
@@ -29,7 +29,7 @@ class Nap(Method):
         seconds, error = next((s, e) for (own, _), s, e in self.naps if own == settings)
         if isinstance(error, Exception):
             raise error
-        return lambda: (error, time.sleep(seconds))  # the clock tells the seconds
+        return lambda: (error, time.sleep(seconds))  # The clock measures the seconds.
 
 
 class NapSweep(Sweep):
@@ -73,7 +73,8 @@ class Measuring(unittest.TestCase):
         sleeper = Nap("sleeper", [nap(1, 2e-3, 0.1), nap(1e9, 0, begun), nap(2, 2e-3, math.nan)])
         picky = Nap("picky", [nap(1, 0, InputError("no disks")), nap(2, 1e-3, 0.01)])
         sweep = NapSweep([sleeper, picky])
-        measure_all(sweep, 1000, lambda *_: None)  # of naps of milliseconds, on a machine that may be busy
+        # The trials sleep for milliseconds; the limit allows for a busy machine.
+        measure_all(sweep, 1000, lambda *_: None)
         self.assertEqual([p["method"] for p in sweep.points], ["sleeper", "picky"])
         self.assertGreaterEqual(sweep.points[0]["seconds"], 2e-3)
         reasons = [entry["reason"] for entry in sweep.left_out]
@@ -103,7 +104,7 @@ class Processes(unittest.TestCase):
                 Program("any").read()
 
     def test_fields_of_more_frames_than_an_argument_can_hold_are_asked_for(self):
-        frames = range(100_000)  # Linux: 128 KiB an argument; this result has no field, so nothing is solved
+        frames = range(100_000)  # Linux permits 128 KiB per argument. This result has no field, so no solve starts.
         with mock.patch.dict(os.environ, LICHTENBERG=runs.PROGRAM):
             self.assertIsNone(Fields(runs.gas(), frames).values())
 
@@ -115,7 +116,8 @@ class Processes(unittest.TestCase):
 
 
 class FreeFem(unittest.TestCase):
-    # One sphere, alone: the integral of the square of its field's gradient is 4 pi in its radius (Jackson 1999, section 1.11).
+    # An isolated sphere: the integral of the squared field gradient is 4 pi times its radius (Jackson 1999, section
+    # 1.11).
     SPHERE = {"permittivity": 4e-11, "spheres": [{"radius": 2e-3, "group": 0}]}
     INTEGRALS = [4 * math.pi, 0, 0, 0, *[0] * 12, 0.5]
 
@@ -143,7 +145,7 @@ class CandidatesOfJoinedMethods(unittest.TestCase):
 
         sweep = Sweep.__new__(Sweep)
         sweep.left_out = []
-        self.assertEqual(sweep.candidates_of(Wrong()), [])  # it has no candidates()
+        self.assertEqual(sweep.candidates_of(Wrong()), [])  # The method has no candidates().
         Wrong.candidates = lambda self, sweep: [({"S": 32}, 0)]
         self.assertEqual(sweep.candidates_of(Wrong()), [])
         self.assertIn("NotImplementedError in the method", sweep.left_out[0]["reason"])

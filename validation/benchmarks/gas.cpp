@@ -37,19 +37,19 @@ double seconds_now() {
 
 /// Returns a gas of G's density. `accuracy` 0: without forces of charges.
 Scene scene(int grains, double accuracy, const Options& options) {
-  std::string text = "[reference]\n[domain]\n";
+  std::string text = "[units]\n[domain]\n";
   const double length = 70 * std::cbrt(grains / 50016.0);
   text += fmt::format("size = [{0}, {0}, {0}]\n", length);
   for (const auto side : side_names) text += fmt::format("{} = \"periodic\"\n", side);
   for (const int charge : {1, -1})
     text += fmt::format("[[population]]\ncount = {}\ncharge = {}\ntemperature = {}\n", grains / 2, charge,
                         options.temperature);
-  text += "[effects.viscoelastic_contact]\nelastic = 278.6\ndissipative = 27.7\n";
-  if (accuracy > 0) text += fmt::format("[effects.coulomb]\nstrength = 1\naccuracy = {}\n", accuracy);
+  text += "[effects.viscoelastic_contact]\nstiffness = 278.6\ndamping = 27.7\n";
+  if (accuracy > 0) text += fmt::format("[effects.coulomb]\ncoupling_constant = 1\naccuracy = {}\n", accuracy);
   // The exchange is so weak that charges stay nearly constant.
-  if (accuracy > 0 && options.exchange) text += "[effects.charge_exchange]\nstrength = 1e-9\n";
+  if (accuracy > 0 && options.exchange) text += "[effects.charge_exchange]\ntransfer_prefactor = 1e-9\n";
   // The shortest possible contact lasts .147, at twice the speed of the fastest of 5e4 grains.
-  text += fmt::format("[mechanics]\nstep = {}\ncontact_steps = {}\nthreads = {}\n", options.every * options.step,
+  text += fmt::format("[mechanics]\nstep = {}\ncontact_substeps = {}\nthreads = {}\n", options.every * options.step,
                       std::max(1, static_cast<int>(std::lround(0.147 / options.step))), options.threads);
   text += "[stop]\ntime = 1e6\n[output]\nevery = 1e6\npicture = false\n";
   return parse_scene(text, "gas.toml");

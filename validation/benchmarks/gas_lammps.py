@@ -44,25 +44,25 @@ PERIODIC = "\n".join(f'{side} = "periodic"' for side in ("left", "right", "botto
 
 def gas_of(grains, length, coulomb, step, contact_steps):
     """Returns the common beginning of all scenes here; tables of grains and of charges' forces are texts."""
-    return f"""[reference]
+    return f"""[units]
 [domain]
 size = [{length}, {length}, {length}]
 {PERIODIC}
 {grains}
 [effects.viscoelastic_contact]
-elastic = {ELASTIC}
-dissipative = {DISSIPATIVE}
+stiffness = {ELASTIC}
+damping = {DISSIPATIVE}
 {coulomb}
 [mechanics]
 step = {step}
-contact_steps = {contact_steps}
+contact_substeps = {contact_steps}
 threads = 1"""
 
 
 def scene(grains, length, accuracy, steps, every=1, step=STEP):
     """Returns a scene for `steps` STEPs. Contact steps have the length `step`. If an accuracy is given, charges' forces
     act each `every` contact steps."""
-    coulomb = f"[effects.coulomb]\nstrength = 1\naccuracy = {accuracy}" if accuracy else ""
+    coulomb = f"[effects.coulomb]\ncoupling_constant = 1\naccuracy = {accuracy}" if accuracy else ""
     populations = "\n".join(f"[[population]]\ncount = {grains // 2}\ncharge = {q}\ntemperature = 1" for q in (1, -1))
     return gas_of(populations, length, coulomb, every * step, contact_steps(step)) + f"""
 [stop]

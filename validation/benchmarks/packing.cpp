@@ -32,7 +32,7 @@ Scene random_packing(const Options& options, int count, const std::string& metho
   const double content = options.dimension == 3 ? 4.0 / 3 * M_PI * 0.15785 : M_PI * 0.28653;
   const double side = std::pow(count * content / options.filled, 1.0 / options.dimension);
   return parse_scene(
-      fmt::format("[domain]\nsize = [{0}, {0}{1}]\n[effects.contact_potential]\n[minimize]\nmethod = \"{2}\"\n"
+      fmt::format("[domain]\nsize = [{0}, {0}{1}]\n[effects.soft_repulsion]\n[minimize]\nmethod = \"{2}\"\n"
                   "force_tolerance = {3}\nthreads = {4}\n[[population]]\ncount = {5}\n"
                   "radius = [0.4, 0.66]\noverlapping = true\n",
                   side, options.dimension == 3 ? fmt::format(", {}", side) : "", method, options.tolerance,

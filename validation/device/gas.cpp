@@ -143,7 +143,7 @@ int main(int argc, char** argv) {
   app.add_option("--accuracy", options.accuracy, "effects.coulomb.accuracy");
   app.add_option("--polarizability", options.polarizability, "of induced dipoles; none if not given");
   app.add_option("--tolerance", options.tolerance, "of induced dipoles");
-  app.add_option("--contact-steps", options.contact_steps, "mechanics.contact_steps");
+  app.add_option("--contact-steps", options.contact_steps, "mechanics.contact_substeps");
   app.add_option("--steps", options.steps, "that are timed");
   app.add_option("--warm", options.warm, "steps before");
   app.add_flag("--no-exchange", options.no_exchange, "without effects.charge_exchange");

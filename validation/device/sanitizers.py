@@ -24,7 +24,7 @@ REPORTED = 86  # exit status that a tool gives a program with errors
 # divergent barriers even for a kernel of one barrier without a branch. The host decides on loops instead.
 ENVIRONMENT = os.environ | {"LICHTENBERG_CUDA_LOOPS": "host"}
 
-SHORT_GAS = {"stop.time": "1", "output.every": "0.5", "output.picture": "false", "stage[0].duration": "0.2"}
+SHORT_GAS = {"stop.time": "1", "output.every": "0.5", "output.picture": "false", "equilibration[0].duration": "0.2"}
 CASES = {
     "solve": ("solve", "two-disks", {"field.cells": "128"}),
     "conductors": ("run", "seedling", {"stop.time": "0.05", "output.picture": "false"}),
@@ -32,7 +32,7 @@ CASES = {
     "contacts": ("run", "neutral-gas", SHORT_GAS | {"population[0].count": "500", "domain.size": "[15, 15, 15]"}),
     "charges": ("run", "granular-gas", SHORT_GAS | {"population[0].count": "500", "domain.size": "[15, 15, 15]"}),
     "dipoles": ("run", "polarized-gas", SHORT_GAS | {"population[0].count": "200", "domain.size": "[11, 11, 11]",
-                                                     "stage[1].duration": "0.2"}),
+                                                     "equilibration[1].duration": "0.2"}),
 }
 
 

@@ -38,7 +38,7 @@ ARGUMENTS = [
     argument("--seeds", "number of seeds for each variant, from the scene's upward", "int", positive=True),
     argument(
         "--vary",
-        "KEY=VALUE,VALUE,...: values that a key of the scene takes, as in effects.contact_discharge.gap=0.4e-3,0.8e-3 or "
+        "KEY=VALUE,VALUE,...: values that a key of the scene takes, as in effects.contact_discharge.contact_distance=0.4e-3,0.8e-3 or "
         "electrode[0].radius=1e-3,2e-3; repeat it for other keys: all combinations are run",
         "texts",
         repeated=True,

@@ -4,7 +4,7 @@ import shutil
 
 from ..errors import InputError
 from . import argument, frames_argument
-from .plot import OF_FRAMES
+from .plot import OF_FRAMES, replace_old_colour
 
 HELP = "Makes an mp4 of a run, on all cores, in one colour scale and layout; needs ffmpeg"
 ARGUMENTS = [
@@ -21,6 +21,7 @@ LEAST, MOST = 0.1, 1000  # frame rates that players support (frames per second)
 def act(request):
     from ..files import check_output
 
+    replace_old_colour(request)
     if request.out is None:
         request.out = os.path.splitext(request.file)[0] + (f"-{request.colour}" if request.colour else "") + ".mp4"
     if not LEAST <= request.rate <= MOST:

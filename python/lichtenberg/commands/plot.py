@@ -2,6 +2,7 @@
 import os
 
 from ..errors import InputError
+from ..messages import tell
 from . import argument, frames_argument
 
 # Arguments that plot and film share for pictures of frames.
@@ -9,10 +10,10 @@ OF_FRAMES = [
     argument(
         "--colour",
         "quantity of the colours; conductors: potential, charge, force, cluster (of those in contact), "
-        "current (to the ground), order (Strahler number), joined (time of connection to the tree), speed; gases: charge, "
-        "cluster, force, speed; packings: force; any other column of particles by its name (default: potential or charge, "
+        "current (to the ground), strahler (order of the branch), connection_time (time of connection to the tree), "
+        "speed; gases: charge, cluster, force, speed; packings: force; any other column of particles by its name (default: potential or charge, "
         "unless all is 0 or the same)",
-        offered=["potential", "charge", "force", "cluster", "current", "order", "joined", "speed"],
+        offered=["potential", "charge", "force", "cluster", "current", "strahler", "connection_time", "speed"],
     ),
     argument(
         "--range",
@@ -49,6 +50,16 @@ ARGUMENTS = [
     *OF_FRAMES,
 ]
 
+OLD_COLOURS = {"order": "strahler", "joined": "connection_time"}  # names of earlier versions, which still work
+
+
+def replace_old_colour(request):
+    """Replaces a value of --colour that had another name in earlier versions, and prints a warning."""
+    if request.colour in OLD_COLOURS:
+        name = OLD_COLOURS[request.colour]
+        tell(f"lichtenberg: --colour {request.colour} is an old name: it is called {name} now")
+        request.colour = name
+
 
 def is_ensemble(path):
     """Returns true if a path is an ensemble's folder or its table."""
@@ -68,6 +79,7 @@ def check(request, ensembles):
 
 
 def act(request):
+    replace_old_colour(request)
     ensembles = [path for path in request.file if is_ensemble(path)]
     check(request, ensembles)
     if request.series or ensembles:

@@ -18,8 +18,8 @@ QUANTITIES = [
     Quantity("force", "electric force ({}N)", "decades", "force", "without a force"),
     Quantity("cluster", "conductors in contact", "category", "group", "in contact with none"),
     Quantity("current", "current carried to the ground ({}A)", "decades", "successor", "not connected"),
-    Quantity("order", "order of the branch (Strahler number)", "order", "successor", "not connected"),
-    Quantity("joined", "in the tree since ({}s)", "amount", "successor", "not connected"),
+    Quantity("strahler", "order of the branch (Strahler number)", "order", "successor", "not connected"),
+    Quantity("connection_time", "in the tree since ({}s)", "amount", "successor", "not connected"),
     Quantity("speed", "speed ({}m/s)", "decades", "velocity", "at rest"),
 ]
 ALL_ZERO = 1e-3  # of the run's largest potential: colours look white below it
@@ -42,7 +42,9 @@ class Conductors:
         self.reach = self.highest_supply  # V, largest magnitude in the run
         if "potential" in particles:
             self.reach = max(self.reach, np.abs(particles["potential/value"][()]).max(initial=0))
-        self.fed = self.scene.get("effects", {}).get("current_source", {}).get("current", 0)
+        effects = self.scene.get("effects", {})
+        source = effects.get("current_injection") or effects.get("current_source", {})  # its name in earlier versions
+        self.fed = source.get("current", 0)
         if not self.fed:
             self.quantities.pop("current", None)
 
@@ -62,14 +64,15 @@ class Conductors:
             return np.where(size[inverse] > 1, (numbers + 1)[inverse], np.nan)
         if name == "current":
             return self.fed * carried(column)
-        if name == "order":
+        if name == "strahler":
             return strahler_numbers(column)
-        if name == "joined":
-            return self.joined(self.column(file, name, slice(0, index + 1)), index)
+        if name == "connection_time":
+            return self.connection_time(self.column(file, name, slice(0, index + 1)), index)
         return column
 
-    def joined(self, successor, index):
-        """Returns the time (s) since which each conductor has had an uninterrupted path to the ground."""
+    def connection_time(self, successor, index):
+        """Returns the times (s) since which the conductors have had an uninterrupted path to the ground, [N]; nan without
+        a path."""
         connected = successor != UNCONNECTED
         broken = np.where(~connected, np.arange(len(connected))[:, None], -1).max(axis=0)
         first = np.minimum(broken + 1, index)
@@ -80,10 +83,10 @@ class Conductors:
         quantity = self.quantities[name]
         if name == "potential":
             return run_range(quantity, self.column(file, name).ravel(), self.terminals)
-        if name == "joined":
+        if name == "connection_time":
             return Range(0, self.times[-1])
         # The range usually ends at the complete tree, but a tree that broke had larger values before.
-        if name in ("current", "order"):
+        if name in ("current", "strahler"):
             frames = np.unique(np.linspace(0, len(self.times) - 1, 25).astype(int))
             return run_range(quantity, np.concatenate([self.values(file, name, k) for k in frames]))
         return run_range(quantity, self.column(file, name).ravel())
@@ -92,7 +95,7 @@ class Conductors:
         """Returns potential if it differs from 0 visibly; else a quantity of the tree."""
         if "potential" not in self.quantities:
             return next(iter(self.quantities), None)
-        instead = [name for name in ("current", "order") if name in self.quantities]
+        instead = [name for name in ("current", "strahler") if name in self.quantities]
         grown = instead and (self.column(file, instead[0], index) != UNCONNECTED).any()
         return instead[0] if grown and self.is_dark(self.column(file, "potential", index)) else "potential"
 

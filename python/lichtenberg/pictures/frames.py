@@ -53,8 +53,8 @@ def check_colour(run, colour):
     if colour is None or colour in run.quantities:
         return
     known = ", ".join(run.quantities) or "none"
-    if colour == "current" and "order" in run.quantities:
-        where = "that needs effects.current_source with equal currents"
+    if colour == "current" and "strahler" in run.quantities:
+        where = "that needs effects.current_injection with equal currents"
         raise InputError(f"{run.path} has no current by conductor: {where}; it has {known}")
     raise InputError(f"{run.path} has no {colour} to colour by: it has {known}")
 

@@ -99,7 +99,8 @@ def become_gas(file, run):
     add_group(file, run, "gas")
     run.unit_of_time, run.logarithmic = "t0", True
     scene = tomllib.loads(text_of(file["scene/text"][()]))
-    warm_up = sum(stage.get("duration", 0) for stage in scene.get("stage", []) if stage.get("elastic", True))
+    stages = scene.get("equilibration") or scene.get("stage", [])  # its name in earlier versions
+    warm_up = sum(stage.get("duration", 0) for stage in stages if stage.get("elastic", True))
     if file["gas/time"][-1] > warm_up > 0:
         run.start, run.words_of_time = warm_up, f"time after the warm-up of {warm_up:g}"
     line = ("haff_temperature", "homogeneous and neutral, restitution of the contacts")

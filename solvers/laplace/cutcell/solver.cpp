@@ -258,7 +258,8 @@ Field CpuSolver::field() const {
 CutCellSolver::CutCellSolver(CutCellOptions options) : options_(options) {
   if (options.links == LinkFormula::aperture && options.linear_solver == CutCellOptions::LinearSolver::multigrid)
     throw InputError(
-        "field.links = \"aperture\" needs field.linear_solver = \"assembled\": the multigrid's formulas are others");
+        "field.boundary_stencil = \"aperture\" needs field.linear_solver = \"assembled\": the multigrid's formulas are "
+        "others");
   const bool on_device = options.device == CutCellOptions::Device::cuda;
 #ifndef PETSC_HAVE_CUDA
   if (on_device && options.linear_solver == CutCellOptions::LinearSolver::assembled)

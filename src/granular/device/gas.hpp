@@ -104,7 +104,7 @@ class GasImpl final : public DeviceGas {
     choose(rule(law), found_.host(), now, parameters_.host());
     if (now.unresolved)
       throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
-                    " t0 contacts are too short for steps of mechanics.step: softer contacts (elastic), or a far "
+                    " t0 contacts are too short for steps of mechanics.step: softer contacts (stiffness), or a far "
                     "shorter mechanics.step, is needed");
     if (now.go) return;
     arrange(now.travel);
@@ -417,7 +417,7 @@ class GasImpl final : public DeviceGas {
     if (const int passed = found_.host().passed; passed)
       throw Failure("grain " + std::to_string(passed - 1) +
                     " and another fly through each other: the contact is too soft for their impact; a larger "
-                    "stiffness, of a stage its stage.stiffness, or a lower temperature is needed");
+                    "stiffness, of a stage its equilibration.stiffness, or a lower temperature is needed");
     if (found_.host().lost)
       throw Failure(gas_.options.path + ": from t = " + std::to_string(gas_.time) +
                     " t0 on the grains' positions are not finite");

@@ -45,7 +45,7 @@ double bytes_needed(const Scene& scene, const DeviceForces& forces) {
 }  // namespace
 
 void check_scene(const Scene& scene, Target target) {
-  if (!scene.reference) refuse_on_device(scene, "scenes without [reference], except for their field");
+  if (!scene.reference) refuse_on_device(scene, "scenes without [units], except for their field");
   if (scene.dimension() != 3) refuse_on_device(scene, "grains in the plane");
   if (!scene.domain.box().periodic(0) || !scene.domain.box().periodic(1) || !scene.domain.box().periodic(2))
     refuse_on_device(scene, "walls around grains");

@@ -1,0 +1,93 @@
+#include "src/scene/old_names.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "src/scene/schema.hpp"
+
+namespace lichtenberg {
+
+namespace {
+
+/// Returns the parts of a path before and after its last dot.
+std::pair<std::string, std::string> split_path(const std::string& path) {
+  const std::size_t dot = path.rfind('.');
+  if (dot == std::string::npos) return {"", path};
+  return {path.substr(0, dot), path.substr(dot + 1)};
+}
+
+/// Returns the tables of the document at that path: none, one, or the elements of a repeated table.
+std::vector<toml::table*> tables_at(toml::table& document, const std::string& path) {
+  if (path.empty()) return {&document};
+  std::vector<toml::table*> tables;
+  const toml::node_view node = document.at_path(path);
+  if (toml::table* table = node.as_table()) tables.push_back(table);
+  if (toml::array* elements = node.as_array())
+    for (toml::node& element : *elements)
+      if (toml::table* table = element.as_table()) tables.push_back(table);
+  return tables;
+}
+
+/// Replaces names of one document and collects the warnings.
+class Replacement {
+ public:
+  Replacement(toml::table& document, const std::string& path) : document_(document), path_(path) {}
+
+  /// Gives the entries `old_path` the name of `new_path`, in the same table.
+  void replace(const std::string& old_path, const std::string& new_path) {
+    const auto [table_path, new_name] = split_path(new_path);
+    const std::string old_name = split_path(old_path).second;
+    bool is_first = true;
+    for (toml::table* table : tables_at(document_, table_path)) {
+      const auto entry = table->find(old_name);
+      if (entry == table->end()) continue;
+      const int line = static_cast<int>(entry->first.source().begin.line);
+      if (table->contains(new_name))
+        refuse(path_, line, fmt::format("{} is an old name of {}, which is given too: leave one out", old_path, new_path));
+      if (std::exchange(is_first, false))
+        warnings_.push_back(
+            fmt::format("{}{} is an old name: it is called {} now", place_in(path_, line), old_path, new_path));
+      toml::key key(new_name, toml::source_region(entry->first.source()));
+      table->insert(std::move(key), std::move(entry->second));
+      table->erase(old_name);
+    }
+  }
+
+  std::vector<std::string> warnings() && { return std::move(warnings_); }
+
+ private:
+  toml::table& document_;
+  const std::string& path_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace
+
+std::vector<std::string> replace_old_names(toml::table& document, const Schema& schema, const std::string& path) {
+  Replacement replacement(document, path);
+  for (const Table& table : schema.tables())
+    if (!table.old_path.empty()) replacement.replace(table.old_path, table.path);
+  for (const Table& table : schema.tables())
+    for (const Key& key : table.keys)
+      if (!key.old_name.empty()) replacement.replace(path_in(table, key.old_name), path_in(table, key.name));
+  return std::move(replacement).warnings();
+}
+
+std::string without_old_names(const std::string& path, const Schema& schema) {
+  std::string current = path;
+  for (const Table& table : schema.tables()) {
+    const std::string& old = table.old_path;
+    if (old.empty() || !current.starts_with(old)) continue;
+    if (current.size() > old.size() && (current[old.size()] == '.' || current[old.size()] == '['))
+      current.replace(0, old.size(), table.path);
+  }
+  const auto [of_table, name] = split_path(current);
+  const Table* table = schema.find_table(of_table.substr(0, of_table.find('[')));
+  if (table == nullptr) return current;
+  const auto key = std::ranges::find(table->keys, name, &Key::old_name);
+  return name.empty() || key == table->keys.end() ? current : fmt::format("{}.{}", of_table, key->name);
+}
+
+}  // namespace lichtenberg

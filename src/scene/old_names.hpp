@@ -1,0 +1,20 @@
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <string>
+#include <vector>
+
+namespace lichtenberg {
+
+class Schema;
+
+/// Replaces former names of tables and keys (Table::old_path, Key::old_name) by the current names. Returns one warning
+/// for each name. Throws InputError if a table or a key is given under both names. `path` is the file in messages.
+std::vector<std::string> replace_old_names(toml::table& document, const Schema& schema, const std::string& path);
+
+/// Returns the current path of a key. In `path`, tables and key may have former names, and elements of repeated tables
+/// an index, as in electrode[0].radius.
+std::string without_old_names(const std::string& path, const Schema& schema);
+
+}  // namespace lichtenberg

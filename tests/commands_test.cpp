@@ -399,7 +399,7 @@ TEST_CASE("box in space: three lengths are printed and stored") {
 
 TEST_CASE("fixed conductor: it does not move, and the other one does") {
   const Folder folder;
-  std::string scene = replaced(small_scene, "charge = 1e-10", "charge = 1e-10\n  held = true") +
+  std::string scene = replaced(small_scene, "charge = 1e-10", "charge = 1e-10\n  fixed = true") +
                       "[effects.stokes_drag]\n[output]\nevery = 0.05\npicture = false\n[stop]\ntime = 0.1\n";
   folder.write("small.toml", scene);
   REQUIRE(run(folder, "run small.toml --quiet --set medium.viscosity=0.7").status == 0);
@@ -411,7 +411,7 @@ TEST_CASE("fixed conductor: it does not move, and the other one does") {
     CHECK(position[6 * frame + 1] == 8e-3);
     CHECK(position[6 * frame + 4] != 8e-3);
   }
-  folder.write("fast.toml", replaced(scene, "held = true", "held = true\n  velocity = [1.0, 0.0]"));
+  folder.write("fast.toml", replaced(scene, "fixed = true", "held = true\n  velocity = [1.0, 0.0]"));
   check_refused(run(folder, "explain fast.toml --set medium.viscosity=0.7"),
                 "conductor.velocity is not allowed for a fixed conductor (held)");
 }

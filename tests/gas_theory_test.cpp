@@ -21,7 +21,7 @@ namespace {
 
 std::string scene() {
   const std::string stage = "[[equilibration]]\nduration = 0.5\ntemperature = 2\n", sum = "sum = \"minimum-image\"";
-  return replaced(replaced(gas_text(60, 6, 1.5, 0.25, stage), sum, "strength = 3\n" + sum), "[output]",
+  return replaced(replaced(gas_text(60, 6, 1.5, 0.25, stage), sum, "coupling_constant = 3\n" + sum), "[output]",
                   "[output]\npicture = false");
 }
 
@@ -208,8 +208,8 @@ TEST_CASE("barrier of repelling grains: it is fitted to a run if it is measurabl
                "[[equilibration]]\nduration = 0.5\ntemperature = 2\n", "") +
       "[mechanics]\nstep = 0.02\n";
   folder.write("strong.toml",
-               replaced(replaced(repelling, "strength = 3", "strength = 0.5"), "time = 1.5", "time = 40"));
-  folder.write("weak.toml", replaced(repelling, "strength = 3", "strength = 1e-4"));
+               replaced(replaced(repelling, "coupling_constant = 3", "coupling_constant = 0.5"), "time = 1.5", "time = 40"));
+  folder.write("weak.toml", replaced(repelling, "coupling_constant = 3", "coupling_constant = 1e-4"));
   for (const std::string name : {"strong", "weak"}) {
     const Ended run = run_program(folder, "run " + name + ".toml --quiet");
     REQUIRE_MESSAGE(run.status == 0, run.err);
@@ -318,7 +318,7 @@ TEST_CASE("theory: parameters outside its range are refused with the range") {
     CHECK_MESSAGE(contains(ended.err, "kinetic theory has no course of a gas that charges so fast"), ended.err);
   }
   const std::string contact = "--set effects.viscoelastic_contact.";
-  const std::string barely = contact + "dissipative=1e-50 " + contact + "elastic=1e100";
+  const std::string barely = contact + "damping=1e-50 " + contact + "elastic=1e100";
   CHECK(contains(run_program(folder, "theory restitution --scene gas.toml " + barely).out, "negative at no speed"));
   folder.write("early.toml", replaced(scene(), "time = 1.5", "time = 0.5"));
   refused("haff --scene early.toml", "the run ends before its warm-up");

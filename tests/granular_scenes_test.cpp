@@ -129,8 +129,8 @@ TEST_CASE("contacts too short for any step: the responsible keys are named") {
   };
   said(stage + "1e300\n", "equilibration.stiffness = 1e+300");
   said(stage + "1e300\n", "at most 1e+15");
-  said("elastic = 1e60\n", "softer contacts (stiffness)");  // E to the power -2/5: 1e-24 of about 0.2 t0.
-  said("elastic = 1e60\n" + stage + "10\n", "softer contacts (equilibration.stiffness, stiffness)");
+  said("stiffness = 1e60\n", "softer contacts (stiffness)");  // E to the power -2/5: 1e-24 of about 0.2 t0.
+  said("stiffness = 1e60\n" + stage + "10\n", "softer contacts (equilibration.stiffness, stiffness)");
 }
 
 TEST_CASE("stage of stiffer contacts: restitution is kept and energy balances") {
@@ -251,16 +251,16 @@ TEST_CASE("grains: impossible scenes are refused with an error message") {
       {box + few + contact + coulomb + "order = 8\ncutoff = 5\nmesh = 32\n",
        "a cutoff of a third of the box, 4, or less"},
       {box + few + contact + coulomb + "order = 8\ncutoff = 3\nmesh = 12\n", "effects.coulomb: a mesh with 12 points"},
-      {box + few + contact + coulomb + "strength = 1e101\n", "effects.coulomb.coupling_constant"},
-      {box + few + "charge = 1\n" + contact + coulomb + "strength = 1e10\n",
+      {box + few + contact + coulomb + "coupling_constant = 1e101\n", "effects.coulomb.coupling_constant"},
+      {box + few + "charge = 1\n" + contact + coulomb + "coupling_constant = 1e10\n",
        "a smaller effects.coulomb.coupling_constant"},
       {box + few + contact + "[effects.charge_exchange]\nexponent = 500\n", "greater than 0 and at most 10"},
       {box + few + contact + "[effects.charge_exchange]\ntransfer_prefactor = 1e200\n",
        "greater than 0 and at most 1e+50"},
-      {box + few + contact + "dissipative = 1e6\n",
-       "effects.viscoelastic_contact.damping = 1e+06 is too large for its elastic = 278.6"},
-      {box + few + contact + "elastic = 1e200\n", "effects.viscoelastic_contact.stiffness"},
-      {box + few + contact + "elastic = 1e60\n[stop]\ntime = 1\n", "too short for steps of"},
+      {box + few + contact + "damping = 1e6\n",
+       "effects.viscoelastic_contact.damping = 1e+06 is too large for its stiffness = 278.6"},
+      {box + few + contact + "stiffness = 1e200\n", "effects.viscoelastic_contact.stiffness"},
+      {box + few + contact + "stiffness = 1e60\n[stop]\ntime = 1\n", "too short for steps of"},
       {box + "[[population]]\ncount = 20\n" + contact + "[[equilibration]]\nduration = 0.1\ntemperature = 2\n",
        "equilibration.temperature = 2 cannot be had: all grains are at rest"},
       {box + few + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.5\n", "less than 0.5 is allowed"},
@@ -275,10 +275,10 @@ TEST_CASE("grains: impossible scenes are refused with an error message") {
       {box + few + "charge = 2\n" + contact + "[effects.charge_exchange]\ncapacity = 1\n",
        "a grain has the charge 2 at the start"},
       {box + "[[population]]\ncount = 3000\n" + contact, "3000"},
-      {box + few + contact + coulomb + "strength = -1\n", "effects.coulomb.coupling_constant"},
+      {box + few + contact + coulomb + "coupling_constant = -1\n", "effects.coulomb.coupling_constant"},
       {box + few + contact + "[effects.charge_exchange]\ntransfer_prefactor = -1\n",
        "effects.charge_exchange.transfer_prefactor"},
-      {box + few + contact + "dissipative = -1\n", "effects.viscoelastic_contact.damping"},
+      {box + few + contact + "damping = -1\n", "effects.viscoelastic_contact.damping"},
       {box + few + contact + "[effects.gas_drag]\nstokes = -1\n", "effects.gas_drag.stokes"},
       {box + few + contact + coulomb + "accuracy = 1e-11\n",
        "effects.coulomb: the accuracy 1e-11 is not possible for a mesh"},
@@ -288,7 +288,7 @@ TEST_CASE("grains: impossible scenes are refused with an error message") {
       {box + fast + contact + "[stop]\ntime = 1\n", "times its stiffness would suffice"},
       {box + few + contact + "[effects.charge_exchange]\nmodel = \"none\"\ntransfer_prefactor = 1\n",
        "effects.charge_exchange.transfer_prefactor is not allowed with effects.charge_exchange.model = \"none\""},
-      {box + few + contact + "elastic = 1\n" + si + "viscosity = 1e-4\n", "leave one of the two out"},
+      {box + few + contact + "stiffness = 1\n" + si + "viscosity = 1e-4\n", "leave one of the two out"},
       {box + few + contact + si, "effects.viscoelastic_contact.viscosity is missing"},
       {box +
            "[[conductor]]\nposition = [6, 6, 6]\nradius = 0.5\n[[conductor]]\nposition = [6.9, 6, 6]\nradius = 0.5\n" +

@@ -25,7 +25,7 @@ doctest::Approx near(double value, double tolerance) { return doctest::Approx(va
 
 }  // namespace
 
-TEST_CASE("keep_height: the field accelerates bodies only along the dish") {
+TEST_CASE("fix_z: the field accelerates bodies only along the dish") {
   Scene scene = cube_of({{0.028, 0.03, 0.02}, {0.032, 0.03, 0.021}}, 1e-3);
   scene.conductors[0].charge = 4e-10;
   scene.conductors[1].charge = -4e-10;

@@ -413,7 +413,7 @@ TEST_CASE("packing: walls, radii, networks and refused keys") {
     };
     for (const std::string side : {"left", "right", "bottom", "top"})
       check_idle("domain." + side, start + side + " = { potential = 0.0 }\n" + contact + some,
-                 "contact_potential.box = false");
+                 "soft_repulsion.box = false");
     check_idle("[medium]", start + contact + some + "[medium]\nviscosity = 0.7\n", "no fluid");
     check_idle("[material]", start + contact + some + "[material]\ndensity = 9.0\n", "mass");
     check_idle("[field]", start + contact + some + "[field]\ncells = 64\n", "nothing is charged");

@@ -63,8 +63,8 @@ std::vector<double> momenta(const std::string& integrator, double step) {
   std::string text = fmt::format(
       "reference = {{}}\nstop = {{ time = {} }}\noutput = {{ every = 20.0 }}\n"
       "mechanics = {{ integrator = \"{}\", step = {} }}\n"
-      "effects = {{ viscoelastic_contact = {{ elastic = 278.6, dissipative = 0 }}, "
-      "coulomb = {{ strength = 5, sum = \"minimum-image\" }} }}\n[domain]\nsize = [10, 10, 10]\n",
+      "effects = {{ viscoelastic_contact = {{ stiffness = 278.6, damping = 0 }}, "
+      "coulomb = {{ coupling_constant = 5, sum = \"minimum-image\" }} }}\n[domain]\nsize = [10, 10, 10]\n",
       end, integrator, step);
   for (const char* side : {"left", "right", "bottom", "top", "front", "back"})
     text += fmt::format("{} = \"periodic\"\n", side);

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "solvers/laplace/circuit.hpp"
-#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/network_factors.hpp"
 #include "tests/dense_algebra.hpp"
@@ -99,7 +99,7 @@ std::vector<double> group_charges(const LaplaceProblem& problem, const LaplaceSo
 /// carries that times its conductance; the strongest, of a cell whose centre all but lies on a surface, count most.
 double rounding_of_charges(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   Level level(problem, 64, 64);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   double conductance = 0, largest = 0;
   for (const FluidLink& link : level.links) conductance += link.conductance;
   for (const PairLink& link : level.pairs) conductance += link.conductance;

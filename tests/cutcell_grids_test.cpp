@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "solvers/laplace/cutcell/edge_cells.hpp"
-#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
 #include "solvers/laplace/cutcell/link_batch.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
@@ -24,7 +24,7 @@ using namespace lichtenberg::cutcell_problems;
 TEST_CASE("the matrix-free operator and the assembled matrix are the same") {
   const LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   Level level(problem, 64, 64);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   const SparseSystem sparse = assemble(problem, level, false, false);
@@ -53,7 +53,7 @@ TEST_CASE("lists of links hold those of floating groups") {
   LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   for (const int body : {3, 5, 8}) problem.groups[problem.bodies[body].group].floating = false;
   Level level(problem, 1024, 1024);  // a disk has more links than one run of them
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   REQUIRE(level.link_start[5] - level.link_start[4] > 512);
   LinkLists<double> lists;
   lists.build(problem, level, parallel::Team::single());
@@ -94,7 +94,7 @@ TEST_CASE("every cell beside a conductor is an edge cell, once, with its links t
   LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   for (const int body : {3, 5}) problem.groups[problem.bodies[body].group].floating = false;
   Level level(problem, 64, 64);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   LinkLists<double> lists;
   lists.build(problem, level, parallel::Team::single());
   EdgeCells edges;
@@ -124,7 +124,7 @@ TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
   problem.bodies[2].group = problem.bodies[9].group;  // far apart: thin conductors there
   REQUIRE(gap(std::get<Disk>(problem.bodies[2].shape), problem.bodies[9].shape) > 40);
   Level level(problem, 128, 128);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   Multigrid multigrid(LinkFormula::log_fitted);
@@ -177,14 +177,15 @@ LaplaceProblem lattice(int n, double radius) {
 TEST_CASE("a coarse grid takes floating disks that it does not resolve for a medium") {
   const double radius = 0.3, fill = pi * radius * radius;
   Level level(lattice(8, radius), 8, 8);
-  level.build_coarse(lattice(8, radius), LinkFormula::log_fitted, strongly_coupled(lattice(8, radius), {}), nullptr);
+  LevelBuilder().build_coarse(lattice(8, radius), LinkFormula::log_fitted, strongly_coupled(lattice(8, radius), {}),
+                              nullptr, level);
   const double permittivity = (1 + fill) / (1 - fill);  // Maxwell Garnett
   CHECK(level.fluid_cells == 64);
   CHECK(level.links.empty());
   CHECK(level.absorbed.size() == 64);
   const double single = 6e-8 * 10;
-  CHECK(level.east[level.layout(3, 4)] == doctest::Approx(permittivity).epsilon(single));
-  CHECK(level.north[level.layout(7, 0)] == doctest::Approx(permittivity).epsilon(single));
+  CHECK(level.faces.east[level.layout(3, 4)] == doctest::Approx(permittivity).epsilon(single));
+  CHECK(level.faces.north[level.layout(7, 0)] == doctest::Approx(permittivity).epsilon(single));
   CHECK(level.diagonal[level.layout(3, 4)] == doctest::Approx(4 * permittivity).epsilon(single));
   // in a corner: two faces, and half a cell of the medium to the electrode
   CHECK(level.diagonal[level.layout(0, 0)] == doctest::Approx((2 + 2) * permittivity).epsilon(single));
@@ -194,7 +195,7 @@ TEST_CASE("a coarse grid takes small disks whose potential is not their own for 
   LaplaceProblem problem = lattice(8, 0.1);
   for (Group& group : problem.groups) group.floating = false;
   Level level(problem, 8, 8);
-  level.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr);
+  LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr, level);
   CHECK(level.fluid_cells == 64);
   CHECK(level.absorbed.empty());
   REQUIRE(level.links.size() == 64);  // centred in their cells
@@ -208,7 +209,7 @@ TEST_CASE("what a group's thin conductors exchange with a cell is one link") {
   const bool electrode[4] = {false, false, true, true};
   for (const int cells : {8, 4}) {  // four and sixteen disks a cell
     Level level(problem, cells, cells);
-    level.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr);
+    LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr, level);
     std::vector<double> expected(2 * level.layout.size(), 0.0), found = expected;
     for (const Body& body : problem.bodies) {
       const Outline disk = outline_in_cells(body.shape, level.h);
@@ -268,7 +269,7 @@ TEST_CASE("the cycle finds the level of all potentials over a small half-disk th
   problem.bodies.push_back({Disk{{8, 0}, 0.15}, 256});
   const LaplaceSolution exact = CutCellSolver(options(256)).solve(problem);
   Level level(problem, 256, 256);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   Multigrid multigrid(LinkFormula::log_fitted);
@@ -293,8 +294,8 @@ TEST_CASE("a group is absorbed once and for all when it fits into one and a half
   for (std::size_t k = 0; k < problem.bodies.size(); ++k) problem.bodies[k].group = k == 1 ? 0 : static_cast<int>(k);
   problem.groups[1].floating = false;  // nobody's
   Level finer(problem, 16, 16), coarser(problem, 8, 8);
-  finer.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr);
-  coarser.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), &finer);
+  LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr, finer);
+  LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), &finer, coarser);
   CHECK(finer.newly_absorbed == 255);  // the pair is 1.4 cells long
   CHECK_FALSE(finer.has_unknown(0));
   CHECK_FALSE(coarser.has_unknown(0));

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
 #include "solvers/laplace/cutcell/link_batch.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
@@ -64,7 +64,7 @@ TEST_CASE("links of disks a cell and less apart are link.hpp's, squeezed where g
     problem.groups = {{.floating = true}, {.floating = true}};
     problem.bodies = {{Disk{{9.8, 15.9}, 5}, 0}, {Disk{{20.45, 16.3}, 5}, one_group ? 0 : 1}};  // .66 cell apart
     Level level(problem, 32, 32);
-    level.build(problem, LinkFormula::log_fitted);
+    LevelBuilder().build(problem, LinkFormula::log_fitted, level);
     std::size_t link = 0, squeezed = 0;
     for (int body = 0; body < 2; ++body) {
       const Outline own = outline_in_cells(problem.bodies[body].shape, 1),
@@ -183,7 +183,7 @@ TEST_CASE("two disks of half a cell between two rows of cells") {
   problem.bodies = {{Disk{{16.91, 18}, 0.545}, 0}, {Disk{{19.09, 18}, 0.545}, 1}};
   problem.groups = {{false, 0, 0}, {true, 1, 0}};
   Level level(problem, 36, 36);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   for (const FluidLink& link : level.links) CHECK(link.conductance > 0);
   CutCellSolver solver(options(36));
   const LaplaceSolution solution = solver.solve(problem);

@@ -10,7 +10,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/follow.hpp"
-#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/parallel/petsc.hpp"
@@ -249,7 +249,7 @@ TEST_CASE("a cell centre that lies on a surface has a finite link, whatever roun
           problem.bodies = {{Disk{{(column + 0.5) * h, 30.5 * h}, radius * h}, 0}};
           problem.groups = {{true, 1, 0}};
           Level level(problem, 100, 100);
-          level.build(problem, formula);
+          LevelBuilder().build(problem, formula, level);
           bool positive = true;
           for (const FluidLink& link : level.links)
             positive = positive && link.conductance > 0 && std::isfinite(link.conductance) &&
@@ -365,7 +365,7 @@ TEST_CASE("what a finer grid follows is interpolated bilinearly, and mirrored at
   problem.bodies = {{Disk{{20, 16}, 5}, 0}};
   problem.groups = {{true, 1, 0}};
   Level level(problem, 32, 32);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   // A change that is odd about the electrode on the left: bilinear interpolation is exact for it but within half a
@@ -437,7 +437,7 @@ TEST_CASE("work is counted in residual evaluations on the whole grid") {
   problem.groups = {{true, 1, 0}};
   CutCellSolver solver(options(16));
   Level level(problem, 16, 16);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   std::set<std::ptrdiff_t> with_links;
   for (const FluidLink& link : level.links) with_links.insert(link.cell);
   const double edge_sweeps = 4.0 * static_cast<double>(with_links.size()) / (16 * 16);

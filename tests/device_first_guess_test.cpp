@@ -11,6 +11,7 @@
 #include "solvers/laplace/cutcell/device/follow.hpp"
 #include "solvers/laplace/cutcell/follow.hpp"
 #include "solvers/laplace/cutcell/history.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/parallel/host_executor.hpp"
 #include "tests/device_scenes.hpp"
 
@@ -61,7 +62,7 @@ TEST_CASE("a guess that follows a coarser grid's change is the CPU's") {
   const LaplaceProblem problem = with_merged(crowd(25, 0.6), 3, 7);
   const int nx = 96, ny = 64, bodies = static_cast<int>(problem.bodies.size());
   Level level(problem, nx, ny);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   crowds::Random random(5);

@@ -10,6 +10,7 @@
 #include "solvers/laplace/cutcell/device/cutcell.hpp"
 #include "solvers/laplace/cutcell/device/grids.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/multigrid.hpp"
 #include "solvers/laplace/cutcell/operator.hpp"
 #include "solvers/parallel/host_executor.hpp"
@@ -150,7 +151,7 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       CAPTURE(std::string(c.name));
       const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
       Level level(c.problem, nx, ny);
-      level.build(c.problem, formula);
+      LevelBuilder().build(c.problem, formula, level);
       Discretized device(c.problem, nx, ny, formula);
       const device::GridView& view = device.grid.view();
       const Layout& at = level.layout;
@@ -207,7 +208,7 @@ TEST_CASE("the cases hold what they are there for") {
   for (const Case& c : cases()) {
     const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
     Level level(c.problem, nx, ny);
-    level.build(c.problem, LinkFormula::log_fitted);
+    LevelBuilder().build(c.problem, LinkFormula::log_fitted, level);
     Discretized device(c.problem, nx, ny, LinkFormula::log_fitted);
     pairs = pairs || !level.pairs.empty();
     cross = cross || !level.cross_gradients.empty();
@@ -229,7 +230,7 @@ TEST_CASE("the device's operator and right-hand side are the CPU's") {
     CAPTURE(std::string(c.name));
     const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
     Level level(c.problem, nx, ny);
-    level.build(c.problem, LinkFormula::log_fitted);
+    LevelBuilder().build(c.problem, LinkFormula::log_fitted, level);
     CutCellOperator op;
     op.build(c.problem, level);
     Discretized device(c.problem, nx, ny, LinkFormula::log_fitted);
@@ -271,14 +272,14 @@ LaplaceProblem bars(double farther) {
 
 std::size_t bound_cells(const LaplaceProblem& problem, int nx, int ny) {
   Level level(problem, nx, ny);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   return level.bound.cells.size();
 }
 
 /// How far the device's V-cycle for random residuals is from the CPU's, of the largest potential.
 double difference_of_cycles(const LaplaceProblem& problem, int nx, int ny) {
   Level level(problem, nx, ny);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   Multigrid multigrid(LinkFormula::log_fitted, parallel::Team::single(),

@@ -5,6 +5,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/geometry/circle_cell.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -106,20 +107,19 @@ void cover_cells(const std::vector<Round>& bodies, Faces& faces, Level& level) {
     });
     level.covered_start.push_back(static_cast<int>(level.covered.size()));
   }
-  level.rim = level.covered;  // all of them: which ones lie beside others does not matter to what needs it
   level.fluid_cells = static_cast<long>(at.nx) * at.ny - static_cast<long>(level.covered.size());
 }
 
 void link_cells(Faces& faces, Level& level) {
   const Layout& at = level.layout;
-  level.east.assign(at.size(), 0.0f);
-  level.north.assign(at.size(), 0.0f);
+  level.faces.east.assign(at.size(), 0.0f);
+  level.faces.north.assign(at.size(), 0.0f);
   for (int j = 0; j < at.ny; ++j)
     for (int i = 0; i < at.nx; ++i) {
       const std::ptrdiff_t slot = at(i, j);
       level.diagonal[slot] = faces.all(i, j);
-      if (i + 1 < at.nx) level.east[slot] = faces.open(i, j, right);
-      if (j + 1 < at.ny) level.north[slot] = faces.open(i, j, top);
+      if (i + 1 < at.nx) level.faces.east[slot] = faces.open(i, j, right);
+      if (j + 1 < at.ny) level.faces.north[slot] = faces.open(i, j, top);
     }
 }
 
@@ -177,8 +177,7 @@ void build_by_apertures(const LaplaceProblem& problem, Level& level) {
   Faces faces(bodies, level.layout.nx, level.layout.ny);
   cover_cells(bodies, faces, level);
   link_cells(faces, level);
-  level.link_row_ = link_bodies(bodies, level);
-  level.sort_by_row(parallel::Team::single());
+  sort_links_by_row(link_bodies(bodies, level), level, parallel::Team::single());
   link_sides(problem, faces, level);
 }
 

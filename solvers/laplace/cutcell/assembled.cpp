@@ -9,7 +9,7 @@ AssembledSystem::AssembledSystem(LinkFormula links, double tolerance, CutCellOpt
     : links_(links), tolerance_(tolerance), device_(device) {}
 
 void AssembledSystem::build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) {
-  level.build(problem, links_);
+  builder_.build(problem, links_, level);
   op.build(problem, level);
   assemble_matrix(problem, level);
   set_up_preconditioner(problem);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/linear_system.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/cutcell/system.hpp"
@@ -30,6 +31,7 @@ class AssembledSystem : public LinearSystem {
   LinkFormula links_;
   double tolerance_;
   CutCellOptions::Device device_;
+  LevelBuilder builder_;
   SparseSystem numbering_;             // no rows
   std::vector<std::ptrdiff_t> entry_;  // of each unknown in the operator's vectors
   Krylov krylov_;

@@ -1,7 +1,9 @@
 #include "solvers/laplace/cutcell/bound_cells.hpp"
 
 #include <algorithm>
+#include <span>
 
+#include "solvers/laplace/cutcell/grid_bodies.hpp"
 #include "solvers/laplace/cutcell/level.hpp"
 
 namespace lichtenberg::laplace {
@@ -21,27 +23,11 @@ void BoundCells::append(const BoundCells& more) {
   link_of_level.insert(link_of_level.end(), more.link_of_level.begin(), more.link_of_level.end());
 }
 
-void Level::find_bound_cells(const LaplaceProblem& problem, parallel::Team& team) {
-  const int chunks = 4 * team.size();
-  std::vector<BoundCells> found(chunks);
-  team.for_each(chunks, [&](int chunk) {
-    found[chunk].clear();
-    for (int j = layout.ny * chunk / chunks; j < layout.ny * (chunk + 1) / chunks; ++j)
-      for (int m = row_start[j]; m < row_start[j + 1]; ++m) {
-        const RowLink& link = row_links[m];
-        if (link.conductance < BoundCells::least_conductance || !resolves(link.body)) continue;
-        int from = m;
-        while (from > row_start[j] && row_links[from - 1].cell == link.cell) --from;
-        while (m + 1 < row_start[j + 1] && row_links[m + 1].cell == link.cell) ++m;
-        bind_cell(problem, j, std::span(row_links).subspan(from, m + 1 - from), found[chunk]);
-      }
-  });
-  bound.clear();
-  for (const BoundCells& part : found) bound.append(part);
-}
+namespace {
 
-/// A cell of row j with all its links.
-void Level::bind_cell(const LaplaceProblem& problem, int j, std::span<const RowLink> of_cell, BoundCells& found) const {
+/// Adds a fluid cell of row j with all its links.
+void add_cell(const LaplaceProblem& problem, const Level& level, int j, std::span<const RowLink> of_cell,
+              BoundCells& found) {
   const int first = static_cast<int>(found.links.size());
   for (const RowLink& link : of_cell) {
     const int group = problem.bodies[link.body].group;
@@ -56,18 +42,35 @@ void Level::bind_cell(const LaplaceProblem& problem, int j, std::span<const RowL
   }
   if (static_cast<int>(found.links.size()) == first) return;
   const std::ptrdiff_t cell = of_cell.front().cell;
-  found.cells.push_back({cell, j, diagonal[cell]});
+  found.cells.push_back({cell, j, level.diagonal[cell]});
   found.start.push_back(static_cast<int>(found.links.size()));
 }
 
-std::vector<NetworkLink> Level::direct_links(const LaplaceProblem& problem) const {
-  std::vector<NetworkLink> direct;
-  for (const PairLink& pair : pairs)
-    direct.push_back({problem.bodies[pair.body_a].group, problem.bodies[pair.body_b].group, pair.conductance});
-  bound.for_each_joined([&](const BoundCells::Link& a, const BoundCells::Link& b, double conductance) {
-    direct.push_back({a.group, b.group, conductance});
+/// Adds the cells of row j.
+void add_row(const LaplaceProblem& problem, const GridBodies& bodies, const Level& level, int j, BoundCells& found) {
+  const std::span<const RowLink> all(level.row_links);
+  for (int m = level.row_start[j]; m < level.row_start[j + 1]; ++m) {
+    const RowLink& link = all[m];
+    if (link.conductance < BoundCells::least_conductance || !bodies.resolves(link.body)) continue;
+    int from = m;
+    while (from > level.row_start[j] && all[from - 1].cell == link.cell) --from;
+    while (m + 1 < level.row_start[j + 1] && all[m + 1].cell == link.cell) ++m;
+    add_cell(problem, level, j, all.subspan(from, m + 1 - from), found);
+  }
+}
+
+}  // namespace
+
+void find_bound_cells(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team) {
+  const int rows = level.layout.ny, chunks = 4 * team.size();
+  std::vector<BoundCells> found(chunks);
+  team.for_each(chunks, [&](int chunk) {
+    found[chunk].clear();
+    for (int j = rows * chunk / chunks; j < rows * (chunk + 1) / chunks; ++j)
+      add_row(problem, bodies, level, j, found[chunk]);
   });
-  return direct;
+  level.bound.clear();
+  for (const BoundCells& part : found) level.bound.append(part);
 }
 
 }  // namespace lichtenberg::laplace

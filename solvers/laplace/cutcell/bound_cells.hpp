@@ -4,9 +4,13 @@
 #include <vector>
 
 #include "solvers/geometry/host_device.hpp"
-#include "solvers/laplace/network_factors.hpp"
+#include "solvers/laplace/problem.hpp"
+#include "solvers/parallel/team.hpp"
 
 namespace lichtenberg::laplace {
+
+struct GridBodies;
+struct Level;
 
 /// Fluid cells so close to conductors that they have hardly a potential of their own: the lone cell squeezed into a gap
 /// below a cell, one whose centre all but lies on a surface. Relaxed after the conductors, and these after it, such a
@@ -47,5 +51,8 @@ struct BoundCells {
           effect(links[m], links[n], joined(links[m].conductance, links[n].conductance, cells[k].diagonal));
   }
 };
+
+/// Sets `level.bound` from its links to resolved bodies and its diagonal.
+void find_bound_cells(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team);
 
 }  // namespace lichtenberg::laplace

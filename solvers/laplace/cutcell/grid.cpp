@@ -100,8 +100,8 @@ void Grid::build(const LaplaceProblem& problem, const Level& level, parallel::Te
     if (group_diagonal[g] > 0) group_inverse_diagonal_[g] = 1.0f / group_diagonal[g];
   coupling_ = couple_groups(problem, level);
   choose_block(level, group_diagonal);
-  east_ = level.east;
-  north_ = level.north;
+  east_ = level.faces.east;
+  north_ = level.faces.north;
   newly_absorbed_.assign(level.absorbed.begin(), level.absorbed.begin() + level.newly_absorbed);
   for (int side = 0; side < 4; ++side) mirror[side] = problem.sides[side].kind == Side::Kind::electrode ? -1.0f : 1.0f;
 }

@@ -43,7 +43,7 @@ void MatrixFreeSystem::build(const LaplaceProblem& problem, Level& level, CutCel
 /// The coarse grids know nothing of the operator: they are made beside it.
 void MatrixFreeSystem::discretize(const LaplaceProblem& problem, Level& level, CutCellOperator& op) {
   multigrid_.prepare(problem, level.layout);
-  level.build(problem, links_, team_);
+  builder_.build(problem, links_, level, team_);
   multigrid_.build_coarse(problem, level);
   op.build(problem, level, team_);
   multigrid_.build_finest(problem, level);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "solvers/laplace/cutcell/conjugate_gradients.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/linear_system.hpp"
 
 namespace lichtenberg::laplace {
@@ -25,6 +26,7 @@ class MatrixFreeSystem : public LinearSystem {
   LinkFormula links_;
   double tolerance_;
   parallel::Team& team_;
+  LevelBuilder builder_;
   Multigrid multigrid_;
   MatrixFreeContext context_;
   Krylov krylov_;

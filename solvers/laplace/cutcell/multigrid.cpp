@@ -25,6 +25,7 @@ void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
     else
       grids_.push_back(std::make_unique<Grid>(coarse_levels_.back()->layout, coarse_sweeps_, team_));
   }
+  coarse_builders_.resize(coarse_levels_.size());
   coarse_solver_ = std::make_unique<CoarseSolver>();
   row_product_.resize(finest.ny);
 }
@@ -46,7 +47,8 @@ void Multigrid::build_coarse(const LaplaceProblem& problem, const Level& finest)
 void Multigrid::discretize_coarse(const LaplaceProblem& problem, const Level& finest, parallel::Team& team) {
   const Sets sets = strongly_coupled(problem, finest.direct_links(problem));
   for (std::size_t l = 0; l < coarse_levels_.size(); ++l) {
-    coarse_levels_[l]->build_coarse(problem, formula_, sets, l > 0 ? coarse_levels_[l - 1].get() : &finest, team);
+    const Level* finer = l > 0 ? coarse_levels_[l - 1].get() : &finest;
+    coarse_builders_[l].build_coarse(problem, formula_, sets, finer, *coarse_levels_[l], team);
     grids_[l + 1]->build(problem, *coarse_levels_[l], team);
   }
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "solvers/laplace/cutcell/grid.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -59,6 +60,7 @@ class Multigrid {
   parallel::Team& team_;
   int coarse_sweeps_;
   std::vector<std::unique_ptr<Level>> coarse_levels_;
+  std::vector<LevelBuilder> coarse_builders_;
   std::vector<std::unique_ptr<Grid>> grids_;
   std::unique_ptr<CoarseSolver> coarse_solver_;
   std::vector<double> row_product_, group_potential_;

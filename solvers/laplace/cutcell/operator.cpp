@@ -14,7 +14,7 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, p
   cells_ = level.layout.size();
   groups_ = problem.groups.size();
   links_.build(problem, level, team);
-  if (level.east.empty()) edges_.build(level, links_, team);
+  if (level.faces.are_uniform()) edges_.build(level, links_, team);
   group_diagonal_ = group_diagonals(problem, level, links_, team);
   pairs_.clear();
   for (const PairLink& pair : level.pairs) {
@@ -54,7 +54,7 @@ double CutCellOperator::apply_row(int j, const double* x, double* y) const {
       out[k] = diagonal[k] > 0 ? value : 0.0;
     }
   }
-  if (!level_->east.empty()) narrow_row(j, x, y);
+  if (!level_->faces.are_uniform()) narrow_row(j, x, y);
   links_.add_to_row(j, x + cells_, [y](std::int32_t cell, double flux) { y[cell] -= flux; });
   double product = 0;
   for (int colour = 0; colour < 2; ++colour)
@@ -65,7 +65,7 @@ double CutCellOperator::apply_row(int j, const double* x, double* y) const {
 /// What is too much in a row of `apply_row` where faces are not wholly open.
 void CutCellOperator::narrow_row(int j, const double* x, double* y) const {
   const Layout& at = level_->layout;
-  const std::vector<float>&east = level_->east, &north = level_->north;
+  const std::vector<float>&east = level_->faces.east, &north = level_->faces.north;
   for (int i = 0; i < at.nx; ++i) {
     const std::ptrdiff_t slot = at(i, j);
     if (!level_->cover[slot].is_fluid()) continue;
@@ -188,7 +188,7 @@ void CutCellOperator::level_out(double* x, double* r) const {
 
 double CutCellOperator::relax_edges(const double* b, double* x, int sweeps) const {
   const Layout& at = level_->layout;
-  if (!level_->east.empty()) return 0;
+  if (!level_->faces.are_uniform()) return 0;
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     relax_groups(b, x);
     for (int colour = 0; colour < 2; ++colour)

@@ -102,10 +102,10 @@ void assemble_part(const LaplaceProblem& problem, const Level& level, Part part,
         const int b = number.of_slot[at(ni, nj)];
         if (b >= 0 && (!part.upper_only || b < a)) row.push_back({b, conductance.empty() ? -1.0 : -conductance[face]});
       };
-      neighbour(i, j - 1, at(i, j - 1), level.north);
-      neighbour(i - 1, j, at(i - 1, j), level.east);
-      neighbour(i + 1, j, at(i, j), level.east);
-      neighbour(i, j + 1, at(i, j), level.north);
+      neighbour(i, j - 1, at(i, j - 1), level.faces.north);
+      neighbour(i - 1, j, at(i - 1, j), level.faces.east);
+      neighbour(i + 1, j, at(i, j), level.faces.east);
+      neighbour(i, j + 1, at(i, j), level.faces.north);
     }
     row.push_back({a, links.diagonal[a]});
     for (; coupling != links.couplings.end() && coupling->first == a; ++coupling) row.push_back(coupling->second);

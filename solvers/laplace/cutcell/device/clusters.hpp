@@ -35,7 +35,7 @@ struct LinkedGroups {
   static LinkedGroups of(std::span<const double> diagonal, std::vector<NetworkLink> links, std::vector<int>& place);
 };
 
-/// Adds the problem's couplings (Level::couple). `largest`: what stronger ones are taken for; `least`: what weaker
+/// Adds the problem's couplings (set_couplings). `largest`: what stronger ones are taken for; `least`: what weaker
 /// ones to given potentials are.
 void couple(const LaplaceProblem& problem, double largest, double least, GroupNetwork& network);
 

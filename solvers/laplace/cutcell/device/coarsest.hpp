@@ -50,7 +50,7 @@ void number_coarsest(const Executor& run, ProblemView problem, GridView grid, Co
   });
 }
 
-/// A group's couplings, in its row of the matrix (Level::couple).
+/// A group's couplings, in its row of the matrix (set_couplings).
 LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, const CoarsestView& coarsest, int g,
                                                   int slots, int a, double* row, int lane, int lanes) {
   const CouplingView& couplings = problem.couplings;

@@ -76,7 +76,7 @@ void Multigrid::take_groups(const double* r) {
 double Multigrid::cycle(const double* r) {
   cycle(0, r, row_product_.data());
   Grid& grid = *grids_[0];
-  if (levels() == 1) grid.settle_coupled();
+  if (levels() == 1) grid.solve_coupled_groups();
   group_potential_.resize(grid.phi.size());
   for (std::size_t g = 0; g < grid.phi.size(); ++g) group_potential_[g] = grid.potential_of(static_cast<int>(g));
   const double* r_group = r + grid.layout.size();

@@ -1,7 +1,7 @@
 #pragma once
 
 // Bound cells (../bound_cells.hpp) of the grids that have kernels of their own in the V-cycle: which they are, what
-// they leave of their conductors' links, what joins these, and how the cycle eliminates them (../grid_bound.cpp). On
+// they leave of their conductors' links, what joins these, and how the cycle eliminates them (../kron_reduction.hpp). On
 // the way down tiles leave in such a cell's place, and on the way up until groups have been relaxed, what the cells
 // around bring, over the cell's diagonal: a group's sum over all its links is then what the elimination makes of it.
 

@@ -122,16 +122,16 @@ TEST_CASE("gradients of the links are the derivatives of their values") {
     for (const double gap : {0.7, 0.05, 1e-3}) {
       const Vec2 p{0.1, 0.2}, e{1, 0}, a{-7.6, 0.9}, b{a.x + 16 + gap, 0.6};
       const double tiny = 1e-3 * gap;  // the integrand varies over the gap
-      const auto value = [&](Vec2 x, Vec2 y) { return channel(p, e, 1, x, 8, y, 8).value; };
-      const PairConductance c = channel(p, e, 1, a, 8, b, 8);
+      const auto value = [&](Vec2 x, Vec2 y) { return gap_conductance(p, e, 1, {x, 8}, {y, 8}).value; };
+      const PairConductance c = gap_conductance(p, e, 1, {a, 8}, {b, 8});
       const Vec2 dx{tiny, 0}, dy{0, tiny};
       // truncation (tiny/gap)^2 = 1e-6
       CHECK(c.gradient_a.x == doctest::Approx((value(a + dx, b) - value(a - dx, b)) / (2 * tiny)).epsilon(1e-5));
       CHECK(c.gradient_b.x == doctest::Approx((value(a, b + dx) - value(a, b - dx)) / (2 * tiny)).epsilon(1e-5));
       CHECK(c.gradient_a.y == doctest::Approx((value(a + dy, b) - value(a - dy, b)) / (2 * tiny)).epsilon(1e-3));
-      const auto to_rim = [&](Vec2 x, Vec2 y) { return channel(p, e, 1, x, 8, y, -24).value; };
+      const auto to_rim = [&](Vec2 x, Vec2 y) { return gap_conductance(p, e, 1, {x, 8}, {y, -24}).value; };
       const Vec2 rim{b.x - 32, 0.6};
-      const PairConductance r = channel(p, e, 1, a, 8, rim, -24);
+      const PairConductance r = gap_conductance(p, e, 1, {a, 8}, {rim, -24});
       CHECK(r.gradient_a.x == doctest::Approx((to_rim(a + dx, rim) - to_rim(a - dx, rim)) / (2 * tiny)).epsilon(1e-5));
       CHECK(r.gradient_b.x == doctest::Approx((to_rim(a, rim + dx) - to_rim(a, rim - dx)) / (2 * tiny)).epsilon(1e-5));
       CHECK(r.gradient_b.y == doctest::Approx((to_rim(a, rim + dy) - to_rim(a, rim - dy)) / (2 * tiny)).epsilon(1e-3));
@@ -143,12 +143,13 @@ TEST_CASE("the channel between two circles is the integral of ds / gap") {
   // Parabolic channel: gap(s) = g + s^2 (1/R_a + 1/R_b) / 2 up to terms s^4/(4 R^3) = 3e-5 for s = 1/2, R = 8.
   for (const double g : {1e-5, 1e-3, 0.1}) {
     const double k = 0.125, exact = 2 / std::sqrt(g * k) * std::atan(0.5 * std::sqrt(k / g));
-    CHECK(channel({0, 0}, {1, 0}, 1, {-7.7, 0}, 8, {8.3 + g, 0}, 8).value == doctest::Approx(exact).epsilon(1e-3));
+    CHECK(gap_conductance({0, 0}, {1, 0}, 1, {{-7.7, 0}, 8}, {{8.3 + g, 0}, 8}).value ==
+          doctest::Approx(exact).epsilon(1e-3));
   }
   // The same at the rim of a dish of radius 24, curvature 1/8 - 1/24.
   for (const double g : {1e-5, 1e-3, 0.1}) {
     const double k = 0.5 * (1.0 / 8 - 1.0 / 24), exact = 2 / std::sqrt(g * k) * std::atan(0.5 * std::sqrt(k / g));
-    CHECK(channel({0, 0}, {1, 0}, 1, {-7.7, 0}, 8, {0.3 + g - 24, 0}, -24).value ==
+    CHECK(gap_conductance({0, 0}, {1, 0}, 1, {{-7.7, 0}, 8}, {{0.3 + g - 24, 0}, -24}).value ==
           doctest::Approx(exact).epsilon(1e-3));
   }
 }

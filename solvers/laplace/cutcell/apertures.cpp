@@ -11,26 +11,26 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Distances below this many cells are taken as this: where a centre all but lies on the surface, its distance says
-/// nothing about how far the fluid of its cell is from it.
+/// Lower bound of distances (cells). The distance of a centre close to the surface is no measure of the distance of the
+/// cell's fluid.
 constexpr double least_distance = 0.25;
 
-/// Faces are closed if less than this of them is open: rounding, in single precision.
+/// Open fraction below which a face is closed: the rounding error in single precision.
 constexpr float rounding = 1e-6f;
 
-/// A round body as the circle that is its surface, in cells.
+/// Surface of a round body in units of cells.
 struct Round {
   Disk circle;
   bool fluid_inside;
 
-  /// Cells of which it may cover some or a face: beyond, there is none of it.
+  /// Range of cells of which the body may cover a part or a face.
   CellRange around(int nx, int ny) const {
     if (fluid_inside) return {0, nx - 1, 0, ny - 1};
     const Vec2 low = circle.centre - Vec2{circle.radius + 1, circle.radius + 1};
     const Vec2 high = circle.centre + Vec2{circle.radius + 1, circle.radius + 1};
     return {cell_at(low.x, nx), cell_at(high.x, nx), cell_at(low.y, ny), cell_at(high.y, ny)};
   }
-  /// How much of a face it covers.
+  /// Length of the face from a to b that the body covers.
   double covers(Vec2 a, Vec2 b) const {
     const double inside = length_inside(circle, a, b);
     return fluid_inside ? 1.0 - inside : inside;
@@ -57,7 +57,7 @@ std::vector<Round> round_bodies(const LaplaceProblem& problem, double h) {
   return bodies;
 }
 
-/// How much of each cell's faces is open.
+/// Open fractions of all cells' faces.
 class Faces {
  public:
   Faces(const std::vector<Round>& bodies, int nx, int ny)
@@ -72,7 +72,7 @@ class Faces {
       });
   }
 
-  /// 0 to 1; single precision, as the level holds it
+  /// From 0 to 1, in single precision as in the level.
   float& open(int i, int j, int side) {
     if (side == left || side == right) return upright_[j * (nx_ + 1) + i + (side == right)];
     return level_[(j + (side == top)) * nx_ + i];
@@ -123,7 +123,7 @@ void link_cells(Faces& faces, Level& level) {
     }
 }
 
-/// Also returns the row of each link.
+/// Returns the row of each link.
 std::vector<int> link_bodies(const std::vector<Round>& bodies, Level& level) {
   std::vector<int> row;
   level.links.clear();
@@ -139,8 +139,8 @@ std::vector<int> link_bodies(const std::vector<Round>& bodies, Level& level) {
       if (arc.length == 0) return;
       const double distance = std::max(std::abs(bodies[body].distance(cell_centre(i, j))), least_distance);
       const double outward = bodies[body].fluid_inside ? -1 : 1;
-      // Not the derivative of the conductance, which means nothing here, but what makes the link's force the pressure
-      // eps/2 (dV/dn)^2 on the arc.
+      // Not the derivative of the conductance, which is meaningless here: this value gives the pressure
+      // eps/2 (dV/dn)^2 on the arc as the link's force.
       const Vec2 gradient = (outward / (distance * distance)) * arc.normal;
       level.links.push_back({slot, static_cast<int>(body), arc.length / distance, gradient});
       level.diagonal[slot] += arc.length / distance;
@@ -163,7 +163,7 @@ void link_sides(const LaplaceProblem& problem, Faces& faces, Level& level) {
         level.diagonal[at(i, j)] -= open;
         continue;
       }
-      level.diagonal[at(i, j)] += open;  // half a cell to the wall: conductance 2 in place of 1
+      level.diagonal[at(i, j)] += open;  // half a cell to the wall: conductance 2 instead of 1
       const double potential = problem.sides[side].potential_at(level.h * (cell_centre(i, j) + 0.5 * direction(side)));
       level.side_links.push_back({at(i, j), -1, side, 2.0 * open, potential, {}});
     }

@@ -12,37 +12,41 @@ namespace lichtenberg::laplace {
 struct GridBodies;
 struct Level;
 
-/// Fluid cells so close to conductors that they have hardly a potential of their own: the lone cell squeezed into a gap
-/// below a cell, one whose centre all but lies on a surface. Relaxed after the conductors, and these after it, such a
-/// cell holds them where they are: of conductances c to a conductor and d to all, a sweep leaves c / d of the error
-/// that both share. So the cycle eliminates them (Grid): a conductor has c - c^2 / d to the rest in place of c, and two
-/// have c_a c_b / d between them.
+/// Near-surface cells: fluid cells dominated by links to conductors, in gaps below a cell or with a centre close to a
+/// surface. The cycle eliminates them (Kron reduction). Relaxed alternately with the groups, such a cell would couple
+/// its error to theirs: with conductance c to a group and the sum d of all, a sweep leaves c / d of the common error.
+/// Elimination changes a group's conductance from c to c - c^2 / d, and adds c_a c_b / d between two groups.
 struct BoundCells {
-  /// A link of this conductance binds its cell; a face between two cells has 1. Table in README.md.
+  /// Minimum link conductance for the elimination of a cell; a face between two cells has 1. Table in README.md.
   static constexpr double least_conductance = 8;
-  /// What a conductor keeps of its conductance to such a cell, and what two have between them; `all`: the sum of the
-  /// cell's conductances.
+  /// Schur complement of a cell: conductance of a group to the rest, and between two groups. `all`: sum of the cell's
+  /// conductances.
   LICHTENBERG_HOST_DEVICE static constexpr double kept(double c, double all) { return c * (all - c) / all; }
   LICHTENBERG_HOST_DEVICE static constexpr double joined(double a, double b, double all) { return a * b / all; }
 
   struct Cell {
     std::ptrdiff_t slot;
     int row;
-    double diagonal;  ///< sum of the cell's conductances
+    /// Sum of the cell's conductances.
+    double diagonal;
   };
   struct Link {
     int body, group;
     double conductance;
   };
-  std::vector<Cell> cells;         ///< by row
-  std::vector<int> start;          ///< [cells + 1] a cell's first in `links`
-  std::vector<Link> links;         ///< to floating groups, each group once a cell
-  std::vector<int> link_of_level;  ///< indices of the level's links that these are
+  /// By row.
+  std::vector<Cell> cells;
+  /// [cells + 1] a cell's first in `links`.
+  std::vector<int> start;
+  /// Links to floating groups; links of a cell to one group are joined.
+  std::vector<Link> links;
+  /// Indices in Level::links of all these links.
+  std::vector<int> link_of_level;
 
   void clear();
-  /// Puts the cells of another list behind its own.
+  /// Appends the cells of another list.
   void append(const BoundCells& more);
-  /// Calls effect(link, link, conductance) for any two conductors that such a cell joins.
+  /// Calls effect(link, link, conductance) for each pair of groups with links to the same cell.
   template <class Effect>
   void for_each_joined(const Effect& effect) const {
     for (std::size_t k = 0; k < cells.size(); ++k)

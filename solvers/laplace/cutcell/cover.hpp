@@ -6,21 +6,22 @@
 
 namespace lichtenberg::laplace {
 
-/// What is at a cell's centre: a body, or fluid. On a device the fluid cells that have a link are numbered (boundary
-/// cells), and their number stands here. All in one integer: -1 is fluid, so that memory filled with ones is, and a
-/// cell that several bodies want goes to the first one by an atomic minimum of the indices (device/grid.hpp).
+/// Owner of a cell: the body that covers the cell's centre, or the fluid. On a device, fluid cells with links are
+/// numbered (boundary cells), and this class stores the number. The code is a single integer, -1 for fluid: memory
+/// filled with one bits is fluid, and an atomic minimum of indices assigns a cell to the first body (device/grid.hpp).
 class Cover {
  public:
-  Cover() = default;  ///< fluid
+  /// Fluid.
+  Cover() = default;
   LICHTENBERG_HOST_DEVICE static constexpr Cover by(int body) { return Cover(body); }
   LICHTENBERG_HOST_DEVICE static constexpr Cover boundary_cell(int number) { return Cover(-2 - number); }
 
   LICHTENBERG_HOST_DEVICE constexpr bool is_fluid() const { return code_ < 0; }
   LICHTENBERG_HOST_DEVICE constexpr bool is_boundary_cell() const { return code_ <= -2; }
   LICHTENBERG_HOST_DEVICE constexpr bool is(int body) const { return code_ == body; }
-  /// Index of the body; of a covered cell only.
+  /// Returns the index of the body; requires a covered cell.
   LICHTENBERG_HOST_DEVICE constexpr int body() const { return code_; }
-  /// Of a boundary cell only.
+  /// Requires a boundary cell.
   LICHTENBERG_HOST_DEVICE constexpr int boundary_number() const { return -2 - code_; }
 
  private:

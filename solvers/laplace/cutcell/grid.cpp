@@ -9,14 +9,14 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// What a row of cells of one colour gets from its neighbours, all faces having conductance 1. `west` points at the
-/// neighbour on the left of the first cell; the one on its right follows it.
+/// Flux into a row of cells of one colour from their neighbours through faces of conductance 1. `west` points to the
+/// left neighbour of the first cell; its right neighbour follows.
 struct Neighbours {
   const float *west, *south, *north;
   float flux(int k) const { return west[k] + west[k + 1] + south[k] + north[k]; }
 };
 
-/// What such a row gets in a medium: each face's conductance stands at the cell on its left or below it.
+/// The same in a medium. The conductance of a face is stored with the cell on its left or below it.
 struct NeighboursInMedium {
   Neighbours cell;
   const float *west, *east, *south, *north;
@@ -25,7 +25,7 @@ struct NeighboursInMedium {
   }
 };
 
-/// 0 where there is no unknown. Divides in any case, so that all can be divided at once.
+/// Inverts a diagonal; 0 where there is no unknown. An unconditional division permits vectorization.
 void invert_row(int n, const double* __restrict diagonal, float* __restrict inverse) {
   for (int k = 0; k < n; ++k) {
     const auto d = static_cast<float>(diagonal[k]);
@@ -34,7 +34,7 @@ void invert_row(int n, const double* __restrict diagonal, float* __restrict inve
   }
 }
 
-// Neighbours are of the other colour, so that no row that is written is read.
+// Neighbours have the other colour, so that no row is both read and written.
 
 /// v = (f + flux from the neighbours) / diagonal
 template <class Around>
@@ -48,14 +48,14 @@ void relax_row_from_zero(int n, float* __restrict v, const float* __restrict f,
   for (int k = 0; k < n; ++k) v[k] = f[k] * inverse_diagonal[k];
 }
 
-/// After a sweep from zero over red and then black, a red cell's residual is what its black neighbours have brought.
+/// Residual of red cells after a sweep from zero over red, then black cells: the flux from their black neighbours.
 template <class Around>
 void red_residual_row(int n, float* r, const float* inverse_diagonal, Around around) {
 #pragma GCC ivdep
   for (int k = 0; k < n; ++k) r[k] = inverse_diagonal[k] > 0 ? around.flux(k) : 0.0f;
 }
 
-/// r = f + flux from the neighbours - diagonal v; r may be f.
+/// r = f + flux from the neighbours - diagonal v. r and f may be the same.
 template <class Around>
 void residual_row(int n, float* r, const float* f, const float* v, const float* inverse_diagonal, Around around) {
 #pragma GCC ivdep
@@ -77,8 +77,7 @@ void Grid::build(const LaplaceProblem& problem, const Level& level, parallel::Te
     for (int colour = 0; colour < 2; ++colour) {
       const std::ptrdiff_t row = layout.row(colour, j);
       invert_row(layout.row_length(colour, j), &level.diagonal[row], &inverse_diagonal_[row]);
-      // The coarsest grid's solve sets unknowns only: cells that a grounded conductor covers now would keep what they
-      // had.
+      // The coarsest grid's solve sets unknowns only; cells that a grounded conductor covers must be reset here.
       std::fill_n(&v[row], layout.row_length(colour, j), 0.0f);
     }
   });
@@ -153,8 +152,8 @@ void Grid::add_link_fluxes(int j, const std::vector<float>& potential) {
   links_.add_to_row(j, potential.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
 }
 
-/// Conductors first: a conductor's charge spreads into its potential before the cells see it. Without that the sweep
-/// smooths against a wrong boundary (26 iterations of CG in place of 12).
+/// Relaxes conductors first, so that the sweep over cells has their potentials as boundary values (12 iterations of CG;
+/// otherwise 26).
 void Grid::smooth_from_zero() {
   std::fill(phi.begin(), phi.end(), 0.0f);
   std::fill(flux_.begin(), flux_.end(), 0.0f);
@@ -193,8 +192,8 @@ void Grid::smooth_from_zero() {
   }
 }
 
-/// Full weighting, the transpose of bilinear interpolation: a coarse cell collects its fine cells' residuals with
-/// weights 1 3 3 1 / 4 in each direction (black residuals are zero). What falls outside the box is mirrored back.
+/// Full weighting, the transpose of bilinear interpolation: weights 1 3 3 1 / 4 of the fine cells' residuals in each
+/// direction (black residuals are zero). Contributions to cells outside the box are mirrored.
 void Grid::restrict_row(Grid& coarse, int J) const {
   const int NX = coarse.layout.nx, NY = coarse.layout.ny;
   thread_local std::vector<float> buffer;
@@ -238,8 +237,8 @@ void Grid::absorb_charges(std::span<const AbsorbedGroup> groups) {
   }
 }
 
-/// A conductor is the same unknown on both grids, unless the coarse one absorbs it; the residuals of the coarse cells
-/// that it covers are its as well.
+/// A group has an unknown on both grids, unless the coarse one absorbs it. It also receives the residuals of the coarse
+/// cells that its bodies cover.
 void Grid::restrict_groups(Grid& coarse) {
   coarse.charge = charge;
   add_group_residuals(coarse.charge);
@@ -261,21 +260,21 @@ void Grid::spread(const std::vector<float>& potential, const std::array<float, 4
   mirrored_.assign(v, mirrored, layout, *team_);
 }
 
-/// Calls effect(slot, value) for the bilinear interpolation from `coarse` to every cell of a row: 9 3 3 1 / 16 of the
-/// four nearest coarse cells.
+/// Calls effect(slot, value) for every cell of a row with the bilinear interpolation from `coarse`: weights 9 3 3 1 /
+/// 16 of the four nearest coarse cells.
 template <class Effect>
 void Grid::interpolate_row(const Grid& coarse, int colour, int j, const Effect& effect) const {
-  const int beside = Layout::parity(colour, j) == 0 ? -1 : 1;
+  const int next_column = Layout::parity(colour, j) == 0 ? -1 : 1;
   const float* own = coarse.mirrored_.row(j / 2);
   const float* next = coarse.mirrored_.row(j / 2 + (j % 2 == 0 ? -1 : 1));
   const std::ptrdiff_t at = layout.row(colour, j);
   const int n = layout.row_length(colour, j);
   for (int I = 0; I < n; ++I)
-    effect(at + I,
-           0.75f * (0.75f * own[I] + 0.25f * own[I + beside]) + 0.25f * (0.75f * next[I] + 0.25f * next[I + beside]));
+    effect(at + I, 0.75f * (0.75f * own[I] + 0.25f * own[I + next_column]) +
+                       0.25f * (0.75f * next[I] + 0.25f * next[I + next_column]));
 }
 
-/// The correction goes to the red cells only: the black ones are relaxed next and forget what they had.
+/// Adds the correction to red cells only, because the subsequent relaxation of black cells overwrites their values.
 void Grid::correct_and_smooth(const Grid& coarse, const double* r, double* row_product) {
   for (int sweep = 0; sweep < sweeps_; ++sweep) {
     const bool is_last = sweep + 1 == sweeps_;

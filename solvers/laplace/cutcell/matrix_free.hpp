@@ -6,10 +6,10 @@
 
 namespace lichtenberg::laplace {
 
-/// The operator as it is, geometric multigrid as preconditioner.
+/// Matrix-free system with geometric multigrid as preconditioner.
 class MatrixFreeSystem : public LinearSystem {
  public:
-  /// `tolerance` is what KSP's views show; each solve has its own.
+  /// `tolerance`: value in KSP's views; each solve has its own.
   MatrixFreeSystem(LinkFormula links, double tolerance, parallel::Team& team);
 
   void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) override;

@@ -33,8 +33,8 @@ void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
 void Multigrid::build_coarse(const LaplaceProblem& problem, const Level& finest) {
   if (coarse_levels_.empty()) return;
   const auto factorize = [&] { coarse_solver_->factorize(problem, *coarse_levels_.back()); };
-  // All coarse grids together take two thirds of what the finest one takes to make: of two threads one has enough to do
-  // with them, of three it would be the last to end.
+  // The coarse grids take 2/3 of the set-up time of the finest: enough work for one of two threads, but too much for
+  // one of three.
   if (team_.size() == 2)
     return team_.start([this, &problem, &finest, factorize] {
       discretize_coarse(problem, finest, parallel::Team::single());
@@ -99,7 +99,7 @@ void Multigrid::apply(const double* r, double* z) {
   std::copy(group_potential_.begin(), group_potential_.end(), z + grid.v.size());
 }
 
-/// Cells of a grid as a share of the finest's.
+/// Number of cells relative to the finest grid.
 double Multigrid::share(int l) const {
   const Layout &at = grids_[l]->layout, &finest = grids_[0]->layout;
   return static_cast<double>(at.nx) * at.ny / (static_cast<double>(finest.nx) * finest.ny);
@@ -117,7 +117,7 @@ void Multigrid::cycle(int l, const double* r, double* row_product) {
   }
   const int more_sweeps = l == 0 ? 0 : coarse_sweeps_ - 1;
   grid.smooth_from_zero();
-  // Black cells, and the residual in the red ones; the red ones' first values take no stencil.
+  // Black cells, and the residual in red cells; the first values of red cells need no stencil.
   work_ += (1 + more_sweeps) * share(l);
   grid.restrict_to(*grids_[l + 1]);
   work_ += 0.5 * share(l);

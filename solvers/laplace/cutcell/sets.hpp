@@ -7,32 +7,33 @@
 
 namespace lichtenberg::laplace {
 
-/// What coarse grids take stronger couplings for: more is the same in single precision, and what elimination in double
-/// precision keeps of the rest is enough for a preconditioner.
+/// Upper bound of couplings on coarse grids. Single precision does not distinguish larger ones, and with this bound the
+/// elimination in double precision is accurate enough for a preconditioner.
 constexpr double largest_coarse_coupling = 1e9;
 
-/// What the cycle takes weaker couplings to given potentials for: those that are all that grounds the field may be weak
-/// by any factor, and it needs a ground to stand on.
+/// Lower bound, in the cycle, of couplings to given potentials if only these ground the field. They may be arbitrarily
+/// weak, but a cycle in single precision needs a ground of sufficient strength.
 constexpr double least_only_ground = 0.1;
 inline double least_in_cycle(const LaplaceProblem& problem) {
   return problem.has_fixed_conductor() ? 0.0 : least_only_ground;
 }
 
-/// Groups that a coarse grid treats like one: those that are coupled more strongly than small disks are to the field
-/// around them. Weaker couplings matter little beside the field. `is_held` says of a set, by its first group, whether
-/// anything in it has a given potential, or is all that the field has for ground.
+/// Agglomerates: sets of groups that a coarse grid resolves or absorbs together. Their couplings are stronger than the
+/// links of small disks to the surrounding field; weaker couplings hardly matter compared with the field.
 struct Sets {
-  std::vector<int> of_group;  ///< a set's first group
+  /// First group of each group's set.
+  std::vector<int> of_group;
+  /// By a set's first group: whether a group of the set has a given potential or is coupled to the field's only ground.
   std::vector<char> is_held;
 };
 
-/// Direct links, conductances, that join groups: what lets four times as much through as a face between two cells is
-/// not what a medium of small disks can be taken for. Sets that are joined by less grow over the box in a crowd, and
-/// its disks stay thin conductors where a medium would do. Table in README.md.
+/// Minimum conductance of direct links between groups of one set. A gap that conducts four times as much as a face
+/// between two cells has no equivalent in a medium of small disks. With a smaller value, sets in dense systems extend
+/// over the box, and their disks remain subgrid conductors where a medium would suffice. Table in README.md.
 constexpr double least_joining = 4;
 
-/// By couplings, and by those of the finest grid's direct links that conduct more than `least_joining`: of conductors
-/// that all but touch.
+/// Returns the sets connected by strong couplings and by those of the finest grid's direct links that exceed
+/// `least_joining`, which are links of conductors that nearly touch.
 Sets strongly_coupled(const LaplaceProblem& problem, const std::vector<NetworkLink>& direct_links);
 
 }  // namespace lichtenberg::laplace

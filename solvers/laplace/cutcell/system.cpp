@@ -7,17 +7,19 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Which part of the matrix is wanted.
-struct Part {
-  int begin, end;  // rows
+/// Part and variant of the matrix to assemble.
+struct MatrixPart {
+  // Range of rows.
+  int begin, end;
   bool upper_only;
   bool pin;
-  bool in_cycle;  // with couplings to fixed groups as the preconditioner takes them
+  // Whether couplings to fixed groups are those of the preconditioner.
+  bool in_cycle;
 };
 
 using Entry = SparseSystem::Entry;
 
-// Unknown of every slot and group; -1: none.
+/// Unknown of every slot and group; -1: none.
 struct Numbering {
   std::vector<int> of_slot, of_group;
 };
@@ -30,14 +32,16 @@ Numbering invert(const LaplaceProblem& problem, const Level& level, const Sparse
   return number;
 }
 
-/// Diagonal and couplings that are not the regular stencil's.
+/// Diagonal and those entries that are not part of the five-point stencil.
 struct Links {
-  std::vector<double> diagonal;                  // by unknown
-  std::vector<std::pair<int, Entry>> couplings;  // by row and column
+  // By unknown.
+  std::vector<double> diagonal;
+  // By row and column.
+  std::vector<std::pair<int, Entry>> couplings;
 };
 
 Links collect_links(const LaplaceProblem& problem, const Level& level, const SparseSystem& system,
-                    const Numbering& number, Part part) {
+                    const Numbering& number, MatrixPart part) {
   Links links;
   links.diagonal.resize(system.unknowns(), 0.0);
   const auto add = [&](int row, int column, double c) {
@@ -46,7 +50,7 @@ Links collect_links(const LaplaceProblem& problem, const Level& level, const Spa
   };
   std::vector<int> from(system.unknowns(), -1);
   for (const SparseSystem::Difference& difference : system.differences) from[difference.unknown] = difference.from;
-  // An end's potential is that of unknown a, plus that of from[a] if it has one; both ends may have the same.
+  // The potential of an end is that of unknown a, plus that of from[a] if it exists; it may be the same at both ends.
   const auto couple = [&](int a, int b, double c) {
     const int base_a = a >= 0 ? from[a] : -1, base_b = b >= 0 ? from[b] : -1;
     const bool cancel_a = base_a >= 0 && (base_a == base_b || base_a == b);
@@ -82,7 +86,7 @@ Links collect_links(const LaplaceProblem& problem, const Level& level, const Spa
   return links;
 }
 
-void assemble_part(const LaplaceProblem& problem, const Level& level, Part part, SparseSystem& system) {
+void assemble_part(const LaplaceProblem& problem, const Level& level, MatrixPart part, SparseSystem& system) {
   const Numbering number = invert(problem, level, system);
   const Links links = collect_links(problem, level, system, number, part);
   const Layout& at = level.layout;
@@ -113,7 +117,8 @@ void assemble_part(const LaplaceProblem& problem, const Level& level, Part part,
   }
 }
 
-/// The first group of each strongly coupled set has its potential for unknown, the others their difference from it.
+/// The unknown of the first group of each strongly coupled set is its potential; that of the others is the difference
+/// from it.
 void number_differences(const LaplaceProblem& problem, const Level& level, SparseSystem& system) {
   if (level.couplings.empty()) return;
   constexpr double strong = 1e3;

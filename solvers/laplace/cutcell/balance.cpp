@@ -3,11 +3,11 @@
 
 namespace lichtenberg::laplace {
 
-/// The unknowns are a shift of each group and one common shift, the level. A level of 1 shifts a group by 1 - held
-/// only, where `held` is its response to links to given potentials. The sum of the cells' equations determines the
+/// The unknowns are a shift of each group and one common shift, the level. A level of 1 shifts a group by 1 - response
+/// only, where `response` stems from its links to given potentials. The sum of the cells' equations determines the
 /// level. The sum of all equations would contain the flux through couplings and its rounding error, which may exceed
-/// all flux to the field. `held` is a sum of positive terms and therefore accurate also for a sole fixed group coupled
-/// by 1e-12.
+/// all flux to the field. `response` is a sum of positive terms and therefore accurate also for a sole fixed group
+/// coupled by 1e-12.
 void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const double* b, double* x) const {
   double* x_group = x + cells_;
   std::vector<double> to_cells(groups_, 0.0), from_cells(groups_, 0.0), shift(groups_, 0.0);
@@ -16,19 +16,20 @@ void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const
   apply_groups(x, shift.data());
   for (std::size_t g = 0; g < groups_; ++g) shift[g] = group_diagonal_[g] > 0 ? b[cells_ + g] - shift[g] : 0.0;
   solve_groups(shift.data());
-  std::vector<double> held(groups_, 0.0);
+  std::vector<double> response(groups_, 0.0);
   LevelSums sums;
   for_each_given(
       problem, *level_,
       [&](std::ptrdiff_t cell, double c, double given) { sums += LevelSums::of_link(c, given / scale, x[cell]); },
-      [&](int g, double c, double) { held[g] += group_diagonal_[g] > 0 ? c : 0.0; });
-  solve_groups(held.data());
+      [&](int g, double c, double) { response[g] += group_diagonal_[g] > 0 ? c : 0.0; });
+  solve_groups(response.data());
   for (std::size_t g = 0; g < groups_; ++g)
-    if (group_diagonal_[g] > 0) sums += LevelSums::of_group(to_cells[g], x_group[g] + shift[g], from_cells[g], held[g]);
+    if (group_diagonal_[g] > 0)
+      sums += LevelSums::of_group(to_cells[g], x_group[g] + shift[g], from_cells[g], response[g]);
   const double level = sums.level();
   if (level != 0) shift_cells(level, x);
   for (std::size_t g = 0; g < groups_; ++g)
-    if (group_diagonal_[g] > 0) x_group[g] += shift[g] + level * (1 - held[g]);
+    if (group_diagonal_[g] > 0) x_group[g] += shift[g] + level * (1 - response[g]);
 }
 
 /// Replaces the flux into each group by the group's potential, at constant potentials of the cells.

@@ -20,10 +20,10 @@ class BodyOrder {
   int index(int body) const { return index_[body]; }
   /// Reorders values by body from the sorted problem's order to the problem's.
   template <class Value>
-  void restore(std::vector<Value>& of_body) const {
-    std::vector<Value> restored(of_body.size());
-    for (std::size_t body = 0; body < of_body.size(); ++body) restored[index_[body]] = of_body[body];
-    of_body = std::move(restored);
+  void restore(std::vector<Value>& value) const {
+    std::vector<Value> restored(value.size());
+    for (std::size_t body = 0; body < value.size(); ++body) restored[index_[body]] = value[body];
+    value = std::move(restored);
   }
 
  private:

@@ -26,10 +26,10 @@ void BoundCells::append(const BoundCells& more) {
 namespace {
 
 /// Adds a fluid cell of row j with all its links.
-void add_cell(const LaplaceProblem& problem, const Level& level, int j, std::span<const RowLink> of_cell,
+void add_cell(const LaplaceProblem& problem, const Level& level, int j, std::span<const RowLink> cell_links,
               BoundCells& found) {
   const int first = static_cast<int>(found.links.size());
-  for (const RowLink& link : of_cell) {
+  for (const RowLink& link : cell_links) {
     const int group = problem.bodies[link.body].group;
     if (!problem.groups[group].floating) continue;
     found.link_of_level.push_back(link.link);
@@ -41,7 +41,7 @@ void add_cell(const LaplaceProblem& problem, const Level& level, int j, std::spa
       found.links.push_back({link.body, group, link.conductance});
   }
   if (static_cast<int>(found.links.size()) == first) return;
-  const std::ptrdiff_t cell = of_cell.front().cell;
+  const std::ptrdiff_t cell = cell_links.front().cell;
   found.cells.push_back({cell, j, level.diagonal[cell]});
   found.start.push_back(static_cast<int>(found.links.size()));
 }

@@ -13,8 +13,8 @@ struct GridBodies;
 struct Level;
 
 /// Near-surface cells: fluid cells dominated by links to conductors, in gaps below a cell or with a centre close to a
-/// surface. The cycle eliminates them (Kron reduction). Relaxed alternately with the groups, such a cell would couple
-/// its error to theirs: with conductance c to a group and the sum d of all, a sweep leaves c / d of the common error.
+/// surface. The cycle eliminates them (Kron reduction). If such a cell and the groups were
+/// relaxed alternately, a sweep would leave c / d of their common error (c: conductance to a group; d: the cell's sum).
 /// Elimination changes a group's conductance from c to c - c^2 / d, and adds c_a c_b / d between two groups.
 struct BoundCells {
   /// Minimum link conductance for the elimination of a cell; a face between two cells has 1. Table in README.md.

@@ -119,8 +119,9 @@ void CellAssignment::assign_small_disks(const GridBodies& bodies, Level& level) 
 
 /// Makes the columns of the body's pieces contain the cell.
 void CellAssignment::extend_columns(int body, CellIndex cell) {
-  const auto of_body = std::ranges::lower_bound(pieces_, body, {}, &BodyPiece::body);
-  const auto piece = std::find_if(of_body, pieces_.end(), [&](const BodyPiece& p) { return cell.j <= p.range.to_j; });
+  const auto first_piece = std::ranges::lower_bound(pieces_, body, {}, &BodyPiece::body);
+  const auto piece =
+      std::find_if(first_piece, pieces_.end(), [&](const BodyPiece& p) { return cell.j <= p.range.to_j; });
   auto& [from, to] = columns_[piece->first_row + cell.j - piece->range.from_j];
   const bool is_first = from > to;
   from = is_first ? cell.i : std::min(from, cell.i);

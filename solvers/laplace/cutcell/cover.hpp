@@ -7,8 +7,8 @@
 namespace lichtenberg::laplace {
 
 /// Owner of a cell: the body that covers the cell's centre, or the fluid. On a device, fluid cells with links are
-/// numbered (boundary cells), and this class stores the number. The code is a single integer, -1 for fluid: memory
-/// filled with one bits is fluid, and an atomic minimum of indices assigns a cell to the first body (device/grid.hpp).
+/// numbered (boundary cells), and this class stores the number. The code is a single integer, -1 for fluid. Memory
+/// filled with one bits is thus fluid, and an atomic minimum assigns a cell to the first body (device/grid.hpp).
 class Cover {
  public:
   /// Fluid.

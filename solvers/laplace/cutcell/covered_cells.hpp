@@ -28,12 +28,12 @@ class CoveredCells {
   }
 
   /// Adds the values of covered cells in f to their groups.
-  void add_to_groups(const std::vector<float>& f, std::vector<float>& of_group) const {
+  void add_to_groups(const std::vector<float>& f, std::vector<float>& group_value) const {
     const int bodies = static_cast<int>(group_.size());
     for (int body = 0; body < bodies; ++body) {
       float sum = 0;
       for (int m = start_[body]; m < start_[body + 1]; ++m) sum += f[cell_[m]];
-      of_group[group_[body]] += sum;
+      group_value[group_[body]] += sum;
     }
   }
 

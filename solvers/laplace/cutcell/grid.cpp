@@ -16,7 +16,7 @@ struct Neighbours {
   float flux(int k) const { return west[k] + west[k + 1] + south[k] + north[k]; }
 };
 
-/// The same in a medium. The conductance of a face is stored with the cell on its left or below it.
+/// Flux into such a row in a medium. The conductance of a face is stored with the cell on its left or below it.
 struct NeighboursInMedium {
   Neighbours cell;
   const float *west, *east, *south, *north;

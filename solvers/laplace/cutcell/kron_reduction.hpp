@@ -7,8 +7,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Kron reduction of near-surface cells Q in the relaxation of a grid's groups G: the groups are relaxed with the Schur
-/// complement A_GG - A_GQ D^-1 A_QG instead of A_GG, D being the diagonal of the cells. Before the coarse-grid
+/// Kron reduction of near-surface cells Q in the relaxation of a grid's groups G. The groups are relaxed with the Schur
+/// complement A_GG - A_GQ D^-1 A_QG instead of A_GG; D is the diagonal of the cells. Before the coarse-grid
 /// correction the groups receive their share of the cells' residuals; after it, back substitution sets the cells. The
 /// two steps are transposes of each other, so that the cycle remains symmetric. In the sweeps over cells, a
 /// near-surface cell is an unknown like any other.

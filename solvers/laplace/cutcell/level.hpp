@@ -84,7 +84,7 @@ struct AbsorbedGroup {
 };
 
 /// Conductances of the faces between fluid cells, by slot: to the cell on the right and to the cell above. Empty
-/// vectors stand for 1 everywhere.
+/// vectors mean 1 everywhere.
 struct FaceConductances {
   std::vector<float> east, north;
 
@@ -117,7 +117,7 @@ struct Level {
   /// Links by body. [bodies + 1]: a body's first in `links`.
   std::vector<FluidLink> links;
   std::vector<int> link_start;
-  /// The same links by the row of their cell, in each row by cell. [ny + 1]: a row's first in `row_links`.
+  /// Copies of the links by the row of their cell, in each row by cell. [ny + 1]: a row's first in `row_links`.
   std::vector<RowLink> row_links;
   std::vector<int> row_start;
   std::vector<CrossGradient> cross_gradients;

@@ -12,8 +12,8 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Upper bound of couplings on the finest grid: with it, groups whose potentials differ in the last digit exchange as
-/// much charge as they have, so that larger values would add rounding only.
+/// Upper bound of couplings on the finest grid. With it, groups whose potentials differ in the last digit already
+/// exchange as much charge as they have. Larger values would add rounding errors only.
 constexpr double largest_coupling = 1e15;
 
 }  // namespace
@@ -162,8 +162,8 @@ void LevelBuilder::join_parts(Level& level, parallel::Team& team) {
 
 namespace {
 
-/// Sorts a row's links by cell. Counting is faster than a comparison sort for so few cells. `first` and `sorted` are
-/// memory for intermediate results.
+/// Sorts a row's links by cell. Counting is faster than a comparison sort for the few cells of a row. `first` and
+/// `sorted` are memory for intermediate results.
 void sort_row(int j, Level& level, std::vector<int>& first, std::vector<RowLink>& sorted) {
   const Layout& layout = level.layout;
   const std::span<RowLink> row(level.row_links.begin() + level.row_start[j],

@@ -39,9 +39,9 @@ LICHTENBERG_HOST_DEVICE inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a
                                                            double radius, bool inside = false) {
   Vec2 a = corner_a - centre, b = corner_b - centre;
   const Vec2 r = p - centre;
-  // The centre of a disk smaller than its cell may lie on the face, where the angle jumps from pi to -pi, or at an end
-  // of the face, where it is undefined. It is then displaced slightly into the disk's cell behind the face, and an end
-  // at the centre is left out of the derivative.
+  // The centre of a disk smaller than its cell may lie on the face, where the angle jumps from pi to -pi. At an end of
+  // the face the angle is undefined. The centre is then displaced slightly into the disk's cell behind the face, and an
+  // end at the centre is left out of the derivative.
   constexpr double little = 1e-9;
   const bool at_a = norm2(a) < little * little, at_b = norm2(b) < little * little;
   if (dot(a, b) <= 0 && std::abs(cross(a, b)) < little) {

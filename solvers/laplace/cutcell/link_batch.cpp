@@ -38,10 +38,10 @@ BatchConductances log_fitted_links(const LinkBatch& links, double radius) {
     const double log_ratio = at_least(2 * w * odd_series(w * w), smallest_cut / distance);
     const double inverse = 1 / log_ratio, value = theta * inverse;
     const double a2 = ax * ax + ay * ay, b2 = bx * bx + by * by, product = inverse / (a2 * b2 * r2);
-    const double of_a = b2 * r2 * product, of_b = a2 * r2 * product, of_r = value * a2 * b2 * product;
+    const double weight_a = b2 * r2 * product, weight_b = a2 * r2 * product, weight_r = value * a2 * b2 * product;
     c.value[k] = value;
-    c.gradient_x[k] = of_b * by - of_a * ay + of_r * x;
-    c.gradient_y[k] = of_a * ax - of_b * bx + of_r * y;
+    c.gradient_x[k] = weight_b * by - weight_a * ay + weight_r * x;
+    c.gradient_y[k] = weight_a * ax - weight_b * bx + weight_r * y;
   }
   return c;
 }

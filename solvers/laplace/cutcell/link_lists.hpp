@@ -8,9 +8,9 @@
 
 namespace lichtenberg::laplace {
 
-/// A level's links between fluid cells and floating groups in two orders: by row of the cell, for the fluxes from
-/// groups to cells during a sweep, and by body, for the fluxes from cells to groups. Links to groups of given potential
-/// are contained in the diagonal and in the right-hand side only.
+/// A level's links between fluid cells and floating groups in two orders. The list by row of the cell serves for fluxes
+/// from groups to cells during a sweep, the list by body for fluxes from cells to groups. Links to groups of given
+/// potential are contained in the diagonal and in the right-hand side only.
 template <class Real>
 class LinkLists {
  public:
@@ -117,9 +117,9 @@ class LinkLists {
     const int chunks = std::clamp(static_cast<int>(by_body_.size()) / links_a_chunk, 1, 4 * team.size());
     team.for_each(chunks, [&](int k) {
       for (std::size_t n = runs * k / chunks; n < runs * (k + 1) / chunks; ++n) {
-        Real of_run = 0;
-        for (int m = runs_[n].start; m < runs_[n].end; ++m) of_run += term(by_body_[m]);
-        run_sum_[n] = of_run;
+        Real run_sum = 0;
+        for (int m = runs_[n].start; m < runs_[n].end; ++m) run_sum += term(by_body_[m]);
+        run_sum_[n] = run_sum;
       }
     });
     for (std::size_t n = 0; n < runs; ++n) sum[runs_[n].group] += run_sum_[n];

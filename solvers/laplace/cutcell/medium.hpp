@@ -6,9 +6,9 @@
 // Conductors far smaller than a grid's cells, if kept as conductors, slow CG down (50 iterations instead of 13). Their
 // effect on the field at the scale of the cells is known. A dispersion of floating disks that fill a fraction f of the
 // area is a medium of permittivity (1 + f) / (1 - f) (Maxwell Garnett 1904, in two dimensions), which carries their
-// charge. A conductor with a given potential, or with the potential of distant ones, is a subgrid conductor: it
-// exchanges flux with the four cells around it through a conductance determined by the logarithm of its radius, as
-// wells do in reservoir simulation (Peaceman 1978).
+// charge. A conductor with a given potential, or with the potential of distant ones, is a subgrid conductor. It
+// exchanges flux with the four cells around it, like a well in reservoir simulation (Peaceman 1978). The conductance
+// depends on the logarithm of its radius.
 
 #include <cmath>
 #include <numbers>

@@ -131,8 +131,8 @@ double CutCellOperator::stretch(const double* b, double* x, double* r) const {
     for (int colour = 0; colour < 2; ++colour)
       row_product[j] += row_dot(at.row_length(colour, j), x + at.row(colour, j), b + at.row(colour, j));
   });
-  const double of_field = ordered_sum(row_energy) + apply_field_to_groups(x, r + cells_);
-  const double energy = level_->is_coupled() ? of_field + apply_couplings(x + cells_, r + cells_) : of_field;
+  const double field_energy = ordered_sum(row_energy) + apply_field_to_groups(x, r + cells_);
+  const double energy = level_->is_coupled() ? field_energy + apply_couplings(x + cells_, r + cells_) : field_energy;
   const double product = ordered_sum(row_product) + row_dot(groups, x + cells_, b + cells_);
   const double factor = energy > 0 ? product / energy : 0.0;
   const auto rescale = [=](std::ptrdiff_t from, int count) {
@@ -148,7 +148,7 @@ double CutCellOperator::stretch(const double* b, double* x, double* r) const {
   rescale(static_cast<std::ptrdiff_t>(cells_), groups);
   // The energy of couplings to given potentials is not part of the field's. Without a field, rounding may make the
   // latter negative.
-  const double not_negative = std::max(of_field, 0.0);
+  const double not_negative = std::max(field_energy, 0.0);
   return level_->is_coupled() ? std::abs(factor) * std::sqrt(not_negative) : std::sqrt(factor * product);
 }
 

@@ -9,8 +9,8 @@
 namespace lichtenberg::laplace {
 
 /// Matrix-free cut-cell system A x = b of the finest grid, in double precision. Vectors contain the cells' potentials
-/// in the level's layout (zero in covered cells and padding), then one entry a group (zero for groups of given
-/// potential, which belong to the right-hand side).
+/// in the level's layout (zero in covered cells and padding), then one entry a group. The entry is zero for groups of
+/// given potential, which belong to the right-hand side.
 class CutCellOperator {
  public:
   /// Takes over the level, which must outlive this object.

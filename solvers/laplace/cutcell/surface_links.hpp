@@ -251,8 +251,8 @@ struct Squeeze {
 
 /// Corrects the conductance c of a link in a gap of one fluid cell. The cell's two links to the conductors are in
 /// series and give 1 / gap along the line through the cell's centre. Both are multiplied by the ratio of the integral
-/// over the cell's width to this value, which also depends on the other conductor's position. p: centre of the body's
-/// cell; the fluid cell is next to it in direction e, followed by the partner's cell.
+/// over the cell's width to this value. The ratio also depends on the other conductor's position. p: centre of the
+/// body's cell. The fluid cell is next to it in direction e, followed by the partner's cell.
 LICHTENBERG_HOST_DEVICE inline Squeeze squeeze(const Outline& body, Vec2 p, Vec2 e, const Outline& partner,
                                                Conductance& c) {
   if (body.kind != Outline::Kind::disk && partner.kind != Outline::Kind::disk) return {};

@@ -21,14 +21,14 @@ using Entry = SparseSystem::Entry;
 
 /// Unknown of every slot and group; -1: none.
 struct Numbering {
-  std::vector<int> of_slot, of_group;
+  std::vector<int> by_slot, by_group;
 };
 
 Numbering invert(const LaplaceProblem& problem, const Level& level, const SparseSystem& system) {
   Numbering number{std::vector<int>(level.layout.size(), -1), std::vector<int>(problem.groups.size(), -1)};
   int next = 0;
-  for (const std::ptrdiff_t slot : system.slot) number.of_slot[slot] = next++;
-  for (const int g : system.group) number.of_group[g] = next++;
+  for (const std::ptrdiff_t slot : system.slot) number.by_slot[slot] = next++;
+  for (const int g : system.group) number.by_group[g] = next++;
   return number;
 }
 
@@ -68,16 +68,16 @@ Links collect_links(const LaplaceProblem& problem, const Level& level, const Spa
         if (l != k && end[l] >= 0) add(end[k], end[l], -sign[k] * sign[l] * c);
     }
   };
-  const auto unknown_of_body = [&](int body) { return number.of_group[problem.bodies[body].group]; };
+  const auto unknown_of_body = [&](int body) { return number.by_group[problem.bodies[body].group]; };
   for (const FluidLink& link : level.links)
-    couple(number.of_slot[link.cell], unknown_of_body(link.body), link.conductance);
+    couple(number.by_slot[link.cell], unknown_of_body(link.body), link.conductance);
   for (const PairLink& pair : level.pairs)
     couple(unknown_of_body(pair.body_a), unknown_of_body(pair.body_b), pair.conductance);
   for (const SideLink& link : level.side_links)
-    couple(link.cell >= 0 ? number.of_slot[link.cell] : unknown_of_body(link.body), -1, link.conductance);
-  for (const auto& [a, b, conductance] : level.couplings) couple(number.of_group[a], number.of_group[b], conductance);
+    couple(link.cell >= 0 ? number.by_slot[link.cell] : unknown_of_body(link.body), -1, link.conductance);
+  for (const auto& [a, b, conductance] : level.couplings) couple(number.by_group[a], number.by_group[b], conductance);
   for (const FixedCoupling& coupling : level.fixed_couplings)
-    couple(number.of_group[coupling.group], -1, part.in_cycle ? coupling.conductance_in_cycle : coupling.conductance);
+    couple(number.by_group[coupling.group], -1, part.in_cycle ? coupling.conductance_in_cycle : coupling.conductance);
   for (std::size_t a = 0; a < system.slot.size(); ++a) links.diagonal[a] = level.diagonal[system.slot[a]];
   if (part.pin) links.diagonal[from.back() >= 0 ? from.back() : from.size() - 1] *= 2;
   std::stable_sort(links.couplings.begin(), links.couplings.end(), [](const auto& a, const auto& b) {
@@ -103,7 +103,7 @@ void assemble_part(const LaplaceProblem& problem, const Level& level, MatrixPart
       const auto [i, j] = cell_of(at, static_cast<int>(system.slot[a]));
       const auto neighbour = [&](int ni, int nj, std::ptrdiff_t face, const std::vector<float>& conductance) {
         if (ni < 0 || ni >= at.nx || nj < 0 || nj >= at.ny) return;
-        const int b = number.of_slot[at(ni, nj)];
+        const int b = number.by_slot[at(ni, nj)];
         if (b >= 0 && (!part.upper_only || b < a)) row.push_back({b, conductance.empty() ? -1.0 : -conductance[face]});
       };
       neighbour(i, j - 1, at(i, j - 1), level.faces.north);

@@ -47,7 +47,7 @@ SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level);
 void assemble_rows(const LaplaceProblem& problem, const Level& level, int begin, int end, SparseSystem& system);
 
 /// Assembles the preconditioner's system (FixedCoupling::conductance_in_cycle). `upper_only` leaves out entries below
-/// the diagonal. Without any ground the matrix is singular: `pin` then doubles the diagonal entry of the last unknown,
+/// the diagonal. Without any ground the matrix is singular. `pin` then doubles the diagonal entry of the last unknown,
 /// which makes the matrix positive definite and changes the solution for a consistent right-hand side by a constant
 /// only.
 SparseSystem assemble(const LaplaceProblem& problem, const Level& level, bool upper_only, bool pin);

@@ -8,8 +8,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Minimum number of a grid's cells per thread. A pass takes about a nanosecond per cell, and the call of the other
-/// threads one or two microseconds, at most a quarter of the time of a loop over this many cells.
+/// Minimum number of a grid's cells per thread. A pass takes about a nanosecond per cell. The call of the other
+/// threads takes one or two microseconds, at most a quarter of the time of a loop over this many cells.
 constexpr long cells_a_band = 8192;
 
 /// Returns the number of bands of rows into which a loop over a grid is divided.
@@ -73,9 +73,9 @@ double row_dot(int n, const double* __restrict a, const Real* __restrict b) {
 }
 
 /// Returns the sum of one value per row in the order of the rows, bitwise identical for any number of threads.
-inline double ordered_sum(const std::vector<double>& of_row) {
+inline double ordered_sum(const std::vector<double>& row_value) {
   double sum = 0;
-  for (const double value : of_row) sum += value;
+  for (const double value : row_value) sum += value;
   return sum;
 }
 

@@ -118,6 +118,9 @@ struct SmallGrids {
   }
 
   LICHTENBERG_HOST_DEVICE bool has(int l, Of::Kind kind) const { return grid[l].number[kind] > 0; }
+  LICHTENBERG_HOST_DEVICE static parallel::SegmentList own_groups(const GridView& here) {
+    return {here.groups.own, here.number[Of::own_groups]};
+  }
   LICHTENBERG_HOST_DEVICE bool links_groups(int l) const { return grid[l].groups.clusters || has(l, Of::direct_links); }
 
   /// The finer grid's groups' residuals, in `charge`: of those that are absorbed here to the four cells around, and
@@ -139,7 +142,7 @@ struct SmallGrids {
     const int *covered = here.covered.slot, *own = here.groups.own, n = here.number[Of::own_groups];
     const float* inverse_diagonal = here.groups.inverse_diagonal;
     block.sum_pieces(
-        here.covered_pieces(problem), own, n, here.cycle.partial, [&](int m) { return cells.f[covered[m]]; },
+        here.covered_pieces(problem), own_groups(here), here.cycle.partial, [&](int m) { return cells.f[covered[m]]; },
         parallel::NoMore{},
         [&](int g, float sum) {
           charge[g] += sum;
@@ -255,7 +258,7 @@ struct SmallGrids {
     };
     const ClusterView* clusters = fine.groups.clusters;
     const float* before = clusters ? fine.cycle.phi_down : nullptr;
-    block.sum_pieces(fine.link_pieces(problem), fine.groups.own, fine.number[Of::own_groups], fine.cycle.partial, flux,
+    block.sum_pieces(fine.link_pieces(problem), own_groups(fine), fine.cycle.partial, flux,
                      CycleFluxes{problem, fine, phi, nullptr, before}, [&](int g, float sum) {
                        const bool in_cluster = clusters && clusters->row[g] >= 0;
                        coarse_charge[g] = in_cluster ? sum : sum + (charge[g] - phi[g] / inverse_diagonal[g]);
@@ -348,7 +351,7 @@ struct SmallGrids {
                 *inverse_diagonal = here.groups.inverse_diagonal;
     float *flux = here.cycle.flux, *phi = here.cycle.phi, *next = here.cycle.phi_next;
     block.sum_pieces(
-        here.link_pieces(problem), here.groups.own, here.number[Of::own_groups], here.cycle.partial,
+        here.link_pieces(problem), own_groups(here), here.cycle.partial,
         [&](int link) { return static_cast<float>(conductance[link]) * cells.v[link_slot[link]]; }, parallel::NoMore{},
         [&](int g, float sum) {
           flux[g] = here.groups.clusters ? sum : charge[g] + sum;

@@ -50,9 +50,19 @@ void number_coarsest(const Executor& run, ProblemView problem, GridView grid, Co
   });
 }
 
-/// A group's couplings, in its row of the matrix (Level::couple).
+/// One lane's share of a matrix row: the columns whose number is `lane` modulo `lanes`.
+struct RowShare {
+  static constexpr int lanes = 32;
+  double* entry;
+  int lane;
+  LICHTENBERG_HOST_DEVICE void add(int column, double value) const {
+    if (column % lanes == lane) entry[column] += value;
+  }
+};
+
+/// A group's couplings, in its row `a` of the matrix (Level::couple). `slots`: entries of `index` before the groups'.
 LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, const CoarsestView& coarsest, int g,
-                                                  int slots, int a, double* row, int lane, int lanes) {
+                                                  int slots, int a, RowShare row) {
   const CouplingView& couplings = problem.couplings;
   for (int k = couplings.start[g]; k < couplings.start[g + 1]; ++k) {
     const int other = couplings.other[k], b = coarsest.index[slots + other];
@@ -60,36 +70,33 @@ LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, co
     if (!is_given && coarsest.index[slots + other + 1] == b) continue;  // absorbed
     double c = couplings.conductance[k] < largest_coarse_coupling ? couplings.conductance[k] : largest_coarse_coupling;
     if (is_given && couplings.only_ground && c < least_only_ground) c = least_only_ground;
-    if (a % lanes == lane) row[a] += c;
-    if (!is_given && b % lanes == lane) row[b] -= c;
+    row.add(a, c);
+    if (!is_given) row.add(b, -c);
   }
 }
 
-/// A chunk of the links of the group in row `a` with cells: each of the `lanes` has columns of its own.
+/// A lane's share of a chunk of the links of the group in row `a` with cells.
 LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& problem, const GridView& grid,
-                                                       const CoarsestView& coarsest, int a, int chunk, int lane,
-                                                       int lanes) {
+                                                       const CoarsestView& coarsest, int a, int chunk, int lane) {
   const int n = grid.number[Of::coarse_unknowns];
   if (a >= n || coarsest.unknown[a] >= 0) return;
   const int g = -1 - coarsest.unknown[a];
-  double* sum = coarsest.chunk_of_row(a, chunk, n);
-  for (int b = lane; b < n; b += lanes) sum[b] = 0;
+  const RowShare sum{coarsest.chunk_of_row(a, chunk, n), lane};
+  for (int b = lane; b < n; b += RowShare::lanes) sum.entry[b] = 0;
   const int first = grid.link_start(problem.first_rank[g]);
   const long links = grid.link_start(problem.first_rank[g + 1]) - first;
   const auto cut = [&](int c) { return first + static_cast<int>(links * c / CoarsestView::chunks); };
-  for (int link = cut(chunk); link < cut(chunk + 1); ++link) {
-    const int b = coarsest.index[grid.links.slot[link]];
-    if (b % lanes == lane) sum[b] += grid.links.conductance[link];
-  }
+  for (int link = cut(chunk); link < cut(chunk + 1); ++link)
+    sum.add(coarsest.index[grid.links.slot[link]], grid.links.conductance[link]);
 }
 
-/// The matrix of the coarsest grid. A row's entries are added up by one item, and a group's by as many as `lanes`, of
-/// which each has columns of its own: in the same order each time.
+/// The matrix of the coarsest grid. A cell's row is one item's, and a group's that of `lanes` items: sums are in the
+/// same order each time.
 template <class Executor>
 void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size());
   const int room = grid.room[Of::coarse_unknowns];
-  constexpr int lanes = 32;
+  constexpr int lanes = RowShare::lanes;
   run.fill(coarsest.matrix, 0, static_cast<std::size_t>(room) * room * sizeof(double));
   run.for_each(room, [=] LICHTENBERG_HOST_DEVICE(int a) {
     const int n = grid.number[Of::coarse_unknowns];
@@ -108,26 +115,26 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
     }
   });
   run.for_each(room * CoarsestView::chunks, lanes, [=] LICHTENBERG_HOST_DEVICE(int row, int lane) {
-    add_chunk_of_links(problem, grid, coarsest, row / CoarsestView::chunks, row % CoarsestView::chunks, lane, lanes);
+    add_chunk_of_links(problem, grid, coarsest, row / CoarsestView::chunks, row % CoarsestView::chunks, lane);
   });
   run.for_each(room, lanes, [=] LICHTENBERG_HOST_DEVICE(int a, int lane) {
     const int n = grid.number[Of::coarse_unknowns];
     if (a >= n || coarsest.unknown[a] >= 0) return;
     const int g = -1 - coarsest.unknown[a];
-    double* row = coarsest.matrix + a * n;
-    if (a % lanes == lane) row[a] += grid.groups.diagonal[g];
+    const RowShare row{coarsest.matrix + a * n, lane};
+    row.add(a, grid.groups.diagonal[g]);
     for (int b = lane; b < n; b += lanes) {
       if (coarsest.unknown[b] < 0) continue;
-      for (int chunk = 0; chunk < CoarsestView::chunks; ++chunk) row[b] -= coarsest.chunk_of_row(a, chunk, n)[b];
-      coarsest.matrix[b * n + a] = row[b];
+      for (int chunk = 0; chunk < CoarsestView::chunks; ++chunk) row.entry[b] -= coarsest.chunk_of_row(a, chunk, n)[b];
+      coarsest.matrix[b * n + a] = row.entry[b];
     }
     for (int k = 0; k < grid.direct_links_of(problem, g); ++k) {
       const DirectLink& link = grid.direct.link[grid.first_direct_link(problem, g) + k];
       if (link.is_to_electrode()) continue;
       const int other = slots + problem.group_of[link.other], b = coarsest.index[other];
-      if (coarsest.index[other + 1] > b && b % lanes == lane) row[b] -= link.conductance;
+      if (coarsest.index[other + 1] > b) row.add(b, -link.conductance);
     }
-    if (problem.couplings.start) couple_in_row(problem, coarsest, g, slots, a, row, lane, lanes);
+    if (problem.couplings.start) couple_in_row(problem, coarsest, g, slots, a, row);
   });
 }
 

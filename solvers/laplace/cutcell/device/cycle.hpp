@@ -54,23 +54,21 @@ struct DirectFluxes {
   }
 };
 
-/// phi_next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly, those
-/// of a cluster as one. `more`: is added to phi; `z`: becomes the potentials too; null: nothing.
+/// (flux + what direct links bring) / diagonal: a sweep over groups that are coupled directly, those of a cluster as
+/// one.
 template <class Executor>
-void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
-                        const float* more, float* phi_next, double* z = nullptr) {
-  if (grid.groups.clusters)
-    return relax_clusters(run, problem, grid, flux == grid.cycle.charge ? nullptr : flux, phi, more, phi_next, z);
-  const CycleFluxes of_phi{problem, grid, phi};
+void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, GroupSweep sweep) {
+  if (grid.groups.clusters) return relax_clusters(run, problem, grid, sweep);
+  const CycleFluxes of_phi{problem, grid, sweep.phi};
   run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return of_phi.count(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const float own = of_phi.value(g, t);
-        return more ? own + CycleFluxes{of_phi.problem, of_phi.grid, more}.value(g, t) : own;
+        return sweep.correction ? own + CycleFluxes{of_phi.problem, of_phi.grid, sweep.correction}.value(g, t) : own;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-        phi_next[g] = (flux[g] + sum) * grid.groups.inverse_diagonal[g];
-        if (z) z[g] = phi_next[g];
+        sweep.next[g] = (sweep.flux[g] + sum) * grid.groups.inverse_diagonal[g];
+        if (sweep.z) sweep.z[g] = sweep.next[g];
       });
 }
 
@@ -188,8 +186,9 @@ void relax_groups_first(const Executor& run, const ProblemView& problem, const G
   else if (grid.groups.clusters)
     solve_clusters(run, problem, grid, static_cast<const float*>(grid.cycle.charge), grid.cycle.phi);
   if (grid.may_link_groups())
-    relax_direct_links(run, problem, grid, grid.binds ? grid.cycle.flux : grid.cycle.charge, grid.cycle.phi, nullptr,
-                       grid.cycle.phi_down);
+    relax_direct_links(
+        run, problem, grid,
+        GroupSweep{grid.binds ? grid.cycle.flux : grid.cycle.charge, grid.cycle.phi, nullptr, grid.cycle.phi_down});
 }
 
 /// A grid's part of the V-cycle on the way down: conductors, red, black, and what is left for the next coarser grid.
@@ -219,8 +218,9 @@ void ascend(const Executor& run, const ProblemView& problem, const GridView& gri
   if (!phi) return;
   relax_groups(run, problem, grid, static_cast<const V*>(v), z);
   if (grid.may_link_groups()) {
-    relax_direct_links(run, problem, grid, grid.cycle.flux, phi, coarse.cycle.phi, grid.cycle.phi_next);
-    relax_direct_links(run, problem, grid, grid.cycle.flux, grid.cycle.phi_next, nullptr, grid.cycle.phi, z);
+    relax_direct_links(run, problem, grid, GroupSweep{grid.cycle.flux, phi, coarse.cycle.phi, grid.cycle.phi_next});
+    relax_direct_links(run, problem, grid,
+                       GroupSweep{grid.cycle.flux, grid.cycle.phi_next, nullptr, grid.cycle.phi, z});
   }
   if (grid.binds) follow_groups(run, grid, v);
 }

@@ -138,8 +138,8 @@ class DeviceMultigrid {
     take_potentials(run_, problem_, grid, only_.data(), z);
     if (!grid.groups.clusters) return;
     relax_groups(run_, problem_, grid, static_cast<const float*>(only_.data()), nullptr);
-    relax_direct_links(run_, problem_, grid, grid.cycle.flux, grid.cycle.phi, nullptr, grid.cycle.phi_next,
-                       z_of_groups);
+    relax_direct_links(run_, problem_, grid,
+                       GroupSweep{grid.cycle.flux, grid.cycle.phi, nullptr, grid.cycle.phi_next, z_of_groups});
   }
 
  private:

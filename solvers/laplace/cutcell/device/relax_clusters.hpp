@@ -76,19 +76,28 @@ void solve_exactly(const Executor& run, ProblemView problem, GridView grid, cons
       });
 }
 
-/// A sweep over all groups: from their charges, `flux`, what cells bring (null: nothing), and what `phi` and `more`
-/// bring from other clusters. In double precision: rounding of what couplings carry is in the charges, and cancels.
+/// One Jacobi sweep over the groups' potentials, all arrays by group.
+struct GroupSweep {
+  const float* flux;        ///< what cells bring, with the groups' charges but where there are clusters; or the charges
+  const float* phi;         ///< potentials before the sweep
+  const float* correction;  ///< is added to phi; null: nothing
+  float* next;              ///< becomes the potentials after it
+  double* z = nullptr;      ///< becomes these, too; null: nothing
+};
+
+/// A sweep over all groups: from their charges, what cells bring, and what comes from other clusters. In double
+/// precision: rounding of what couplings carry is in the charges, and cancels.
 template <class Executor>
-void relax_clusters(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
-                    const float* more, float* phi_next, double* z = nullptr) {
-  const CycleFluxes outside{problem, grid, phi, more};
+void relax_clusters(const Executor& run, ProblemView problem, GridView grid, const GroupSweep& sweep) {
+  const CycleFluxes outside{problem, grid, sweep.phi, sweep.correction};
+  const float* flux = sweep.flux == grid.cycle.charge ? nullptr : sweep.flux;
   run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return outside.count(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return outside.value(g, t); },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         grid.cycle.group_rhs[g] = static_cast<double>(grid.cycle.charge[g]) + (flux ? flux[g] + sum : sum);
       });
-  solve_clusters(run, problem, grid, grid.cycle.group_rhs, phi_next, z);
+  solve_clusters(run, problem, grid, grid.cycle.group_rhs, sweep.next, sweep.z);
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -240,8 +240,7 @@ TEST_CASE("the device's operator and right-hand side are the CPU's") {
     for (std::size_t g = 0; g < c.problem.groups.size(); ++g)
       if (!c.problem.groups[g].floating) x[cells + g] = 0;
     op.apply(x.data(), y.data());
-    device::apply_operator(device.run, device.on_device.view(), device.grid.view(), x.data(), device_y.data(),
-                           device.grid.partial());
+    device::apply_operator(device.run, device.on_device.view(), device.grid.view(), x.data(), device_y.data());
     op.right_hand_side(c.problem, b.data());
     device::right_hand_side(device.run, device.on_device.view(), device.grid.view(), device_b.data());
     const std::vector<double> of_links = rounding_of_sums(c.problem, level);

@@ -139,17 +139,17 @@ struct SolveGroups {
 
 /// The groups' equations: residuals and holds, and what takes either away of groups that are linked to no other.
 template <class Executor>
-void find_imbalance(const Executor& run, ProblemView problem, GridView grid, const double* b, const double* x,
-                    double* partial, BalanceView balance) {
+void find_imbalance(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, BalanceView balance) {
+  const double *b = v.b, *x = v.x;
   const int cells = static_cast<int>(grid.layout.size());
   const bool is_coupled = problem.couplings.start, direct_links = grid.may_have(Of::direct_links);
   double* carried = balance.q;
   run.sum_pieces(
-      grid.link_pieces(problem), partial,
+      grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link]; }, parallel::NoMore{},
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { balance.to_cells[g] = sum; });
   run.sum_pieces(
-      grid.link_pieces(problem), partial,
+      grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
       parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { balance.from_cells[g] = sum; });
   if (is_coupled) {
@@ -218,12 +218,13 @@ void find_level(const Executor& run, ProblemView problem, GridView grid, const d
 
 /// Makes the charges exact; potentials in units of `unit`, V.
 template <class Executor>
-void balance_charges(const Executor& run, ProblemView problem, GridView grid, const double* b, double unit,
-                     double* partial, BalanceView balance, double* x) {
-  find_imbalance(run, problem, grid, b, x, partial, balance);
+void balance_charges(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double unit,
+                     BalanceView balance) {
+  double* x = v.x;
+  find_imbalance(run, problem, grid, v, balance);
   find_level(run, problem, grid, x, unit, balance);
   const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(static_cast<long>(cells) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const double level = *balance.level;
     if (k < cells) {
       if (level != 0 && grid.cells.inverse_diagonal[k] > 0) x[k] += level;

@@ -108,9 +108,9 @@ void list_joined(const Executor& run, ProblemView problem, GridView grid, const 
 
 /// The groups' diagonals in the cycle: what bound cells leave of their links.
 template <class Executor>
-void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView grid, double* partial) {
+void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
-      grid.link_pieces(problem), partial,
+      grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) {
         return grid.bound.share[link] > 0 ? grid.bound.kept[link] : grid.links.conductance[link];
       },

@@ -94,7 +94,8 @@ class CutCell : public DeviceSolver {
 
   Profile profile(int repeats) override {
     Profile profile;
-    double *r = b_, *z = arrays_->view.z, *y = arrays_->view.q;
+    const SolveVectors& vectors = arrays_->view.solve;
+    double *r = vectors.b, *z = vectors.z, *y = vectors.q;
     const auto per_call = [&](auto f) {
       f();
       return run_->seconds([&] {
@@ -121,9 +122,7 @@ class CutCell : public DeviceSolver {
     return profile;
   }
 
-  void multiply(const double* x, double* y) const {
-    apply_operator(*run_, problem_->view(), finest().view(), x, y, finest().partial());
-  }
+  void multiply(const double* x, double* y) const { apply_operator(*run_, problem_->view(), finest().view(), x, y); }
   void precondition(const double* r, double* z) const { multigrid_->apply(r, z); }
 
   /// KSPSolve, and the results after it.
@@ -186,9 +185,10 @@ class CutCell : public DeviceSolver {
     Part<BodyResult> body_result;
     Part<SideResult> side_result;
   };
-  /// Arrays of a solve; x and b are the KSP's.
+  /// Arrays of a solve.
   struct Vectors {
-    double *r, *z, *p, *q, *next_potential;
+    SolveVectors solve;  ///< x and b are the KSP's
+    double* next_potential;
     BasisView basis;
     BalanceView balance;
     Shares* shares;
@@ -269,10 +269,10 @@ class CutCell : public DeviceSolver {
     generation_ = multigrid_->generation();
     recordings_.clear();
     Vectors& v = arrays_->view;
-    unknowns_ = n;
+    v.solve.size = n;
     for (int k = 0; k < history_length; ++k) arrays_->resize(n, v.basis.vector[k], v.basis.image[k]);
-    arrays_->resize(n, v.r, v.z, v.p, v.q);
-    arrays_->zero(v.z);
+    arrays_->resize(n, v.solve.r, v.solve.z, v.solve.p, v.solve.q);
+    arrays_->zero(v.solve.z);
     arrays_->resize(1, v.shares);
     BalanceView& balance = v.balance;
     arrays_->resize(groups, v.next_potential, balance.residual, balance.shift, balance.hold, balance.held,
@@ -282,6 +282,7 @@ class CutCell : public DeviceSolver {
     std::tie(report_->iterations, report_->potential, report_->body_result, report_->side_result) =
         report_->parcel.template divide<Iterations, double, BodyResult, SideResult>(
             {1, static_cast<std::size_t>(groups) + 1, bodies_, 4 * side_parts});
+    v.solve.scalars = report_->iterations.device;
     balance.level = report_->potential.device + groups;
   }
 
@@ -299,9 +300,10 @@ class CutCell : public DeviceSolver {
     const bool follows = past_count_ > 0 && follower_->knows(ahead);
     if (follows) follower_->compare(ahead, scale_);
     const auto both = [this, follows] {
-      right_hand_side(*run_, problem_->view(), finest().view(), b_, scale_);
+      const SolveVectors& v = arrays_->view.solve;
+      right_hand_side(*run_, problem_->view(), finest().view(), v.b, scale_);
       if (follows)
-        follow_change(*run_, problem_->view(), finest().view(), past_[0].view, follower_->change(), x_);
+        follow_change(*run_, problem_->view(), finest().view(), past_[0].view, follower_->change(), v.x);
       else
         first_guess();
     };
@@ -318,29 +320,28 @@ class CutCell : public DeviceSolver {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     Vectors& v = arrays_->view;
-    if (past_count_ == 0) return run_->fill(x_, 0, unknowns_ * sizeof(double));
+    if (past_count_ == 0) return run_->fill(v.solve.x, 0, v.solve.size * sizeof(double));
     v.basis.size = past_count_;
     for (int p = 0; p < past_count_; ++p) {
       past_on_unknowns(*run_, problem, grid, past_[p == 0 ? 0 : p - 1].view, p == 0 ? PastView{} : past_[p].view,
                        v.basis.vector[p]);
       multiply(v.basis.vector[p], v.basis.image[p]);
     }
-    find_shares(*run_, unknowns_, v.basis, b_, v.shares);
-    combine(*run_, unknowns_, v.basis, v.shares, x_);
+    find_shares(*run_, v.solve.size, v.basis, v.solve.b, v.shares);
+    combine(*run_, v.solve.size, v.basis, v.shares, v.solve.x);
   }
 
   /// The guess made better where it is worst, and its residual.
   void better_guess() {
     constexpr int sweeps = 4;  // as on the CPU
-    const Vectors& v = arrays_->view;
+    const SolveVectors& v = arrays_->view.solve;
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
-    relax_edges(*run_, problem, grid, b_, x_, finest().partial(), v.next_potential, sweeps);
-    apply_field(*run_, problem, grid, x_, v.q, finest().partial());
-    take_guess(*run_, problem, grid, b_, v.q, x_, v.r, report_->iterations.device);
+    relax_edges(*run_, problem, grid, v, arrays_->view.next_potential, sweeps);
+    apply_field(*run_, problem, grid, v.x, v.q);
+    take_guess(*run_, problem, grid, v);
     if (problem.couplings.only_ground)
-      level_by_couplings(*run_, problem, grid, x_, v.r, report_->potential.device + problem.groups,
-                         report_->iterations.device);
+      level_by_couplings(*run_, problem, grid, v, report_->potential.device + problem.groups);
   }
 
   void finish() {
@@ -355,12 +356,15 @@ class CutCell : public DeviceSolver {
   void evaluate() {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
-    balance_charges(*run_, problem, grid, b_, scale_, finest().partial(), arrays_->view.balance, x_);
-    if (!problem.grounded) fix_mean(*run_, problem, grid, x_, report_->potential.device + problem.groups);
-    group_potentials(*run_, problem, grid, x_, scale_, report_->potential.device);
-    const SolvedView solved{problem, grid, x_, scale_, report_->potential.device};
-    sum_bodies(*run_, solved, report_->body_result.device);
-    sum_sides(*run_, solved, report_->side_result.device);
+    const SolveVectors& v = arrays_->view.solve;
+    balance_charges(*run_, problem, grid, v, scale_, arrays_->view.balance);
+    if (!problem.grounded) fix_mean(*run_, problem, grid, v.x, report_->potential.device + problem.groups);
+    group_potentials(*run_, problem, grid, v.x, scale_, report_->potential.device);
+    sum_bodies(*run_, solved(), report_->body_result.device);
+    sum_sides(*run_, solved(), report_->side_result.device);
+  }
+  SolvedView solved() const {
+    return {problem_->view(), finest().view(), arrays_->view.solve.x, scale_, report_->potential.device};
   }
 
   void take_results(const LaplaceProblem& problem, LaplaceSolution& solution) const {
@@ -388,7 +392,7 @@ class CutCell : public DeviceSolver {
     phase_ = (phase_ + 1) % history_length;
     past_[0].resize(finest().view().layout.size(), past_[0].view.cell);
     past_[0].resize(bodies_, past_[0].view.body);
-    remember(*run_, problem_->view(), finest().view(), x_, report_->potential.device, scale_, past_[0].view);
+    remember(*run_, solved(), past_[0].view);
     past_count_ = std::min(past_count_ + 1, history_length);
     if (followed_) follower_->keep(followed_->found());
   }
@@ -399,8 +403,8 @@ class CutCell : public DeviceSolver {
     parallel::check_petsc(VecSetSizes(krylov_.x, n, n));
     parallel::check_petsc(VecSetType(krylov_.x, PetscSide<Executor>::vector_type));
     parallel::check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
-    b_ = WriteAccess(krylov_.b);
-    x_ = WriteAccess(krylov_.x);
+    arrays_->view.solve.b = WriteAccess(krylov_.b);
+    arrays_->view.solve.x = WriteAccess(krylov_.x);
     const char* method = PetscSide<Executor>::method;
     const Shell shell = Shell::of(this, "cut-cell multigrid on the device", PetscSide<Executor>::vector_type);
     register_natural_method<iterate_on_device<CutCell>>(method);
@@ -427,15 +431,14 @@ class CutCell : public DeviceSolver {
   void iterate_once(Again again) {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
-    Iterations* iterations = report_->iterations.device;
-    const Vectors& v = arrays_->view;
+    const SolveVectors& v = arrays_->view.solve;
     multigrid_->cycle(v.z);
     if (!problem.grounded) level_out(*run_, problem, grid, v.z, report_->potential.device + problem.groups);
-    judge(*run_, unknowns_, v.r, v.z, iterations);
-    turn_direction(*run_, problem, grid, v.z, v.p, iterations);
+    judge(*run_, v);
+    turn_direction(*run_, v);
     multiply(v.p, v.q);
-    find_step(*run_, unknowns_, v.p, v.q, iterations, again);
-    step_along(*run_, problem, grid, v.p, v.q, x_, v.r, iterations);
+    find_step(*run_, v, again);
+    step_along(*run_, grid, v);
   }
 
   /// By a method that the user has asked for.
@@ -467,9 +470,7 @@ class CutCell : public DeviceSolver {
   std::optional<Moments> moments_;
   int generation_ = 0;  // of the grids that the recordings are for
   Krylov krylov_;
-  bool is_fused_ = true;                // the KSP is iterate()
-  double *b_ = nullptr, *x_ = nullptr;  // of krylov_
-  long unknowns_ = 0;                   // entries of a vector
+  bool is_fused_ = true;  // the KSP is iterate()
   std::optional<parallel::Arrays<Vectors, Executor>> arrays_;
   Recordings recordings_;
   double scale_ = 1;                            // V: x, b and the past are in units of it

@@ -129,10 +129,10 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
 /// Of direct or joined links: by the own body's rank, for sorting; behind them what there is room for.
 template <class Executor>
 void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, Of::Kind kind, const DirectLink* link,
-                      int* key, int* index) {
+                      SortArrays sort) {
   run.for_each(grid.room[kind], [=] LICHTENBERG_HOST_DEVICE(int m) {
-    key[m] = m < grid.number[kind] ? problem.rank_of[link[m].own] : problem.bodies;
-    index[m] = m;
+    sort.key[m] = m < grid.number[kind] ? problem.rank_of[link[m].own] : problem.bodies;
+    sort.index[m] = m;
   });
 }
 

@@ -46,11 +46,12 @@ void combine(const Executor& run, long n, BasisView basis, const Shares* shares,
 /// A few sweeps over the cells beside conductors: there a guess's largest errors are, and they are gone at once
 /// (CutCellOperator::relax_edges). `next`: one a group.
 template <class Executor>
-void relax_edges(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x, double* partial,
-                 double* next, int sweeps) {
+void relax_edges(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* next, int sweeps) {
+  const double* b = v.b;
+  double* x = v.x;
   const int cells = static_cast<int>(grid.layout.size()), colour_size = static_cast<int>(grid.layout.colour_size());
   for (int sweep = 0; sweep < sweeps; ++sweep) {
-    balance_groups(run, problem, grid, b, x, partial, next);
+    balance_groups(run, problem, grid, b, x, next);
     for (int colour = 0; colour < 2; ++colour)
       for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
         const int slot = grid.boundary.slot[k];
@@ -64,7 +65,7 @@ void relax_edges(const Executor& run, ProblemView problem, GridView grid, const 
         x[slot] = sum / grid.boundary.diagonal[k];
       });
   }
-  balance_groups(run, problem, grid, b, x, partial, next);
+  balance_groups(run, problem, grid, b, x, next);
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -264,7 +264,8 @@ struct PieceArrays {
   int room;    ///< for n pieces
   int* start;  ///< 2 groups + 1
   int *begin, *end, *segment;
-  int* done;  ///< 2 groups
+  int* done;        ///< 2 groups
+  double* partial;  ///< by piece: partial sums in double precision
 };
 
 struct GroupArrays {

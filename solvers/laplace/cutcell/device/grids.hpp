@@ -43,8 +43,6 @@ class DeviceGrid {
   long fluid_cells(const Numbers& numbers) const {
     return static_cast<long>(view().layout.nx) * view().layout.ny - numbers[Of::covered];
   }
-  /// Sums by piece, in double precision.
-  double* partial() const { return arrays_.view.partial; }
 
   /// Memory for as many of each kind as `room` says. Arrays may move.
   void make_room(const ProblemView& problem, const GridRole& role) {
@@ -102,8 +100,8 @@ class DeviceGrid {
   void outline(const ProblemView& problem, const GridView* finer) {
     outline_bodies(run_, problem, view());
     if (view().has_medium)
-      absorb_groups(run_, problem, view(), finer && finer->has_medium ? finer->medium.absorbed : nullptr, scratch().key,
-                    view().medium.absorbed_groups.item);
+      absorb_groups(run_, problem, view(), finer && finer->has_medium ? finer->medium.absorbed : nullptr,
+                    {scratch().sort.key, view().medium.absorbed_groups.item});
   }
 
   /// The rest, for which all outlines have been made.
@@ -123,7 +121,7 @@ class DeviceGrid {
  private:
   /// Arrays of the set-up.
   struct Scratch {
-    int *key, *index;             ///< for sorting
+    SortArrays sort;
     PointsView points;            ///< without its key
     WithoutCells* without_cells;  ///< by body
     DirectLink *unsorted_direct, *unsorted_joined;
@@ -132,7 +130,6 @@ class DeviceGrid {
   struct All {
     GridView grid;
     Scratch scratch;
-    double* partial;
   };
   GridView& own() { return arrays_.view.grid; }
   Scratch& scratch() { return arrays_.view.scratch; }
@@ -150,7 +147,7 @@ class DeviceGrid {
     arrays_.resize(problem.bodies + 1, grid.strips.start, grid.direct.start, grid.bound.joined_start,
                    scratch.without_cells);
     arrays_.resize(std::max({problem.groups, problem.bodies, grid.room[Of::direct_links], grid.room[Of::joined_links]}),
-                   scratch.key);
+                   scratch.sort.key);
   }
 
   void make_room_for_medium(const ProblemView& problem) {
@@ -186,7 +183,7 @@ class DeviceGrid {
     arrays_.resize(4L * room[Of::boundary], grid.boundary.link, grid.boundary.coupling);
     arrays_.resize(room[Of::direct_links], grid.direct.link);
     if (grid.may_have(Of::without_cells)) arrays_.resize(room[Of::direct_links], scratch.unsorted_direct);
-    arrays_.resize(std::max(room[Of::direct_links], room[Of::joined_links]), scratch.index);
+    arrays_.resize(std::max(room[Of::direct_links], room[Of::joined_links]), scratch.sort.index);
     if (!grid.binds) return;
     arrays_.resize(room[Of::boundary], grid.bound.is_bound);
     arrays_.resize(room[Of::boundary] + 1, scratch.joined_before);
@@ -199,7 +196,7 @@ class DeviceGrid {
     auto [pieces, groups, cycle] = std::tie(grid.pieces, grid.groups, grid.cycle);
     pieces.room = (grid.room[Of::links] + grid.room[Of::covered]) / piece_length + 2 * problem.groups;
     arrays_.resize(2 * problem.groups + 1, pieces.start);
-    arrays_.resize(pieces.room, pieces.begin, pieces.end, pieces.segment, cycle.partial, arrays_.view.partial);
+    arrays_.resize(pieces.room, pieces.begin, pieces.end, pieces.segment, pieces.partial, cycle.partial);
     resize_with_zeros(2 * problem.groups, pieces.done);
     arrays_.resize(problem.groups, groups.diagonal, groups.inverse_diagonal, cycle.phi, cycle.phi_down, cycle.phi_next,
                    cycle.charge, cycle.flux);
@@ -216,10 +213,10 @@ class DeviceGrid {
     const GridView& grid = view();
     const int bins = bins_of(grid.layout);
     const Bins &groups = grid.medium.absorbed_groups, &bodies = grid.medium.absorbed_bodies;
-    int* key = scratch().key;
+    int* key = scratch().sort.key;
     run_.sort(key, groups.item, problem.groups, bins);
     start_segments(run_, key, problem.groups, bins, groups.start);
-    smeared_keys(run_, problem, grid, key, bodies.item);
+    smeared_keys(run_, problem, grid, {key, bodies.item});
     run_.sort(key, bodies.item, problem.bodies, 2 * bins);
     PointsView points = scratch().points;
     points.key = key;
@@ -258,29 +255,29 @@ class DeviceGrid {
     const GridView &grid = view(), list = filled();
     const int room = grid.room[Of::direct_links];
     if (room == 0) return run_.fill(grid.direct.start, 0, (problem.bodies + 1) * sizeof(int));
-    const auto [key, index] = std::pair(scratch().key, scratch().index);
+    const SortArrays& sort = scratch().sort;
     if (grid.may_have(Of::without_cells)) list_without_cells(run_, problem, list, scratch().without_cells);
     make_direct_links(run_, problem, list);
-    direct_link_keys(run_, problem, grid, Of::direct_links, list.direct.link, key, index);
+    direct_link_keys(run_, problem, grid, Of::direct_links, list.direct.link, sort);
     if (grid.may_have(Of::without_cells)) {
-      run_.sort(key, index, room, problem.bodies);
-      sort_direct_links(run_, grid, Of::direct_links, list.direct.link, index, grid.direct.link);
+      run_.sort(sort.key, sort.index, room, problem.bodies);
+      sort_direct_links(run_, grid, Of::direct_links, list.direct.link, sort.index, grid.direct.link);
     }
-    start_segments(run_, key, room, problem.bodies, grid.direct.start);
+    start_segments(run_, sort.key, room, problem.bodies, grid.direct.start);
   }
 
   void bind(const ProblemView& problem) {
     const GridView& grid = view();
-    const auto [key, index, unsorted] = std::tuple(scratch().key, scratch().index, scratch().unsorted_joined);
-    const int* before = scratch().joined_before;
+    const SortArrays& sort = scratch().sort;
+    DirectLink* unsorted = scratch().unsorted_joined;
     find_bound_cells(run_, problem, grid, scratch().joined_before);
     const int room = grid.room[Of::joined_links];
     if (room == 0) return;
-    list_joined(run_, problem, grid, before, unsorted);
-    direct_link_keys(run_, problem, grid, Of::joined_links, unsorted, key, index);
-    run_.sort(key, index, room, problem.bodies);
-    sort_direct_links(run_, grid, Of::joined_links, unsorted, index, grid.bound.joined);
-    start_segments(run_, key, room, problem.bodies, grid.bound.joined_start);
+    list_joined(run_, problem, grid, scratch().joined_before, unsorted);
+    direct_link_keys(run_, problem, grid, Of::joined_links, unsorted, sort);
+    run_.sort(sort.key, sort.index, room, problem.bodies);
+    sort_direct_links(run_, grid, Of::joined_links, unsorted, sort.index, grid.bound.joined);
+    start_segments(run_, sort.key, room, problem.bodies, grid.bound.joined_start);
   }
 
   void build_groups(const ProblemView& problem) {
@@ -291,8 +288,8 @@ class DeviceGrid {
     count_pieces(run_, problem, grid);
     run_.exclusive_scan(grid.pieces.start, 2 * problem.groups + 1);
     cut_pieces(run_, problem, grid);
-    make_group_diagonals(run_, problem, grid, partial());
-    if (grid.binds) make_cycle_diagonals(run_, problem, grid, partial());
+    make_group_diagonals(run_, problem, grid);
+    if (grid.binds) make_cycle_diagonals(run_, problem, grid);
   }
 
   const Executor& run_;

@@ -10,12 +10,20 @@
 
 namespace lichtenberg::laplace::device {
 
+/// Vectors of a solve, by slot and then by group, and the scalars of its iterations.
+struct SolveVectors {
+  long size;      ///< entries of each
+  double *b, *x;  ///< right-hand side; potentials, in units of the solver's potential unit
+  double *r, *z;  ///< residual b - A x; the same, preconditioned
+  double *p, *q;  ///< search direction; A p
+  Iterations* scalars;
+};
+
 /// finish(g, what a group's links and direct links with floating groups bring).
 template <class Executor, class Finish>
-void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, double* partial,
-                  Finish finish) {
+void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, Finish finish) {
   run.sum_pieces(
-      grid.link_pieces(problem), partial,
+      grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
       DirectFluxes<double>{problem, grid, x + grid.layout.size()}, finish);
 }
@@ -37,7 +45,7 @@ void add_couplings(const Executor& run, ProblemView problem, const double* x, do
 
 /// y = A x but for couplings.
 template <class Executor>
-void apply_field(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y, double* partial) {
+void apply_field(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(2 * (grid.layout.ny + 2), static_cast<int>(grid.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int all_rows, int column) {
@@ -67,7 +75,7 @@ void apply_field(const Executor& run, ProblemView problem, GridView grid, const 
                  if (row == 0 && column < Layout::pad)
                    y[colour * at.colour_size() + (at.ny + 2) * at.stride + column] = 0;
                });
-  group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+  group_fluxes(run, problem, grid, x, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
     const double diagonal = grid.groups.diagonal[g];
     y[cells + g] = diagonal > 0 ? diagonal * x[cells + g] - sum : 0.0;
   });
@@ -75,9 +83,8 @@ void apply_field(const Executor& run, ProblemView problem, GridView grid, const 
 
 /// y = A x.
 template <class Executor>
-void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y,
-                    double* partial) {
-  apply_field(run, problem, grid, x, y, partial);
+void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
+  apply_field(run, problem, grid, x, y);
   add_couplings(run, problem, x + grid.layout.size(), y + grid.layout.size());
 }
 
@@ -106,30 +113,28 @@ LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem
 
 /// Stretches the guess x, of which q is the field's part of the image; r = b - A x, taken for the V-cycle.
 template <class Executor>
-void take_guess(const Executor& run, ProblemView problem, GridView grid, const double* b, double* q, double* x,
-                double* r, Iterations* iterations) {
+void take_guess(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
   const int cells = static_cast<int>(grid.layout.size());
-  const long n = static_cast<long>(cells) + problem.groups;
   const bool is_coupled = problem.couplings.start;
   run.sum(
-      n,
+      v.size,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
-        GuessSums sums{b[k] * x[k], x[k] * q[k], std::abs(x[k])};
-        if (is_coupled && k >= cells) sums.of_couplings = coupling_energy(problem, x + cells, k - cells);
+        GuessSums sums{v.b[k] * v.x[k], v.x[k] * v.q[k], std::abs(v.x[k])};
+        if (is_coupled && k >= cells) sums.of_couplings = coupling_energy(problem, v.x + cells, k - cells);
         return sums;
       },
       [=] LICHTENBERG_HOST_DEVICE(const GuessSums& sums) {
         const double energy = sums.energy + sums.of_couplings;
-        iterations->take_guess(sums.product, energy, sums.largest, static_cast<double>(n));
-        if (is_coupled) iterations->set_energy_of_field(sums.energy);
+        v.scalars->take_guess(sums.product, energy, sums.largest, static_cast<double>(v.size));
+        if (is_coupled) v.scalars->set_energy_of_field(sums.energy);
       });
-  add_couplings(run, problem, x + cells, q + cells);
+  add_couplings(run, problem, v.x + cells, v.q + cells);
   const TakeResidual take{grid};
-  run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const double factor = iterations->factor;
-    x[k] *= factor;
-    r[k] = b[k] - factor * q[k];
-    take(k, r[k]);
+  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const double factor = v.scalars->factor;
+    v.x[k] *= factor;
+    v.r[k] = v.b[k] - factor * v.q[k];
+    take(k, v.r[k]);
   });
 }
 
@@ -145,45 +150,41 @@ LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value
 
 /// CutCellOperator::level_out, for systems whose only ground are couplings: r, taken for the V-cycle, sums to zero.
 template <class Executor>
-void level_by_couplings(const Executor& run, ProblemView problem, GridView grid, double* x, double* r, double* level,
-                        Iterations* iterations) {
+void level_by_couplings(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* level) {
   const int cells = static_cast<int>(grid.layout.size());
-  const long n = static_cast<long>(cells) + problem.groups;
   run.sum(
-      n, [=] LICHTENBERG_HOST_DEVICE(int k) { return r[k]; },
+      v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.r[k]; },
       [=] LICHTENBERG_HOST_DEVICE(double sum) {
         *level = sum / *problem.couplings.to_given;
-        iterations->raise_rounding(std::abs(*level), static_cast<double>(n));
+        v.scalars->raise_rounding(std::abs(*level), static_cast<double>(v.size));
       });
   const TakeResidual take{grid};
-  run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    if (grid.is_unknown(k)) x[k] += *level;
+  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (grid.is_unknown(k)) v.x[k] += *level;
     if (k < cells) return;
-    r[k] -= *level * to_given(problem, k - cells, [](int) { return 1.0; });
-    take(k, r[k]);
+    v.r[k] -= *level * to_given(problem, k - cells, [](int) { return 1.0; });
+    take(k, v.r[k]);
   });
 }
 
 /// p = z + beta p; without reading p if beta is 0.
 template <class Executor>
-void turn_direction(const Executor& run, ProblemView problem, GridView grid, const double* z, double* p,
-                    const Iterations* iterations) {
-  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const double beta = iterations->beta;
-    p[k] = beta == 0 ? z[k] : z[k] + beta * p[k];
+void turn_direction(const Executor& run, SolveVectors v) {
+  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const double beta = v.scalars->beta;
+    v.p[k] = beta == 0 ? v.z[k] : v.z[k] + beta * v.p[k];
   });
 }
 
 /// x += alpha p, r -= alpha q, taken for the V-cycle.
 template <class Executor>
-void step_along(const Executor& run, ProblemView problem, GridView grid, const double* p, const double* q, double* x,
-                double* r, const Iterations* iterations) {
+void step_along(const Executor& run, GridView grid, SolveVectors v) {
   const TakeResidual take{grid};
-  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const double alpha = iterations->alpha;
-    x[k] += alpha * p[k];
-    const double residual = r[k] - alpha * q[k];
-    r[k] = residual;
+  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const double alpha = v.scalars->alpha;
+    v.x[k] += alpha * v.p[k];
+    const double residual = v.r[k] - alpha * v.q[k];
+    v.r[k] = residual;
     take(k, residual);
   });
 }
@@ -193,41 +194,40 @@ void begin_iterations(const Executor& run, double tolerance, int most, Iteration
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) { iterations->begin(tolerance, most); });
 }
 
-/// How far to go along p, of which q is the image; and `again`, whether another iteration follows.
+/// How far to go along p; and `again`, whether another iteration follows.
 template <class Executor, class Again>
-void find_step(const Executor& run, long n, const double* p, const double* q, Iterations* iterations, Again again) {
+void find_step(const Executor& run, SolveVectors v, Again again) {
   run.sum(
-      n, [=] LICHTENBERG_HOST_DEVICE(int k) { return p[k] * q[k]; },
+      v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.p[k] * v.q[k]; },
       [=] LICHTENBERG_HOST_DEVICE(double curvature) {
-        iterations->set_step(curvature);
-        again(iterations->go_on != 0);
+        v.scalars->set_step(curvature);
+        again(v.scalars->go_on != 0);
       });
 }
 
-/// Whether the residual r, z preconditioned, is small enough, and how the next direction turns.
+/// Whether the residual is small enough, and how the next direction turns.
 template <class Executor>
-void judge(const Executor& run, long n, const double* r, const double* z, Iterations* iterations) {
+void judge(const Executor& run, SolveVectors v) {
   run.sum(
-      n, [=] LICHTENBERG_HOST_DEVICE(int k) { return r[k] * z[k]; },
-      [=] LICHTENBERG_HOST_DEVICE(double product) { iterations->judge(product); });
+      v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.r[k] * v.z[k]; },
+      [=] LICHTENBERG_HOST_DEVICE(double product) { v.scalars->judge(product); });
 }
 
 /// Each floating group's potential from its own balance (CutCellOperator::balance does more). `next`: one a group,
 /// which is needed where groups see each other's potentials.
 template <class Executor>
-void balance_groups(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
-                    double* partial, double* next) {
+void balance_groups(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x, double* next) {
   const int cells = static_cast<int>(grid.layout.size());
   if (grid.groups.exact_clusters) {
     run.sum_pieces(
-        grid.link_pieces(problem), partial,
+        grid.link_pieces(problem), grid.pieces.partial,
         [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
         parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { next[g] = b[cells + g] + sum; });
     return solve_exactly(run, problem, grid, next, x + cells);
   }
   const bool direct_links = grid.may_have(Of::direct_links);
   if (!direct_links) next = x + cells;
-  group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+  group_fluxes(run, problem, grid, x, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
     const double diagonal = grid.groups.diagonal[g];
     next[g] = diagonal > 0 ? (b[cells + g] + sum) / diagonal : x[cells + g];
   });
@@ -339,18 +339,6 @@ struct PastView {
   double* cell;
   double* body;
 };
-
-template <class Executor>
-void remember(const Executor& run, ProblemView problem, GridView grid, const double* x, const double* group_potential,
-              double scale, PastView past) {
-  run.for_each(static_cast<long>(grid.layout.size()), [=] LICHTENBERG_HOST_DEVICE(int slot) {
-    const Cover cover = grid.cells.cover[slot];
-    past.cell[slot] = cover.is_fluid() ? x[slot] : group_potential[problem.group_of[cover.body()]] / scale;
-  });
-  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    past.body[body] = group_potential[problem.group_of[body]] / scale;
-  });
-}
 
 /// Of the unknowns' potentials, x by group: the mean of value(body) over a group's bodies.
 template <class Executor, class Value>

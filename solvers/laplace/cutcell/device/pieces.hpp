@@ -54,9 +54,9 @@ struct DirectConductances {
 
 /// The groups' sums of the conductances of all that they are linked to, and which have a potential of their own.
 template <class Executor>
-void make_group_diagonals(const Executor& run, ProblemView problem, GridView grid, double* partial) {
+void make_group_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
-      grid.link_pieces(problem), partial,
+      grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link]; }, DirectConductances{problem, grid},
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
         const bool unknown = problem.floating[g] && sum > 0;

@@ -2,7 +2,7 @@
 
 // Charges, forces and energy: results.cpp's arithmetic, a sum a body and a sum a part of each side.
 
-#include "solvers/laplace/cutcell/device/grid.hpp"
+#include "solvers/laplace/cutcell/device/operator.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -39,6 +39,7 @@ struct SolvedView {
   const double* group_potential;
 
   LICHTENBERG_HOST_DEVICE double potential(int slot) const { return scale * cell[slot]; }
+  LICHTENBERG_HOST_DEVICE double body_potential(int body) const { return group_potential[problem.group_of[body]]; }
 
   LICHTENBERG_HOST_DEVICE BodyResult link_result(int m) const {
     const LinkArrays& links = grid.links;
@@ -56,9 +57,8 @@ struct SolvedView {
 
   LICHTENBERG_HOST_DEVICE BodyResult direct_link_result(const DirectLink& link) const {
     const double eps = problem.permittivity, stress = 0.5 * eps / grid.h;
-    const double other =
-        link.is_to_electrode() ? problem.side_potential[link.face()] : group_potential[problem.group_of[link.other]];
-    const double d = group_potential[problem.group_of[link.own]] - other;
+    const double other = link.is_to_electrode() ? problem.side_potential[link.face()] : body_potential(link.other);
+    const double d = body_potential(link.own) - other;
     BodyResult result;
     result.charge = eps * link.conductance * d;
     result.pull(stress * d * d, link.gradient);
@@ -76,12 +76,22 @@ struct SolvedView {
     } else {
       const int body = cover.body();
       conductance = channel_between(grid.bodies.outline[body], cell_centre(i, j), direction(side), 0.5, nullptr).value;
-      other = group_potential[problem.group_of[body]];
+      other = body_potential(body);
     }
     const double flux = problem.permittivity * conductance * (given - other);
     return {flux, 0.5 * flux * given};
   }
 };
+
+template <class Executor>
+void remember(const Executor& run, SolvedView solved, PastView past) {
+  run.for_each(static_cast<long>(solved.grid.layout.size()), [=] LICHTENBERG_HOST_DEVICE(int slot) {
+    const Cover cover = solved.grid.cells.cover[slot];
+    past.cell[slot] = cover.is_fluid() ? solved.cell[slot] : solved.body_potential(cover.body()) / solved.scale;
+  });
+  run.for_each(solved.problem.bodies,
+               [=] LICHTENBERG_HOST_DEVICE(int body) { past.body[body] = solved.body_potential(body) / solved.scale; });
+}
 
 /// By body.
 template <class Executor>

@@ -22,12 +22,17 @@ struct Extent {
   }
 };
 
+/// Arrays for sorting items by integer keys.
+struct SortArrays {
+  int *key, *index;  ///< of the items
+};
+
 /// Whether a group has no potential of its own: `extent` is its set's.
 struct Absorb {
   ProblemView problem;
   GridView grid;
   const int* finer_absorbed;
-  int *key, *index;
+  SortArrays sort;
   LICHTENBERG_HOST_DEVICE void operator()(int g, const Extent& extent) const {
     const double width = extent.high_x - extent.low_x, height = extent.high_y - extent.low_y;
     const bool held = problem.sets.held ? problem.sets.held[g] : !problem.floating[g];
@@ -35,17 +40,17 @@ struct Absorb {
     const bool newly = absorbed && !(finer_absorbed && finer_absorbed[g]);
     grid.medium.absorbed[g] = absorbed;
     grid.medium.centre[g] = {0.5 * (extent.low_x + extent.high_x), 0.5 * (extent.low_y + extent.high_y)};
-    key[g] = newly ? bin_of(grid.layout, grid.medium.centre[g]) : bins_of(grid.layout);
-    index[g] = g;
+    sort.key[g] = newly ? bin_of(grid.layout, grid.medium.centre[g]) : bins_of(grid.layout);
+    sort.index[g] = g;
   }
 };
 
-/// Which groups have no potential of their own. `finer_absorbed`: on the next finer grid; null: none. `key`, `index`:
-/// for sorting, the bins of the groups that this grid is the first to absorb.
+/// Which groups have no potential of their own. `finer_absorbed`: on the next finer grid; null: none. `sort`: the bins
+/// of the groups that this grid is the first to absorb.
 template <class Executor>
-void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed, int* key,
-                   int* index) {
-  const Absorb absorb{problem, grid, finer_absorbed, key, index};
+void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed,
+                   SortArrays sort) {
+  const Absorb absorb{problem, grid, finer_absorbed, sort};
   run.sum_segments(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.members(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
@@ -78,12 +83,12 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
 /// For sorting: bins of the bodies that are absorbed, then those of thin conductors. Group by group, so that bodies of
 /// one group lie side by side in each bin.
 template <class Executor>
-void smeared_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
+void smeared_keys(const Executor& run, ProblemView problem, GridView grid, SortArrays sort) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
     const int body = problem.body_at[rank];
     const int bins = bins_of(grid.layout), bin = bin_of(grid.layout, grid.bodies.outline[body].centre);
-    key[rank] = grid.bodies.resolved[body] ? 2 * bins : is_thin(problem, grid, body) ? bins + bin : bin;
-    index[rank] = body;
+    sort.key[rank] = grid.bodies.resolved[body] ? 2 * bins : is_thin(problem, grid, body) ? bins + bin : bin;
+    sort.index[rank] = body;
   });
 }
 

@@ -96,7 +96,7 @@ template <class Solver>
 PetscErrorCode iterate_on_device(KSP method) {
   Solver* solver = nullptr;
   PetscCall(PCShellGetContext(method->pc, &solver));
-  return solver->iterate(method);
+  return solver->iterate_as_ksp(method);
 }
 
 }  // namespace lichtenberg::laplace::device

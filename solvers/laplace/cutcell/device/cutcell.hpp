@@ -31,66 +31,17 @@ namespace lichtenberg::laplace::device {
 template <class Executor>
 struct PetscSide;
 
-/// The cut-cell solver on an executor's device: ../solver.cpp with the vectors, the grids and the sums over there.
+/// The cut-cell solver on an executor's device.
 template <class Executor>
 class CutCell : public DeviceSolver {
  public:
-  explicit CutCell(const CutCellOptions& options) : options_(options) {}
+  explicit CutCell(const CutCellOptions& options) : DeviceSolver(options) {}
   ~CutCell() override { release_vectors(); }
 
-  LaplaceSolution solve(const LaplaceProblem& problem) override {
-    const auto start = std::chrono::steady_clock::now();
-    LaplaceSolution solution;
-    prepare_grids(problem);
-    problem_->upload(problem, cells_.nx, cells_.ny);
-    double before = 0;
-    do {
-      before = since(start);
-      run_->mark(moments_->begun);
-      multigrid_->build(problem, problem_->view());
-      prepare_system(problem);
-      run_->mark(moments_->discretized);
-      choose_scale();
-      begin();
-      krylov_.criterion = {options_.tolerance, 0, 0, 0};
-      if (is_fused_)
-        krylov_.solve(solution);
-      else
-        solve_by_petsc(solution);
-    } while (!is_settled_);  // in a scene in motion there may be more of something than last time
-
-    keep();
-    take_results(problem, solution);
-    solution.seconds.setup = before + moments_->discretized.seconds_since(moments_->begun);
-    solution.seconds.solve = moments_->iterated.seconds_since(moments_->discretized);
-    solution.seconds.forces = std::max(0.0, since(start) - solution.seconds.setup - solution.seconds.solve);
-    return solution;
-  }
-
-  Field field() const override {
-    if (past_count_ == 0) throw Failure("field solver: no field before the first solve");
-    const GridView& grid = multigrid_->finest().view();
-    const Layout& at = grid.layout;
-    std::vector<double> cell(at.size());
-    std::vector<Cover> cover(at.size());
-    run_->to_host(cell.data(), past_[0].view.cell, cell.size() * sizeof(double));
-    run_->to_host(cover.data(), grid.cells.cover, cover.size() * sizeof(Cover));
-    Field field{cells_.nx, cells_.ny, grid.h, {}, {}};
-    for (int j = 0; j < cells_.ny; ++j)
-      for (int i = 0; i < cells_.nx; ++i) {
-        const std::ptrdiff_t slot = at(i, j);
-        field.value.push_back(scale_ * cell[slot]);
-        field.body.push_back(cover[slot].is_fluid() ? -1 : cover[slot].body());
-      }
-    return field;
-  }
-
-  void forget() override { past_count_ = 0; }
   void follow(const CutCellBackend& coarser) override {
     followed_ = dynamic_cast<const CutCell*>(&coarser);  // null: one on another kind of device
     recordings_.clear();
   }
-  void set_tolerance(double tolerance) override { options_.tolerance = tolerance; }
 
   Profile profile(int repeats) override {
     Profile profile;
@@ -126,7 +77,7 @@ class CutCell : public DeviceSolver {
   void precondition(const double* r, double* z) const { multigrid_->apply(r, z); }
 
   /// KSPSolve, and the results after it.
-  PetscErrorCode iterate(KSP ksp) {
+  PetscErrorCode iterate_as_ksp(KSP ksp) {
     Iterations* iterations = report_->iterations.device;
     begin_iterations(*run_, krylov_.criterion.tolerance, static_cast<int>(ksp->max_it), iterations);
     if (multigrid_->on_device()) {
@@ -143,7 +94,7 @@ class CutCell : public DeviceSolver {
         run_->to_host(&go_on, &iterations->go_on, sizeof go_on);
       }
     }
-    finish();
+    finish_on_device();
     const Iterations& found = *report_->iterations.host;
     for (ksp->its = 0; ksp->its <= std::min(found.done, Iterations::kept - 1); ++ksp->its) {
       ksp->rnorm = found.norm[ksp->its];
@@ -155,6 +106,85 @@ class CutCell : public DeviceSolver {
     krylov_.criterion.last = found.scale > 0 ? ksp->rnorm / found.scale : 0.0;
     ksp->reason = is_settled_ ? static_cast<KSPConvergedReason>(found.reason) : KSP_CONVERGED_ITS;
     return 0;
+  }
+
+ protected:
+  void make_grids(const LaplaceProblem& problem) override {
+    if (!run_) run_ = PetscSide<Executor>::make();
+    release_vectors();
+    multigrid_.reset();
+    past_.clear();
+    check_room(problem);
+    const Executor& run = *run_;
+    problem_ = std::make_unique<DeviceProblem<Executor>>(run);
+    multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, finest_.nx, finest_.ny, options_.links);
+    generation_ = 0;
+    moments_.emplace();
+    for (int k = 0; k < history_length; ++k) past_.emplace_back(run);
+    arrays_.emplace(run);
+    follower_.emplace(run);
+    report_.emplace(run);
+  }
+
+  void discretize(const LaplaceProblem& problem) override {
+    problem_->upload(problem, finest_.nx, finest_.ny);
+    seconds_before_ = seconds();
+    run_->mark(moments_->begun);
+    multigrid_->build(problem, problem_->view());
+    prepare_system(problem);
+    run_->mark(moments_->discretized);
+  }
+
+  void begin(const LaplaceProblem& /*problem*/, LaplaceSolution& /*solution*/) override {
+    if (unit_ != recorded_unit_) recordings_.clear();
+    recorded_unit_ = unit_;
+    const Found ahead = followed_ ? followed_->found() : Found{};
+    const bool follows = past_count_ > 0 && follower_->knows(ahead);
+    if (follows) follower_->compare(ahead, unit_);
+    const auto both = [this, follows] {
+      const SolveVectors& v = arrays_->view.solve;
+      right_hand_side(*run_, problem_->view(), finest().view(), v.b, unit_);
+      if (follows)
+        follow_change(*run_, problem_->view(), finest().view(), past_[0].view, follower_->change(), v.x);
+      else
+        first_guess();
+    };
+    if (follows)
+      run_recorded(recordings_.following[phase_], both);
+    else if (past_count_ == history_length)
+      run_recorded(recordings_.begin[phase_], both);
+    else
+      both();
+  }
+
+  /// With all that is done on the device after it, so that one transfer brings everything.
+  void iterate(LaplaceSolution& solution) override {
+    krylov_.criterion = {options_.tolerance, 0, 0, 0};
+    if (is_fused_)
+      krylov_.solve(solution);
+    else
+      solve_by_petsc(solution);
+  }
+
+  /// In a scene in motion a grid may hold more of something than the last time.
+  bool is_complete() const override { return is_settled_; }
+
+  void finish(const LaplaceProblem& problem, LaplaceSolution& solution) override {
+    keep();
+    take_results(problem, solution);
+    solution.seconds.setup = seconds_before_ + moments_->discretized.seconds_since(moments_->begun);
+    solution.seconds.solve = moments_->iterated.seconds_since(moments_->discretized);
+  }
+
+  bool has_history() const override { return past_count_ > 0; }
+  void clear_history() override { past_count_ = 0; }
+  Field last_field() const override {
+    const GridView& grid = finest().view();
+    std::vector<double> cell(grid.layout.size());
+    std::vector<Cover> cover(grid.layout.size());
+    run_->to_host(cell.data(), past_[0].view.cell, cell.size() * sizeof(double));
+    run_->to_host(cover.data(), grid.cells.cover, cover.size() * sizeof(Cover));
+    return field_on(grid.layout, grid.h, cell.data(), cover.data());
   }
 
  private:
@@ -195,35 +225,9 @@ class CutCell : public DeviceSolver {
   };
   Found found() const {
     if (past_count_ == 0) return {};
-    return {finest().view().layout, static_cast<int>(bodies_), past_[0].view, scale_};
-  }
-  static double since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return {finest().view().layout, problem_->view().bodies, past_[0].view, unit_};
   }
   const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
-
-  void prepare_grids(const LaplaceProblem& problem) {
-    if (!run_) run_ = PetscSide<Executor>::make();
-    if (bodies_ != problem.bodies.size()) forget();
-    bodies_ = problem.bodies.size();
-    if (multigrid_ && size_ == problem.size) return;
-    cells_ = finest_grid(problem, options_.cells);
-    release_vectors();
-    forget();
-    multigrid_.reset();
-    past_.clear();
-    check_room(problem);
-    const Executor& run = *run_;
-    problem_ = std::make_unique<DeviceProblem<Executor>>(run);
-    multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, cells_.nx, cells_.ny, options_.links);
-    generation_ = 0;
-    moments_.emplace();
-    for (int k = 0; k < history_length; ++k) past_.emplace_back(run);
-    arrays_.emplace(run);
-    follower_.emplace(run);
-    report_.emplace(run);
-    size_ = problem.size;
-  }
 
   /// Throws Failure if the device has no room for the grids, their links and vectors: about what they take.
   void check_room(const LaplaceProblem& problem) const {
@@ -232,8 +236,8 @@ class CutCell : public DeviceSolver {
     // A disk of R cells has 8 R links, 5.7 R cells beside it and pi R^2 in it; the coarser grids' edges are as long
     // together as the finest's; a quarter to spare.
     constexpr double a_link = 68, a_boundary_cell = 36, a_covered_cell = 8, spare = 1.25;
-    double bytes = a_cell * cells_.nx * cells_.ny;
-    const double h = problem.size.x / cells_.nx;
+    double bytes = a_cell * finest_.nx * finest_.ny;
+    const double h = problem.size.x / finest_.nx;
     for (const Body& body : problem.bodies) {
       const Outline outline = outline_in_cells(body.shape, h);
       const double radius = outline.round() ? outline.size : 0.5 * (outline.size + norm(outline.end - outline.centre));
@@ -242,12 +246,12 @@ class CutCell : public DeviceSolver {
     if (!problem.couplings.empty()) {
       // All groups in one cluster, on each grid from 8 cells a side on (clustering.hpp).
       const auto floating = std::ranges::count(problem.groups, true, &Group::floating);
-      bytes += sizeof(double) * (std::log2(cells_.nx / 8.0) + 2) * static_cast<double>(floating) * floating;
+      bytes += sizeof(double) * (std::log2(finest_.nx / 8.0) + 2) * static_cast<double>(floating) * floating;
     }
     const double room = static_cast<double>(run_->room());
     if (bytes <= room) return;
     const auto in_mib = [](double b) { return std::to_string(static_cast<long>(b / (1 << 20))) + " MiB"; };
-    throw Failure("the field on " + std::to_string(cells_.nx) + " x " + std::to_string(cells_.ny) + " cells around " +
+    throw Failure("the field on " + std::to_string(finest_.nx) + " x " + std::to_string(finest_.ny) + " cells around " +
                   std::to_string(problem.bodies.size()) + " conductors needs " + in_mib(bytes + (1 << 20)) +
                   " of the device's memory, of which " + in_mib(room) + " are free");
   }
@@ -281,38 +285,9 @@ class CutCell : public DeviceSolver {
                     balance.linked);
     std::tie(report_->iterations, report_->potential, report_->body_result, report_->side_result) =
         report_->parcel.template divide<Iterations, double, BodyResult, SideResult>(
-            {1, static_cast<std::size_t>(groups) + 1, bodies_, 4 * side_parts});
+            {1, static_cast<std::size_t>(groups) + 1, problem.bodies.size(), 4 * side_parts});
     v.solve.scalars = report_->iterations.device;
     balance.level = report_->potential.device + groups;
-  }
-
-  void choose_scale() {
-    const std::optional<double> unit = new_potential_unit(problem_->largest(), scale_, past_count_ > 0);
-    if (!unit) return;
-    forget();
-    if (*unit != scale_) recordings_.clear();
-    scale_ = *unit;
-  }
-
-  /// The right-hand side and the first guess.
-  void begin() {
-    const Found ahead = followed_ ? followed_->found() : Found{};
-    const bool follows = past_count_ > 0 && follower_->knows(ahead);
-    if (follows) follower_->compare(ahead, scale_);
-    const auto both = [this, follows] {
-      const SolveVectors& v = arrays_->view.solve;
-      right_hand_side(*run_, problem_->view(), finest().view(), v.b, scale_);
-      if (follows)
-        follow_change(*run_, problem_->view(), finest().view(), past_[0].view, follower_->change(), v.x);
-      else
-        first_guess();
-    };
-    if (follows)
-      run_recorded(recordings_.following[phase_], both);
-    else if (past_count_ == history_length)
-      run_recorded(recordings_.begin[phase_], both);
-    else
-      both();
   }
 
   /// History::first_guess.
@@ -333,18 +308,18 @@ class CutCell : public DeviceSolver {
 
   /// The guess made better where it is worst, and its residual.
   void better_guess() {
-    constexpr int sweeps = 4;  // as on the CPU
     const SolveVectors& v = arrays_->view.solve;
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
-    relax_edges(*run_, problem, grid, v, arrays_->view.next_potential, sweeps);
+    relax_edges(*run_, problem, grid, v, arrays_->view.next_potential, edge_sweeps);
     apply_field(*run_, problem, grid, v.x, v.q);
     take_guess(*run_, problem, grid, v);
     if (problem.couplings.only_ground)
       level_by_couplings(*run_, problem, grid, v, report_->potential.device + problem.groups);
   }
 
-  void finish() {
+  /// The part of the results that is computed on the device.
+  void finish_on_device() {
     run_->mark(moments_->iterated);
     run_recorded(recordings_.end, [this] { evaluate(); });
     multigrid_->begin_to_settle();
@@ -357,24 +332,24 @@ class CutCell : public DeviceSolver {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     const SolveVectors& v = arrays_->view.solve;
-    balance_charges(*run_, problem, grid, v, scale_, arrays_->view.balance);
+    balance_charges(*run_, problem, grid, v, unit_, arrays_->view.balance);
     if (!problem.grounded) fix_mean(*run_, problem, grid, v.x, report_->potential.device + problem.groups);
-    group_potentials(*run_, problem, grid, v.x, scale_, report_->potential.device);
+    group_potentials(*run_, problem, grid, v.x, unit_, report_->potential.device);
     sum_bodies(*run_, solved(), report_->body_result.device);
     sum_sides(*run_, solved(), report_->side_result.device);
   }
   SolvedView solved() const {
-    return {problem_->view(), finest().view(), arrays_->view.solve.x, scale_, report_->potential.device};
+    return {problem_->view(), finest().view(), arrays_->view.solve.x, unit_, report_->potential.device};
   }
 
   void take_results(const LaplaceProblem& problem, LaplaceSolution& solution) const {
+    const std::size_t bodies = problem.bodies.size();
     solution.unknowns = multigrid_->fluid_cells();
-    for (const Group& group : problem.groups) solution.unknowns += group.floating;
     solution.group_potential.assign(report_->potential.host, report_->potential.host + problem.groups.size());
     solution.energy = 0;
-    solution.body_charge.resize(bodies_);
-    solution.body_force.resize(bodies_);
-    for (std::size_t k = 0; k < bodies_; ++k) {
+    solution.body_charge.resize(bodies);
+    solution.body_force.resize(bodies);
+    for (std::size_t k = 0; k < bodies; ++k) {
       const BodyResult& body = report_->body_result.host[k];
       solution.energy += 0.5 * body.charge * solution.group_potential[problem.bodies[k].group];
       solution.body_charge[k] = body.charge;
@@ -391,7 +366,7 @@ class CutCell : public DeviceSolver {
     std::rotate(past_.begin(), past_.end() - 1, past_.end());
     phase_ = (phase_ + 1) % history_length;
     past_[0].resize(finest().view().layout.size(), past_[0].view.cell);
-    past_[0].resize(bodies_, past_[0].view.body);
+    past_[0].resize(problem_->view().bodies, past_[0].view.body);
     remember(*run_, solved(), past_[0].view);
     past_count_ = std::min(past_count_ + 1, history_length);
     if (followed_) follower_->keep(followed_->found());
@@ -449,7 +424,7 @@ class CutCell : public DeviceSolver {
     krylov_.criterion.energy_norm = report_->iterations.host->energy_norm;
     krylov_.criterion.rounding = report_->iterations.host->rounding;
     krylov_.solve(solution);
-    finish();
+    finish_on_device();
   }
 
   /// Records f as a graph, or does what it says where the host has a part in each cycle.
@@ -460,11 +435,7 @@ class CutCell : public DeviceSolver {
     else
       f();
   }
-  CutCellOptions options_;
   std::unique_ptr<Executor> run_;
-  GridSize cells_{};  // of the finest grid
-  Vec2 size_;
-  std::size_t bodies_ = 0;
   std::unique_ptr<DeviceProblem<Executor>> problem_;
   std::unique_ptr<DeviceMultigrid<Executor>> multigrid_;
   std::optional<Moments> moments_;
@@ -473,7 +444,8 @@ class CutCell : public DeviceSolver {
   bool is_fused_ = true;  // the KSP is iterate()
   std::optional<parallel::Arrays<Vectors, Executor>> arrays_;
   Recordings recordings_;
-  double scale_ = 1;                            // V: x, b and the past are in units of it
+  double recorded_unit_ = 1;                    // unit_ in the recordings
+  double seconds_before_ = 0;                   // the last discretization
   std::vector<Past> past_;                      // newest first
   int past_count_ = 0, phase_ = 0;              // phase_: says where in memory the newest is
   const CutCell* followed_ = nullptr;           // the solver on a coarser grid

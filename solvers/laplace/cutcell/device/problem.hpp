@@ -31,8 +31,6 @@ class DeviceProblem {
   }
 
   const ProblemView& view() const { return view_; }
-  /// Largest charge / permittivity or potential given, V.
-  double largest() const { return std::max(largest_of_groups_, largest_of_sides_); }
 
  private:
   template <class T>
@@ -79,14 +77,11 @@ class DeviceProblem {
   }
 
   void write_groups(const LaplaceProblem& problem) {
-    largest_of_groups_ = 0;
     for (int g = 0; g < view_.groups; ++g) {
       const Group group = g < static_cast<int>(problem.groups.size()) ? problem.groups[g] : Group{.floating = false};
       floating_.host[g] = group.floating;
       charge_.host[g] = group.floating ? group.charge : 0.0;
       potential_.host[g] = group.floating ? 0.0 : group.potential;
-      largest_of_groups_ = std::max(largest_of_groups_,
-                                    std::abs(group.floating ? group.charge / problem.permittivity : group.potential));
     }
   }
 
@@ -147,8 +142,6 @@ class DeviceProblem {
         potential[side * faces + k] = problem.sides[side].potential_at(h * (centre + 0.5 * direction(side)));
       }
     }
-    largest_of_sides_ = 0;
-    for (const double v : potential) largest_of_sides_ = std::max(largest_of_sides_, std::abs(v));
     side_potential_.upload(potential);
     view_.side_potential = side_potential_.data();
   }
@@ -164,7 +157,6 @@ class DeviceProblem {
   std::size_t coupling_room_ = 0, coupling_groups_ = 0;
   parallel::Array<double, Executor> side_potential_;
   std::array<double, 4> constant_{};  ///< V, of sides; NaN: it varies
-  double largest_of_groups_ = 0, largest_of_sides_ = 0;
   std::vector<int> next_;
 };
 

@@ -440,7 +440,7 @@ TEST_CASE("without CUDA in the build the device is refused in one sentence") {
 TEST_CASE("a step that is foreseen to be the last is the last") {
   device::Iterations iterations{};
   iterations.begin(1e-2, 100);
-  iterations.energy_norm = 1;
+  iterations.criterion.energy_norm = 1;
   iterations.judge(1e-2);  // r'z: the norm is .1, more than .01 sqrt(1 + .01)
   CHECK(iterations.go_on == 1);
   iterations.set_step(1);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -31,9 +30,9 @@ PetscErrorCode stop_test(KSP ksp, PetscInt iteration, PetscReal norm, KSPConverg
       return 0;
     }
   } else if (iteration == 0) {
-    criterion.scale = std::hypot(criterion.energy_norm, norm);
+    criterion.begin(norm);
   }
-  criterion.last = criterion.scale > 0 ? norm / criterion.scale : 0.0;
+  criterion.record(norm);
   *reason = KSP_CONVERGED_ITERATING;
   if (!(std::isfinite(norm)))
     *reason = KSP_DIVERGED_NANORINF;
@@ -197,7 +196,7 @@ KSPConvergedReason Krylov::solve_with_restarts() {
   parallel::check_petsc(KSPSetUp(ksp));
   may_stall = has_shell(ksp);
   double norm = natural_norm(*this, false);
-  criterion.scale = std::hypot(criterion.energy_norm, norm);
+  criterion.begin(norm);
   while (true) {
     const double before = norm;
     PetscInt iterations = 0;
@@ -209,7 +208,7 @@ KSPConvergedReason Krylov::solve_with_restarts() {
     iterations_before += static_cast<int>(iterations);
     if (reason == KSP_DIVERGED_NANORINF) return reason;
     norm = natural_norm(*this, false);  // a method without a norm has not been tested
-    criterion.last = criterion.scale > 0 ? norm / criterion.scale : 0.0;
+    criterion.record(norm);
     if (criterion.is_met_by(norm)) return KSP_CONVERGED_RTOL;
     if (is_direct(ksp) || reason == KSP_DIVERGED_ITS || !(norm < progress * before))
       return reason < 0 ? reason : KSP_DIVERGED_ITS;

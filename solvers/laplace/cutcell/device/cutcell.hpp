@@ -102,8 +102,8 @@ class CutCell : public DeviceSolver {
       PetscCall(KSPMonitor(ksp, ksp->its, ksp->rnorm));
     }
     ksp->its = found.done;
-    krylov_.criterion.scale = found.scale;
-    krylov_.criterion.last = found.scale > 0 ? ksp->rnorm / found.scale : 0.0;
+    krylov_.criterion.scale = found.criterion.scale;
+    krylov_.criterion.record(ksp->rnorm);
     ksp->reason = is_settled_ ? static_cast<KSPConvergedReason>(found.reason) : KSP_CONVERGED_ITS;
     return 0;
   }
@@ -286,7 +286,7 @@ class CutCell : public DeviceSolver {
     std::tie(report_->iterations, report_->potential, report_->body_result, report_->side_result) =
         report_->parcel.template divide<Iterations, double, BodyResult, SideResult>(
             {1, static_cast<std::size_t>(groups) + 1, problem.bodies.size(), 4 * side_parts});
-    v.solve.scalars = report_->iterations.device;
+    v.solve.iterations = report_->iterations.device;
     balance.level = report_->potential.device + groups;
   }
 
@@ -421,8 +421,8 @@ class CutCell : public DeviceSolver {
     begin_iterations(*run_, 0, 0, report_->iterations.device);
     better_guess();
     report_->parcel.fetch();
-    krylov_.criterion.energy_norm = report_->iterations.host->energy_norm;
-    krylov_.criterion.rounding = report_->iterations.host->rounding;
+    krylov_.criterion.energy_norm = report_->iterations.host->criterion.energy_norm;
+    krylov_.criterion.rounding = report_->iterations.host->criterion.rounding;
     krylov_.solve(solution);
     finish_on_device();
   }

@@ -10,13 +10,13 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Vectors of a solve, by slot and then by group, and the scalars of its iterations.
+/// Vectors of a solve, by slot and then by group, and the state of its iterations.
 struct SolveVectors {
   long size;      ///< entries of each
   double *b, *x;  ///< right-hand side; potentials, in units of the solver's potential unit
   double *r, *z;  ///< residual b - A x; the same, preconditioned
   double *p, *q;  ///< search direction; A p
-  Iterations* scalars;
+  Iterations* iterations;
 };
 
 /// finish(g, what a group's links and direct links with floating groups bring).
@@ -125,13 +125,13 @@ void take_guess(const Executor& run, ProblemView problem, GridView grid, SolveVe
       },
       [=] LICHTENBERG_HOST_DEVICE(const GuessSums& sums) {
         const double energy = sums.energy + sums.of_couplings;
-        v.scalars->take_guess(sums.product, energy, sums.largest, static_cast<double>(v.size));
-        if (is_coupled) v.scalars->set_energy_of_field(sums.energy);
+        v.iterations->take_guess(sums.product, energy, sums.largest, static_cast<double>(v.size));
+        if (is_coupled) v.iterations->set_energy_of_field(sums.energy);
       });
   add_couplings(run, problem, v.x + cells, v.q + cells);
   const TakeResidual take{grid};
   run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const double factor = v.scalars->factor;
+    const double factor = v.iterations->factor;
     v.x[k] *= factor;
     v.r[k] = v.b[k] - factor * v.q[k];
     take(k, v.r[k]);
@@ -156,7 +156,7 @@ void level_by_couplings(const Executor& run, ProblemView problem, GridView grid,
       v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.r[k]; },
       [=] LICHTENBERG_HOST_DEVICE(double sum) {
         *level = sum / *problem.couplings.to_given;
-        v.scalars->raise_rounding(std::abs(*level), static_cast<double>(v.size));
+        v.iterations->raise_rounding(std::abs(*level), static_cast<double>(v.size));
       });
   const TakeResidual take{grid};
   run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -171,7 +171,7 @@ void level_by_couplings(const Executor& run, ProblemView problem, GridView grid,
 template <class Executor>
 void turn_direction(const Executor& run, SolveVectors v) {
   run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const double beta = v.scalars->beta;
+    const double beta = v.iterations->cg.beta;
     v.p[k] = beta == 0 ? v.z[k] : v.z[k] + beta * v.p[k];
   });
 }
@@ -181,7 +181,7 @@ template <class Executor>
 void step_along(const Executor& run, GridView grid, SolveVectors v) {
   const TakeResidual take{grid};
   run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const double alpha = v.scalars->alpha;
+    const double alpha = v.iterations->alpha;
     v.x[k] += alpha * v.p[k];
     const double residual = v.r[k] - alpha * v.q[k];
     v.r[k] = residual;
@@ -200,8 +200,8 @@ void find_step(const Executor& run, SolveVectors v, Again again) {
   run.sum(
       v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.p[k] * v.q[k]; },
       [=] LICHTENBERG_HOST_DEVICE(double curvature) {
-        v.scalars->set_step(curvature);
-        again(v.scalars->go_on != 0);
+        v.iterations->set_step(curvature);
+        again(v.iterations->go_on != 0);
       });
 }
 
@@ -210,7 +210,7 @@ template <class Executor>
 void judge(const Executor& run, SolveVectors v) {
   run.sum(
       v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.r[k] * v.z[k]; },
-      [=] LICHTENBERG_HOST_DEVICE(double product) { v.scalars->judge(product); });
+      [=] LICHTENBERG_HOST_DEVICE(double product) { v.iterations->judge(product); });
 }
 
 /// Each floating group's potential from its own balance (CutCellOperator::balance does more). `next`: one a group,

@@ -95,15 +95,15 @@ struct Discretized {
       : on_device(run), grid(run, nx, ny, problem.size.x / nx, formula, true) {
     on_device.upload(problem, nx, ny);
     do {  // until there is room for all
-      grid.enlarge(on_device.view(), wanted);
-      grid.make_room(on_device.view(), {.has_medium = false, .number = number.data(), .wanted = wanted.data()});
+      grid.enlarge(on_device.view(), required);
+      grid.reserve(on_device.view(), {.has_medium = false, .number = number.data(), .required = required.data()});
       grid.outline(on_device.view(), nullptr);
       grid.build(on_device.view());
-    } while (!grid.fits(wanted));
+    } while (!grid.fits(required));
   }
   int number_of(device::Of::Kind kind) const { return number[kind]; }
   parallel::HostExecutor run;
-  device::Numbers number{}, wanted{};
+  device::Numbers number{}, required{};
   device::DeviceProblem<parallel::HostExecutor> on_device;
   device::DeviceGrid<parallel::HostExecutor> grid;
 };

@@ -86,13 +86,13 @@ __global__ void pieces_kernel(Pieces pieces, Sum* partial, Value value, More mor
   const int lane = threadIdx.x % lanes, first = pieces.start[0], piece = first + item;
   int s = -1, count = 0;
   Sum sum{};
-  if (item < pieces.room && piece < pieces.start[pieces.segments]) {
+  if (item < pieces.capacity && piece < pieces.start[pieces.segments]) {
     s = pieces.of[piece] - pieces.first_segment;
     count = pieces.count(s);
     const int end = pieces.end[piece];
     for (int k = pieces.begin[piece] + lane; k < end; k += lanes) sum += value(k);
-  } else if (item >= pieces.room && item - pieces.room < pieces.segments) {
-    s = item - pieces.room;
+  } else if (item >= pieces.capacity && item - pieces.capacity < pieces.segments) {
+    s = item - pieces.capacity;
     if (pieces.count(s) > 0) s = -1;
   }
   sum = sum_of_lanes<lanes>(sum);

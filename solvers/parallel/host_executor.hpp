@@ -77,7 +77,7 @@ LICHTENBERG_HOST_DEVICE void enlarge_atomically(T* to, T value) {
 /// start[s + 1] - 1. `begin`, `end` and `of` are indexed by piece; begin and end are indices of values.
 struct Pieces {
   int segments = 0;
-  int room = 0;  ///< Capacity in pieces
+  int capacity = 0;  ///< Capacity in pieces
   const int* start = nullptr;
   const int *begin = nullptr, *end = nullptr;
   const int* of = nullptr;  ///< Segment of a piece, relative to `first_segment`

@@ -191,7 +191,7 @@ void find_imbalance(const Executor& run, ProblemView problem, GridView grid, Sol
 template <class Executor>
 void find_level(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
                 BalanceView balance) {
-  const int links = grid.room[Of::links], faces = 4 * problem.faces, cells = static_cast<int>(grid.layout.size());
+  const int links = grid.capacity[Of::links], faces = 4 * problem.faces, cells = static_cast<int>(grid.layout.size());
   run.sum(
       static_cast<long>(links) + faces + problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int k) {

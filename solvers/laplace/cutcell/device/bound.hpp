@@ -61,8 +61,8 @@ LICHTENBERG_HOST_DEVICE inline bool has_thin_conductors(const GridView& grid, in
 /// groups each makes.
 template <class Executor>
 void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, int* joined_before) {
-  run.fill(grid.bound.share, 0, grid.room[Of::links] * sizeof(float));
-  run.for_each(grid.room[Of::boundary] + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  run.fill(grid.bound.share, 0, grid.capacity[Of::links] * sizeof(float));
+  run.for_each(grid.capacity[Of::boundary] + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
     joined_before[k] = 0;
     if (k >= grid.number[Of::boundary]) return;
     const LinksOfCell of(problem, grid, k);
@@ -77,14 +77,14 @@ void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, i
       grid.bound.kept[of.link[side]] = c / all * BoundCells::kept(all, of.diagonal);
       for (int other = 0; other < side; ++other)
         if (grid.finest && BoundCells::joined(of.conductance[side], of.conductance[other], of.diagonal) > strong_link)
-          grid.wanted[Of::strong_links] = 1;  // all write the same
+          grid.required[Of::strong_links] = 1;  // all write the same
     }
   });
-  run.exclusive_scan(joined_before, grid.room[Of::boundary] + 1);
+  run.exclusive_scan(joined_before, grid.capacity[Of::boundary] + 1);
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-    const int links = joined_before[grid.room[Of::boundary]];
-    grid.wanted[Of::joined_links] = links;
-    grid.number[Of::joined_links] = links <= grid.room[Of::joined_links] ? links : 0;
+    const int links = joined_before[grid.capacity[Of::boundary]];
+    grid.required[Of::joined_links] = links;
+    grid.number[Of::joined_links] = links <= grid.capacity[Of::joined_links] ? links : 0;
   });
 }
 

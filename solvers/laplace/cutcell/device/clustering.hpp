@@ -23,7 +23,7 @@ namespace lichtenberg::laplace::device {
 /// in the cycle and, of the finest grid, in the system.
 template <class Executor>
 void list_group_links(const Executor& run, ProblemView problem, GridView grid, NetworkLink* link, double* diagonal) {
-  const int direct = grid.room[Of::direct_links], all = direct + grid.room[Of::joined_links];
+  const int direct = grid.capacity[Of::direct_links], all = direct + grid.capacity[Of::joined_links];
   run.for_each(all, [=] LICHTENBERG_HOST_DEVICE(int m) {
     link[m] = {-1, -1, 0};
     const bool is_joined = m >= direct;
@@ -112,14 +112,14 @@ class Clustering {
 
   const ClusterView* clusters(int grid) const { return clusters_.view(grid); }
   const ClusterView* exact_clusters() const { return clusters_.view(grids_); }
-  SetsView make_room_for_sets(int groups) {
+  SetsView reserve_sets(int groups) {
     const auto n = static_cast<std::size_t>(groups);
     std::tie(of_group_, start_, group_, is_alone_, held_) =
         sets_.template divide<int, int, int, int, int>({n, n + 1, n, n, n});
     return {of_group_.device, start_.device, group_.device, is_alone_.device, held_.device};
   }
   /// Of the finest grid, and of all others, whose links are fetched together.
-  void make_room_for_links(int groups, const std::vector<GridView>& grids) {
+  void reserve_links(int groups, const std::vector<GridView>& grids) {
     of_grid_.clear();
     for (int part = 0; part < 2; ++part) {
       const std::size_t from = part, to = part == 0 ? 1 : grids.size();
@@ -130,9 +130,9 @@ class Clustering {
       auto [link, diagonal] =
           reports_[part]->template divide<NetworkLink, double>({links, diagonals * static_cast<std::size_t>(groups)});
       for (std::size_t l = from; l < to; ++l) {
-        const int room = all_links(grids[l]);
-        of_grid_.push_back({link, diagonal, grids[l].room[Of::direct_links], room});
-        link = {link.host + room, link.device + room};
+        const int capacity = all_links(grids[l]);
+        of_grid_.push_back({link, diagonal, grids[l].capacity[Of::direct_links], capacity});
+        link = {link.host + capacity, link.device + capacity};
         diagonal = {diagonal.host + groups, diagonal.device + groups};
       }
     }
@@ -146,7 +146,7 @@ class Clustering {
   /// From the finest grid's links. `h`: the coarsest grid's cells, m.
   void find_sets(const LaplaceProblem& problem, double h) {
     reports_[0]->fetch();
-    const SetLists lists = list_sets(problem, links(0, of_grid_[0].room), h, groups_);
+    const SetLists lists = list_sets(problem, links(0, of_grid_[0].capacity), h, groups_);
     const auto copy = [](const std::vector<int>& from, int* to) { std::copy(from.begin(), from.end(), to); };
     copy(lists.of_group, of_group_.host);
     copy(lists.start, start_.host);
@@ -167,7 +167,7 @@ class Clustering {
         clusters.push_back(clusters_of_linked(l, most));
         continue;
       }
-      GroupNetwork of_grid{{diagonal(l).begin(), diagonal(l).end()}, links(l, of_grid_[l].room)};
+      GroupNetwork of_grid{{diagonal(l).begin(), diagonal(l).end()}, links(l, of_grid_[l].capacity)};
       couple(problem, l == 0 ? infinite : largest_coarse_coupling, least, of_grid);
       clusters.push_back(clusters_of(std::move(of_grid), most, l == 0));
     }
@@ -186,15 +186,17 @@ class Clustering {
   struct OfGrid {
     Part<NetworkLink> link;
     Part<double> diagonal;
-    int direct, room;  // for so many direct links, for these and joined ones
+    int direct, capacity;  // for so many direct links, for these and joined ones
   };
-  static int all_links(const GridView& grid) { return grid.room[Of::direct_links] + grid.room[Of::joined_links]; }
+  static int all_links(const GridView& grid) {
+    return grid.capacity[Of::direct_links] + grid.capacity[Of::joined_links];
+  }
   static constexpr double infinite = std::numeric_limits<double>::infinity();
   std::span<const double> diagonal(std::size_t l) const {
     return {of_grid_[l].diagonal.host, static_cast<std::size_t>(groups_)};
   }
   Clusters clusters_of_linked(std::size_t l, int most) {
-    LinkedGroups linked = LinkedGroups::of(diagonal(l), links(l, of_grid_[l].room), place_);
+    LinkedGroups linked = LinkedGroups::of(diagonal(l), links(l, of_grid_[l].capacity), place_);
     Clusters clusters = clusters_of(std::move(linked.network), most);
     for (int& g : clusters.group) g = linked.group[g];
     return clusters;

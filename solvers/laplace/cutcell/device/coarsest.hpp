@@ -40,13 +40,13 @@ void number_coarsest(const Executor& run, ProblemView problem, GridView grid, Co
   });
   run.exclusive_scan(coarsest.index, all + 1);
   run.for_each(all, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const int count = coarsest.index[all], room = grid.room[Of::coarse_unknowns], at = coarsest.index[k];
+    const int count = coarsest.index[all], capacity = grid.capacity[Of::coarse_unknowns], at = coarsest.index[k];
     if (k == 0) {
       *coarsest.is_singular = 0;
-      grid.wanted[Of::coarse_unknowns] = count;
-      grid.number[Of::coarse_unknowns] = count <= room ? count : 0;
+      grid.required[Of::coarse_unknowns] = count;
+      grid.number[Of::coarse_unknowns] = count <= capacity ? count : 0;
     }
-    if (count <= room && coarsest.index[k + 1] > at) coarsest.unknown[at] = k < slots ? k : -1 - (k - slots);
+    if (count <= capacity && coarsest.index[k + 1] > at) coarsest.unknown[at] = k < slots ? k : -1 - (k - slots);
   });
 }
 
@@ -95,10 +95,10 @@ LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& proble
 template <class Executor>
 void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size());
-  const int room = grid.room[Of::coarse_unknowns];
+  const int capacity = grid.capacity[Of::coarse_unknowns];
   constexpr int lanes = RowShare::lanes;
-  run.fill(coarsest.matrix, 0, static_cast<std::size_t>(room) * room * sizeof(double));
-  run.for_each(room, [=] LICHTENBERG_HOST_DEVICE(int a) {
+  run.fill(coarsest.matrix, 0, static_cast<std::size_t>(capacity) * capacity * sizeof(double));
+  run.for_each(capacity, [=] LICHTENBERG_HOST_DEVICE(int a) {
     const int n = grid.number[Of::coarse_unknowns];
     if (a >= n || coarsest.unknown[a] < 0) return;
     const int slot = coarsest.unknown[a];
@@ -114,10 +114,10 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
           !grid.has_medium ? -1.0 : -(side < 2 ? grid.medium.east : grid.medium.north)[face];
     }
   });
-  run.for_each(room * CoarsestView::chunks, lanes, [=] LICHTENBERG_HOST_DEVICE(int row, int lane) {
+  run.for_each(capacity * CoarsestView::chunks, lanes, [=] LICHTENBERG_HOST_DEVICE(int row, int lane) {
     add_chunk_of_links(problem, grid, coarsest, row / CoarsestView::chunks, row % CoarsestView::chunks, lane);
   });
-  run.for_each(room, lanes, [=] LICHTENBERG_HOST_DEVICE(int a, int lane) {
+  run.for_each(capacity, lanes, [=] LICHTENBERG_HOST_DEVICE(int a, int lane) {
     const int n = grid.number[Of::coarse_unknowns];
     if (a >= n || coarsest.unknown[a] >= 0) return;
     const int g = -1 - coarsest.unknown[a];
@@ -241,19 +241,19 @@ struct Panel {
   }
 };
 
-/// The precise inverse of a matrix of at most `room` rows; `pin` as above.
+/// The precise inverse of a matrix of at most `capacity` rows; `pin` as above.
 template <class Executor>
-void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest, int room, bool pin) {
-  run.for_each(room, room, [=] LICHTENBERG_HOST_DEVICE(int a, int b) {
+void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest, int capacity, bool pin) {
+  run.for_each(capacity, capacity, [=] LICHTENBERG_HOST_DEVICE(int a, int b) {
     const int n = grid.number[Of::coarse_unknowns];
     if (a < n && b < n)
       coarsest.precise_inverse[a * n + b] = coarsest.matrix[a * n + b] * (pin && a == n - 1 && b == n - 1 ? 2 : 1);
   });
-  for (int from = 0; from < room; from += Panel::width) {
+  for (int from = 0; from < capacity; from += Panel::width) {
     const Panel panel{grid, coarsest, from};
     run.template for_each_block<1024>(1, Panel::bytes, panel);
-    run.for_each(Panel::width, room, [=] LICHTENBERG_HOST_DEVICE(int p, int b) { panel.take(p, b); });
-    run.for_each(room, room, [=] LICHTENBERG_HOST_DEVICE(int a, int b) { panel.eliminate(a, b); });
+    run.for_each(Panel::width, capacity, [=] LICHTENBERG_HOST_DEVICE(int p, int b) { panel.take(p, b); });
+    run.for_each(capacity, capacity, [=] LICHTENBERG_HOST_DEVICE(int a, int b) { panel.eliminate(a, b); });
   }
 }
 
@@ -268,22 +268,22 @@ class Coarsest {
   }
 
   /// `precise`: links may be strong, of whose fluxes single precision would keep too little.
-  void make_room(const ProblemView& problem, const GridView& grid, bool precise) {
-    const std::size_t room = grid.room[Of::coarse_unknowns];
+  void reserve(const ProblemView& problem, const GridView& grid, bool precise) {
+    const std::size_t capacity = grid.capacity[Of::coarse_unknowns];
     // More are factorized on the host, which has it take part in each cycle; beyond one block's memory all, but where
     // the host would have to keep strong links apart without subtraction.
     constexpr std::size_t most = 480;
-    const std::size_t bytes = InvertCoarsest::bytes(room);
+    const std::size_t bytes = InvertCoarsest::bytes(capacity);
     block_bytes_ = bytes <= run_.most_block_memory() ? bytes : 0;
-    on_device_ = block_bytes_ > 0 || (precise && room <= most);
+    on_device_ = block_bytes_ > 0 || (precise && capacity <= most);
     const bool in_double = precise || block_bytes_ == 0;
-    const std::size_t entries = on_device_ ? room * room : 0;
+    const std::size_t entries = on_device_ ? capacity * capacity : 0;
     CoarsestView& coarsest = view();
     arrays_.resize(grid.layout.size() + problem.groups + 1, coarsest.index);
-    arrays_.resize(room, coarsest.unknown);
+    arrays_.resize(capacity, coarsest.unknown);
     arrays_.resize(entries, coarsest.matrix);
     arrays_.resize(CoarsestView::chunks * entries, coarsest.chunk);
-    arrays_.resize(on_device_ && block_bytes_ == 0 ? Panel::scratch(room) : 0, coarsest.scratch);
+    arrays_.resize(on_device_ && block_bytes_ == 0 ? Panel::scratch(capacity) : 0, coarsest.scratch);
     coarsest.inverse = nullptr;
     coarsest.precise_inverse = nullptr;
     if (in_double)
@@ -301,7 +301,7 @@ class Coarsest {
     if (block_bytes_ > 0)
       run_.template for_each_block<1024>(1, block_bytes_, InvertCoarsest{grid, view(), !problem.grounded});
     else
-      invert_in_panels(run_, grid, view(), grid.room[Of::coarse_unknowns], !problem.grounded);
+      invert_in_panels(run_, grid, view(), grid.capacity[Of::coarse_unknowns], !problem.grounded);
   }
   /// What build() leaves to the host, of a system that is not on the device. Throws Failure if it is singular.
   void factorize(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {

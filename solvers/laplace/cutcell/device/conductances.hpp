@@ -39,7 +39,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
     }
     grid.links.conductance[m] = grid.has_medium ? c.value * grid.medium.permittivity[slot] : c.value;
     const int k = grid.cells.cover[slot].boundary_number();
-    grid.boundary.link[side * grid.room[Of::boundary] + k] = m;
+    grid.boundary.link[side * grid.capacity[Of::boundary] + k] = m;
     grid.boundary.coupling[4 * k + side] = {static_cast<float>(grid.links.conductance[m]), grid.links.group[m]};
     if (!grid.finest) return;
     grid.links.gradient[m] = c.gradient;

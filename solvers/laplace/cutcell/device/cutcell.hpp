@@ -104,7 +104,7 @@ class CutCell : public DeviceSolver {
     ksp->its = found.done;
     krylov_.criterion.scale = found.criterion.scale;
     krylov_.criterion.record(ksp->rnorm);
-    ksp->reason = is_settled_ ? static_cast<KSPConvergedReason>(found.reason) : KSP_CONVERGED_ITS;
+    ksp->reason = is_complete_ ? static_cast<KSPConvergedReason>(found.reason) : KSP_CONVERGED_ITS;
     return 0;
   }
 
@@ -114,7 +114,7 @@ class CutCell : public DeviceSolver {
     release_vectors();
     multigrid_.reset();
     past_.clear();
-    check_room(problem);
+    check_memory(problem);
     const Executor& run = *run_;
     problem_ = std::make_unique<DeviceProblem<Executor>>(run);
     multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, finest_.nx, finest_.ny, options_.links);
@@ -167,7 +167,7 @@ class CutCell : public DeviceSolver {
   }
 
   /// In a scene in motion a grid may hold more of something than the last time.
-  bool is_complete() const override { return is_settled_; }
+  bool is_complete() const override { return is_complete_; }
 
   void finish(const LaplaceProblem& problem, LaplaceSolution& solution) override {
     keep();
@@ -230,7 +230,7 @@ class CutCell : public DeviceSolver {
   const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
 
   /// Throws Failure if the device has no room for the grids, their links and vectors: about what they take.
-  void check_room(const LaplaceProblem& problem) const {
+  void check_memory(const LaplaceProblem& problem) const {
     // In double: x, b, four of CG, the basis, its image and the past; the grids' cover, diagonals, v, f and media.
     constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0;
     // A disk of R cells has 8 R links, 5.7 R cells beside it and pi R^2 in it; the coarser grids' edges are as long
@@ -248,12 +248,12 @@ class CutCell : public DeviceSolver {
       const auto floating = std::ranges::count(problem.groups, true, &Group::floating);
       bytes += sizeof(double) * (std::log2(finest_.nx / 8.0) + 2) * static_cast<double>(floating) * floating;
     }
-    const double room = static_cast<double>(run_->room());
-    if (bytes <= room) return;
+    const double free_bytes = static_cast<double>(run_->room());
+    if (bytes <= free_bytes) return;
     const auto in_mib = [](double b) { return std::to_string(static_cast<long>(b / (1 << 20))) + " MiB"; };
     throw Failure("the field on " + std::to_string(finest_.nx) + " x " + std::to_string(finest_.ny) + " cells around " +
                   std::to_string(problem.bodies.size()) + " conductors needs " + in_mib(bytes + (1 << 20)) +
-                  " of the device's memory, of which " + in_mib(room) + " are free");
+                  " of the device's memory, of which " + in_mib(free_bytes) + " are free");
   }
 
   void release_vectors() {
@@ -322,9 +322,9 @@ class CutCell : public DeviceSolver {
   void finish_on_device() {
     run_->mark(moments_->iterated);
     run_recorded(recordings_.end, [this] { evaluate(); });
-    multigrid_->begin_to_settle();
+    multigrid_->begin_capacity_check();
     report_->parcel.fetch();
-    is_settled_ = multigrid_->settle();
+    is_complete_ = multigrid_->check_capacity();
   }
 
   /// From x to all that is reported.
@@ -451,7 +451,7 @@ class CutCell : public DeviceSolver {
   const CutCell* followed_ = nullptr;           // the solver on a coarser grid
   std::optional<Follower<Executor>> follower_;  // what it had found at the last solve here
   std::optional<Report> report_;
-  bool is_settled_ = false;
+  bool is_complete_ = false;
 };
 
 }  // namespace lichtenberg::laplace::device

@@ -122,7 +122,7 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
         first ? channel_between(own, p, e, 1.0, &other) : channel_between(other, p + e, -e, 1.0, &own);
     link.conductance = c.value;
     link.gradient = first ? c.gradient_a : c.gradient_b;
-    if (grid.finest && c.value > strong_link) grid.wanted[Of::strong_links] = 1;  // all write the same
+    if (grid.finest && c.value > strong_link) grid.required[Of::strong_links] = 1;  // all write the same
   });
 }
 
@@ -130,7 +130,7 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
 template <class Executor>
 void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, Of::Kind kind, const DirectLink* link,
                       SortArrays sort) {
-  run.for_each(grid.room[kind], [=] LICHTENBERG_HOST_DEVICE(int m) {
+  run.for_each(grid.capacity[kind], [=] LICHTENBERG_HOST_DEVICE(int m) {
     sort.key[m] = m < grid.number[kind] ? problem.rank_of[link[m].own] : problem.bodies;
     sort.index[m] = m;
   });

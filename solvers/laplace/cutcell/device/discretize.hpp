@@ -69,37 +69,37 @@ void count_strips(const Executor& run, ProblemView problem, GridView grid) {
 
 /// Takes down how many strips there are; none, if there is no room for so many.
 template <class Executor>
-void settle_strips(const Executor& run, ProblemView problem, GridView grid) {
+void finalize_strip_count(const Executor& run, ProblemView problem, GridView grid) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
     const int strips = grid.strips.start[problem.bodies];
-    grid.wanted[Of::strips] = strips;
-    grid.number[Of::strips] = strips <= grid.room[Of::strips] ? strips : 0;
+    grid.required[Of::strips] = strips;
+    grid.number[Of::strips] = strips <= grid.capacity[Of::strips] ? strips : 0;
     for (const Of::Kind kind : {Of::unknown_groups, Of::own_groups, Of::strong_links})  // of those that set them
-      grid.number[kind] = grid.wanted[kind] = 0;
-    grid.number[Of::newly_absorbed] = grid.wanted[Of::newly_absorbed] =
+      grid.number[kind] = grid.required[kind] = 0;
+    grid.number[Of::newly_absorbed] = grid.required[Of::newly_absorbed] =
         grid.has_medium ? grid.medium.absorbed_groups.start[bins_of(grid.layout)] : 0;
   });
 }
 
 /// Likewise all that is listed by strip or by body.
 template <class Executor>
-void settle_lists(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* without_cells) {
+void finalize_list_counts(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* without_cells) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
     const Counts total = grid.strips.counts[grid.number[Of::strips]];
     const WithoutCells without = without_cells[problem.bodies];
-    grid.wanted[Of::covered] = total.covered;
-    grid.wanted[Of::links] = total.links;
-    grid.wanted[Of::boundary] = total.boundary;
-    grid.wanted[Of::direct_links] = total.direct_links + 2 * without.direct_links;
-    grid.wanted[Of::without_cells] = 2 * without.direct_links;
-    grid.wanted[Of::thin_conductors] = without.thin_conductors;
-    grid.wanted[Of::floating_thin_conductors] = without.floating_thin_conductors;
+    grid.required[Of::covered] = total.covered;
+    grid.required[Of::links] = total.links;
+    grid.required[Of::boundary] = total.boundary;
+    grid.required[Of::direct_links] = total.direct_links + 2 * without.direct_links;
+    grid.required[Of::without_cells] = 2 * without.direct_links;
+    grid.required[Of::thin_conductors] = without.thin_conductors;
+    grid.required[Of::floating_thin_conductors] = without.floating_thin_conductors;
     bool fits = true;
     for (int kind = Of::covered; kind <= Of::floating_thin_conductors; ++kind)
-      fits = fits && grid.wanted[kind] <= grid.room[kind];
+      fits = fits && grid.required[kind] <= grid.capacity[kind];
     if (!fits) grid.number[Of::strips] = 0;
     for (int kind = Of::covered; kind <= Of::floating_thin_conductors; ++kind)
-      grid.number[kind] = fits ? grid.wanted[kind] : 0;
+      grid.number[kind] = fits ? grid.required[kind] : 0;
   });
 }
 
@@ -218,7 +218,7 @@ struct FillVisitor {
     grid.cells.cover[slot] = Cover::boundary_cell(at.boundary);
     grid.boundary.slot[at.boundary] = slot;
     for (int side = 0; side < 4; ++side) {
-      grid.boundary.link[side * grid.room[Of::boundary] + at.boundary] = -1;
+      grid.boundary.link[side * grid.capacity[Of::boundary] + at.boundary] = -1;
       grid.boundary.coupling[4 * at.boundary + side] = {};
     }
     ++at.boundary;
@@ -227,7 +227,7 @@ struct FillVisitor {
 
 template <class Executor>
 void count_in_strips(const Executor& run, ProblemView problem, GridView grid) {
-  run.for_each(grid.room[Of::strips] + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
+  run.for_each(grid.capacity[Of::strips] + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
     CountVisitor visitor{};
     if (index < grid.number[Of::strips]) visit(problem, grid, strip_at(problem, grid, index), visitor);
     grid.strips.counts[index] = visitor.counts;

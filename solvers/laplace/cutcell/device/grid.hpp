@@ -261,8 +261,8 @@ struct InheritedArrays {
 /// Pieces of a group's links and, behind those of all groups, of its covered cells. Partial sums run over pieces, so
 /// that a large group is no long serial sum.
 struct PieceArrays {
-  int room;    ///< for n pieces
-  int* start;  ///< 2 groups + 1
+  int capacity;  ///< for n pieces
+  int* start;    ///< 2 groups + 1
   int *begin, *end, *segment;
   int* done;        ///< 2 groups
   double* partial;  ///< by piece: partial sums in double precision
@@ -295,9 +295,9 @@ struct GridView {
   bool has_medium;  ///< some bodies are smaller than this grid resolves (../medium.hpp)
   bool binds;       ///< the cycle eliminates bound cells (bound.hpp)
 
-  Numbers room;  ///< the number of items that arrays have memory for
-  int* number;   ///< by Of::Kind; 0 for all lists if one of them does not fit
-  int* wanted;   ///< by Of::Kind: the number of items found
+  Numbers capacity;  ///< the number of items that arrays have memory for
+  int* number;       ///< by Of::Kind; 0 for all lists if one of them does not fit
+  int* required;     ///< by Of::Kind: the number of items found
 
   BodyArrays bodies;
   MediumArrays medium;
@@ -320,7 +320,7 @@ struct GridView {
   LICHTENBERG_HOST_DEVICE int link_start(int rank) const { return before(rank).links; }
   LICHTENBERG_HOST_DEVICE int covered_start(int rank) const { return before(rank).covered; }
   LICHTENBERG_HOST_DEVICE int boundary_link_of(int k, int side) const {
-    return boundary.link[side * room[Of::boundary] + k];
+    return boundary.link[side * capacity[Of::boundary] + k];
   }
   /// A group's direct links.
   LICHTENBERG_HOST_DEVICE int first_direct_link(const ProblemView& problem, int g) const {
@@ -345,18 +345,18 @@ struct GridView {
     const int size = static_cast<int>(layout.size());
     return k < size ? cells.inverse_diagonal[k] > 0 : groups.diagonal[k - size] > 0;
   }
-  LICHTENBERG_HOST_DEVICE bool may_have(Of::Kind kind) const { return room[kind] > 0; }
+  LICHTENBERG_HOST_DEVICE bool may_have(Of::Kind kind) const { return capacity[kind] > 0; }
   /// Whether any groups may be linked to each other.
   LICHTENBERG_HOST_DEVICE bool may_link_groups() const {
     return groups.clusters || may_have(Of::direct_links) || may_have(Of::joined_links);
   }
   /// Those of the groups' links, and of their covered cells.
   LICHTENBERG_HOST_DEVICE parallel::Pieces link_pieces(const ProblemView& problem) const {
-    return {problem.groups, pieces.room, pieces.start, pieces.begin, pieces.end, pieces.segment, 0, pieces.done};
+    return {problem.groups, pieces.capacity, pieces.start, pieces.begin, pieces.end, pieces.segment, 0, pieces.done};
   }
   LICHTENBERG_HOST_DEVICE parallel::Pieces covered_pieces(const ProblemView& problem) const {
     const int n = problem.groups;
-    return {n, pieces.room, pieces.start + n, pieces.begin, pieces.end, pieces.segment, n, pieces.done + n};
+    return {n, pieces.capacity, pieces.start + n, pieces.begin, pieces.end, pieces.segment, n, pieces.done + n};
   }
 };
 
@@ -364,7 +364,7 @@ struct GridView {
 template <class Executor, class F>
 void for_each_of(const Executor& run, const GridView& grid, Of::Kind kind, F f) {
   const int* number = grid.number + kind;
-  run.for_each(grid.room[kind], [=] LICHTENBERG_HOST_DEVICE(int k) {
+  run.for_each(grid.capacity[kind], [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (k < *number) f(k);
   });
 }

@@ -12,12 +12,12 @@
 
 namespace lichtenberg::laplace::device {
 
-/// How a grid takes part in a V-cycle. `number`, `wanted`: on the device (GridView).
+/// How a grid takes part in a V-cycle. `number`, `required`: on the device (GridView).
 struct GridRole {
   bool has_medium = false;  ///< some bodies are smaller than this grid resolves
   bool is_small = false;    ///< its groups are listed
   bool binds = false;       ///< the cycle eliminates bound cells
-  int *number = nullptr, *wanted = nullptr;
+  int *number = nullptr, *required = nullptr;
   const ClusterView *clusters = nullptr, *exact_clusters = nullptr;  ///< where there may be any
   const GridView* finest = nullptr;  ///< the grid whose direct links this coarse one inherits
 };
@@ -44,13 +44,13 @@ class DeviceGrid {
     return static_cast<long>(view().layout.nx) * view().layout.ny - numbers[Of::covered];
   }
 
-  /// Memory for as many of each kind as `room` says. Arrays may move.
-  void make_room(const ProblemView& problem, const GridRole& role) {
+  /// Memory for as many of each kind as `capacity` says. Arrays may move.
+  void reserve(const ProblemView& problem, const GridRole& role) {
     GridView& grid = own();
     grid.has_medium = role.has_medium;
     grid.binds = role.binds;
     grid.number = role.number;
-    grid.wanted = role.wanted;
+    grid.required = role.required;
     grid.groups.clusters = role.clusters;
     grid.groups.exact_clusters = role.exact_clusters;
     grid.inherited = {};
@@ -64,37 +64,37 @@ class DeviceGrid {
     }
     if (!role.has_medium)  // what was smeared out before is in the bins still
       for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
-        grid.room[kind] = 0;
-    make_room_for_bodies(problem);
-    if (role.has_medium) make_room_for_medium(problem);
-    make_room_for_lists();
-    make_room_for_groups(problem, role.is_small);
+        grid.capacity[kind] = 0;
+    reserve_bodies(problem);
+    if (role.has_medium) reserve_medium(problem);
+    reserve_lists();
+    reserve_groups(problem, role.is_small);
   }
-  bool fits(const Numbers& wanted) const {
+  bool fits(const Numbers& required) const {
     for (int kind = 0; kind < Of::kinds; ++kind)
-      if (wanted[kind] > view().room[kind]) return false;
+      if (required[kind] > view().capacity[kind]) return false;
     return true;
   }
-  /// For make_room(): so many and, in a scene in motion, half as many more, of all that may soon be too many: growing
+  /// For reserve(): so many and, in a scene in motion, half as many more, of all that may soon be too many: growing
   /// costs as much as ten solves. The coarsest grid's matrix is to stay small, and changes by groups alone.
-  void enlarge(const ProblemView& problem, const Numbers& wanted) {
-    Numbers& room = own().room;
-    if (view().has_medium && wanted[Of::strips] > 0) {
+  void enlarge(const ProblemView& problem, const Numbers& required) {
+    Numbers& capacity = own().capacity;
+    if (view().has_medium && required[Of::strips] > 0) {
       // Groups in motion become thin conductors on one grid after the other: there is room for all at once.
       for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
-        room[kind] = std::max(room[kind], problem.bodies);
-      room[Of::strips] = std::max(room[Of::strips], wanted[Of::strips] + problem.bodies);
-      room[Of::links] = std::max(room[Of::links], wanted[Of::links] + 4 * problem.bodies);
+        capacity[kind] = std::max(capacity[kind], problem.bodies);
+      capacity[Of::strips] = std::max(capacity[Of::strips], required[Of::strips] + problem.bodies);
+      capacity[Of::links] = std::max(capacity[Of::links], required[Of::links] + 4 * problem.bodies);
     }
     for (int kind = 0; kind < Of::kinds; ++kind) {
-      const bool is_near = wanted[kind] + wanted[kind] / 8 > room[kind];
-      const int spare = kind == Of::coarse_unknowns ? 16 : wanted[kind] / 2 + 256;
-      if (wanted[kind] > 0 && is_near) room[kind] = wanted[kind] + spare;
+      const bool is_near = required[kind] + required[kind] / 8 > capacity[kind];
+      const int spare = kind == Of::coarse_unknowns ? 16 : required[kind] / 2 + 256;
+      if (required[kind] > 0 && is_near) capacity[kind] = required[kind] + spare;
     }
   }
 
-  /// Until there is one again, which enlarge() has to be told of; make_room() is to follow.
-  void forget_strong_links() { own().room[Of::strong_links] = 0; }
+  /// Until there is one again, which enlarge() has to be told of; reserve() is to follow.
+  void forget_strong_links() { own().capacity[Of::strong_links] = 0; }
 
   /// `finer`: the next finer grid, whose outlines have been made; null for the finest.
   void outline(const ProblemView& problem, const GridView* finer) {
@@ -139,18 +139,19 @@ class DeviceGrid {
     arrays_.zero(pointer...);
   }
 
-  void make_room_for_bodies(const ProblemView& problem) {
+  void reserve_bodies(const ProblemView& problem) {
     GridView& grid = own();
     Scratch& scratch = this->scratch();
     arrays_.resize(problem.bodies, grid.bodies.outline, grid.bodies.present, grid.bodies.cell_owner,
                    grid.bodies.resolved);
     arrays_.resize(problem.bodies + 1, grid.strips.start, grid.direct.start, grid.bound.joined_start,
                    scratch.without_cells);
-    arrays_.resize(std::max({problem.groups, problem.bodies, grid.room[Of::direct_links], grid.room[Of::joined_links]}),
-                   scratch.sort.key);
+    arrays_.resize(
+        std::max({problem.groups, problem.bodies, grid.capacity[Of::direct_links], grid.capacity[Of::joined_links]}),
+        scratch.sort.key);
   }
 
-  void make_room_for_medium(const ProblemView& problem) {
+  void reserve_medium(const ProblemView& problem) {
     MediumArrays& medium = own().medium;
     const Layout& at = view().layout;
     if (!medium.permittivity) resize_with_zeros(at.size(), medium.permittivity, medium.east, medium.north);
@@ -169,34 +170,34 @@ class DeviceGrid {
     medium.thin_conductors.start += bins;  // behind them
   }
 
-  void make_room_for_lists() {
+  void reserve_lists() {
     GridView& grid = own();
     Scratch& scratch = this->scratch();
-    if (!grid.binds) grid.room[Of::joined_links] = 0;
-    const Numbers& room = grid.room;
-    arrays_.resize(room[Of::strips] + 1, grid.strips.counts);
-    arrays_.resize(room[Of::covered], grid.covered.slot, grid.covered.group);
-    arrays_.resize(room[Of::links], grid.links.slot, grid.links.end, grid.links.group, grid.links.conductance);
+    if (!grid.binds) grid.capacity[Of::joined_links] = 0;
+    const Numbers& capacity = grid.capacity;
+    arrays_.resize(capacity[Of::strips] + 1, grid.strips.counts);
+    arrays_.resize(capacity[Of::covered], grid.covered.slot, grid.covered.group);
+    arrays_.resize(capacity[Of::links], grid.links.slot, grid.links.end, grid.links.group, grid.links.conductance);
     if (grid.finest)
-      arrays_.resize(room[Of::links], grid.links.gradient, grid.links.partner_group, grid.links.partner_gradient);
-    arrays_.resize(room[Of::boundary], grid.boundary.slot, grid.boundary.diagonal);
-    arrays_.resize(4L * room[Of::boundary], grid.boundary.link, grid.boundary.coupling);
-    arrays_.resize(room[Of::direct_links], grid.direct.link);
-    if (grid.may_have(Of::without_cells)) arrays_.resize(room[Of::direct_links], scratch.unsorted_direct);
-    arrays_.resize(std::max(room[Of::direct_links], room[Of::joined_links]), scratch.sort.index);
+      arrays_.resize(capacity[Of::links], grid.links.gradient, grid.links.partner_group, grid.links.partner_gradient);
+    arrays_.resize(capacity[Of::boundary], grid.boundary.slot, grid.boundary.diagonal);
+    arrays_.resize(4L * capacity[Of::boundary], grid.boundary.link, grid.boundary.coupling);
+    arrays_.resize(capacity[Of::direct_links], grid.direct.link);
+    if (grid.may_have(Of::without_cells)) arrays_.resize(capacity[Of::direct_links], scratch.unsorted_direct);
+    arrays_.resize(std::max(capacity[Of::direct_links], capacity[Of::joined_links]), scratch.sort.index);
     if (!grid.binds) return;
-    arrays_.resize(room[Of::boundary], grid.bound.is_bound);
-    arrays_.resize(room[Of::boundary] + 1, scratch.joined_before);
-    arrays_.resize(room[Of::links], grid.bound.share, grid.bound.kept);
-    arrays_.resize(room[Of::joined_links], grid.bound.joined, scratch.unsorted_joined);
+    arrays_.resize(capacity[Of::boundary], grid.bound.is_bound);
+    arrays_.resize(capacity[Of::boundary] + 1, scratch.joined_before);
+    arrays_.resize(capacity[Of::links], grid.bound.share, grid.bound.kept);
+    arrays_.resize(capacity[Of::joined_links], grid.bound.joined, scratch.unsorted_joined);
   }
 
-  void make_room_for_groups(const ProblemView& problem, bool is_small) {
+  void reserve_groups(const ProblemView& problem, bool is_small) {
     GridView& grid = own();
     auto [pieces, groups, cycle] = std::tie(grid.pieces, grid.groups, grid.cycle);
-    pieces.room = (grid.room[Of::links] + grid.room[Of::covered]) / piece_length + 2 * problem.groups;
+    pieces.capacity = (grid.capacity[Of::links] + grid.capacity[Of::covered]) / piece_length + 2 * problem.groups;
     arrays_.resize(2 * problem.groups + 1, pieces.start);
-    arrays_.resize(pieces.room, pieces.begin, pieces.end, pieces.segment, pieces.partial, cycle.partial);
+    arrays_.resize(pieces.capacity, pieces.begin, pieces.end, pieces.segment, pieces.partial, cycle.partial);
     resize_with_zeros(2 * problem.groups, pieces.done);
     arrays_.resize(problem.groups, groups.diagonal, groups.inverse_diagonal, cycle.phi, cycle.phi_down, cycle.phi_next,
                    cycle.charge, cycle.flux);
@@ -229,7 +230,7 @@ class DeviceGrid {
     const GridView& grid = view();
     count_strips(run_, problem, grid);
     run_.exclusive_scan(grid.strips.start, problem.bodies + 1);
-    settle_strips(run_, problem, grid);
+    finalize_strip_count(run_, problem, grid);
     run_.fill(grid.cells.cover, 0xff, grid.layout.size() * sizeof(Cover));  // fluid
     cover_cells(run_, problem, grid);
   }
@@ -238,10 +239,10 @@ class DeviceGrid {
     const GridView& grid = view();
     WithoutCells* without_cells = scratch().without_cells;
     count_in_strips(run_, problem, grid);
-    run_.exclusive_scan(grid.strips.counts, grid.room[Of::strips] + 1);
+    run_.exclusive_scan(grid.strips.counts, grid.capacity[Of::strips] + 1);
     count_without_cells(run_, problem, grid, without_cells);
     run_.exclusive_scan(without_cells, problem.bodies + 1);
-    settle_lists(run_, problem, grid, without_cells);
+    finalize_list_counts(run_, problem, grid, without_cells);
   }
 
   /// With the list of direct links that is filled, which may have to be sorted.
@@ -253,17 +254,17 @@ class DeviceGrid {
 
   void build_direct_links(const ProblemView& problem) {
     const GridView &grid = view(), list = filled();
-    const int room = grid.room[Of::direct_links];
-    if (room == 0) return run_.fill(grid.direct.start, 0, (problem.bodies + 1) * sizeof(int));
+    const int capacity = grid.capacity[Of::direct_links];
+    if (capacity == 0) return run_.fill(grid.direct.start, 0, (problem.bodies + 1) * sizeof(int));
     const SortArrays& sort = scratch().sort;
     if (grid.may_have(Of::without_cells)) list_without_cells(run_, problem, list, scratch().without_cells);
     make_direct_links(run_, problem, list);
     direct_link_keys(run_, problem, grid, Of::direct_links, list.direct.link, sort);
     if (grid.may_have(Of::without_cells)) {
-      run_.sort(sort.key, sort.index, room, problem.bodies);
+      run_.sort(sort.key, sort.index, capacity, problem.bodies);
       sort_direct_links(run_, grid, Of::direct_links, list.direct.link, sort.index, grid.direct.link);
     }
-    start_segments(run_, sort.key, room, problem.bodies, grid.direct.start);
+    start_segments(run_, sort.key, capacity, problem.bodies, grid.direct.start);
   }
 
   void bind(const ProblemView& problem) {
@@ -271,13 +272,13 @@ class DeviceGrid {
     const SortArrays& sort = scratch().sort;
     DirectLink* unsorted = scratch().unsorted_joined;
     find_bound_cells(run_, problem, grid, scratch().joined_before);
-    const int room = grid.room[Of::joined_links];
-    if (room == 0) return;
+    const int capacity = grid.capacity[Of::joined_links];
+    if (capacity == 0) return;
     list_joined(run_, problem, grid, scratch().joined_before, unsorted);
     direct_link_keys(run_, problem, grid, Of::joined_links, unsorted, sort);
-    run_.sort(sort.key, sort.index, room, problem.bodies);
+    run_.sort(sort.key, sort.index, capacity, problem.bodies);
     sort_direct_links(run_, grid, Of::joined_links, unsorted, sort.index, grid.bound.joined);
-    start_segments(run_, sort.key, room, problem.bodies, grid.bound.joined_start);
+    start_segments(run_, sort.key, capacity, problem.bodies, grid.bound.joined_start);
   }
 
   void build_groups(const ProblemView& problem) {

@@ -75,41 +75,41 @@ class DeviceMultigrid {
     if (clustered()) clustering_.find_clusters(problem);
     if (coarsest_.on_device()) return;
     numbers_.fetch();
-    if (!lacking()) coarsest_.factorize(problem, grids_.back().view(), wanted(levels() - 1));
+    if (!lacks_capacity()) coarsest_.factorize(problem, grids_.back().view(), required(levels() - 1));
   }
 
   /// For settle(), before which the executor must have waited.
-  void begin_to_settle() { numbers_.begin_fetch(); }
+  void begin_capacity_check() { numbers_.begin_fetch(); }
   /// Returns whether all that build() has made is there; if not, building again makes it. Throws Failure if the
   /// coarsest grid's system is singular.
-  bool settle() {
-    if (lacking()) {
+  bool check_capacity() {
+    if (lacks_capacity()) {
       enlarge();
       return false;
     }
     if (coarsest_.on_device() && *singular_.host)
       throw Failure(
           "field solver: the Cholesky factorization of the coarsest grid failed (a conductor without any link?)");
-    solves_without_strong_links_ = wanted(0)[Of::strong_links] > 0 ? 0 : solves_without_strong_links_ + 1;
+    solves_without_strong_links_ = required(0)[Of::strong_links] > 0 ? 0 : solves_without_strong_links_ + 1;
     return true;
   }
   /// Changes whenever arrays have moved.
   int generation() const { return generation_; }
   bool on_device() const { return coarsest_.on_device(); }
-  long fluid_cells() const { return finest().fluid_cells(wanted(0)); }
+  long fluid_cells() const { return finest().fluid_cells(required(0)); }
   /// Whether the host has a part in the set-up: it finds the groups that are relaxed together.
   bool clustered() const { return coupled() || finest().view().may_have(Of::strong_links); }
   bool coupled() const { return posed_.couplings.start; }
   /// Of what a grid holds, as settle() found it.
-  Numbers wanted(int level) const {
+  Numbers required(int level) const {
     Numbers numbers;
-    std::copy_n(wanted_.host + level * Of::kinds, Of::kinds, numbers.begin());
+    std::copy_n(required_.host + level * Of::kinds, Of::kinds, numbers.begin());
     return numbers;
   }
 
   const DeviceGrid<Executor>& finest() const { return grids_.front(); }
   int levels() const { return static_cast<int>(grids_.size()); }
-  long coarse_unknowns() const { return wanted(levels() - 1)[Of::coarse_unknowns]; }
+  long coarse_unknowns() const { return required(levels() - 1)[Of::coarse_unknowns]; }
 
   /// z = M r
   void apply(const double* r, double* z) {
@@ -162,16 +162,16 @@ class DeviceMultigrid {
     medium_ = medium;
     fits_ = false;
     const std::size_t numbers = grids_.size() * Of::kinds;
-    std::tie(wanted_, singular_) = numbers_.template divide<int, int>({numbers, 1});
+    std::tie(required_, singular_) = numbers_.template divide<int, int>({numbers, 1});
     number_.resize(numbers);
     run_.fill(number_.data(), 0, numbers * sizeof(int));
-    run_.fill(wanted_.device, 0, numbers * sizeof(int));
-    make_room();
+    run_.fill(required_.device, 0, numbers * sizeof(int));
+    reserve();
   }
 
-  void make_room() {
+  void reserve() {
     problem_ = posed_;
-    if (clustered()) problem_.sets = clustering_.make_room_for_sets(problem_.groups);
+    if (clustered()) problem_.sets = clustering_.reserve_sets(problem_.groups);
     const int first_small = this->first_small();
     std::vector<GridView> views;
     for (int l = 0; l < levels(); ++l) {
@@ -180,17 +180,17 @@ class DeviceMultigrid {
       role.is_small = l >= first_small;
       role.binds = l < first_small && l + 1 < levels();
       role.number = number_.data() + l * Of::kinds;
-      role.wanted = wanted_.device + l * Of::kinds;
+      role.required = required_.device + l * Of::kinds;
       if (clustered()) role.clusters = clustering_.clusters(l);
       if (clustered() && l > 0) role.finest = &grids_[0].view();
       if (coupled() && l == 0) role.exact_clusters = clustering_.exact_clusters();
-      grids_[l].make_room(problem_, role);
+      grids_[l].reserve(problem_, role);
       views.push_back(grids_[l].view());
     }
-    if (clustered()) clustering_.make_room_for_links(problem_.groups, views);
+    if (clustered()) clustering_.reserve_links(problem_.groups, views);
     if (levels() == 1) views[0].cycle.v = only_.data();
     views_.upload(views);
-    coarsest_.make_room(problem_, grids_.back().view(), clustered());
+    coarsest_.reserve(problem_, grids_.back().view(), clustered());
     first_solved_ = on_device() ? first_small : levels() - 1;
     recordings_.clear();
     building_.clear();
@@ -198,16 +198,16 @@ class DeviceMultigrid {
     ++generation_;
   }
 
-  bool lacking() const {
+  bool lacks_capacity() const {
     for (int l = 0; l < levels(); ++l)
-      if (!grids_[l].fits(wanted(l))) return true;
+      if (!grids_[l].fits(required(l))) return true;
     return false;
   }
-  /// Returns whether anything had no room.
+  /// Returns whether any array was too small.
   bool enlarge() {
-    if (!lacking()) return false;
-    for (int l = 0; l < levels(); ++l) grids_[l].enlarge(problem_, wanted(l));
-    make_room();
+    if (!lacks_capacity()) return false;
+    for (int l = 0; l < levels(); ++l) grids_[l].enlarge(problem_, required(l));
+    reserve();
     fits_ = false;
     return true;
   }
@@ -304,7 +304,7 @@ class DeviceMultigrid {
   int first_solved_ = 0;  ///< of the grids that are solved in one kernel, or of one by the host
   parallel::Array<int, Executor> number_{run_};
   parallel::Parcel<Executor> numbers_;
-  typename parallel::Parcel<Executor>::template Part<int> wanted_, singular_;
+  typename parallel::Parcel<Executor>::template Part<int> required_, singular_;
   bool fits_ = false;  // as far as is known
   int generation_ = 0;
   int solves_without_strong_links_ = 0;  // in a row

@@ -31,7 +31,7 @@ void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
 
 template <class Executor>
 void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
-  run.for_each(grid.pieces.room, [=] LICHTENBERG_HOST_DEVICE(int piece) {
+  run.for_each(grid.pieces.capacity, [=] LICHTENBERG_HOST_DEVICE(int piece) {
     if (piece >= grid.pieces.start[2 * problem.groups]) return;
     const int segment = segment_of(grid.pieces.start, 2 * problem.groups, piece);
     const int begin = piece_segment(problem, grid, segment) + (piece - grid.pieces.start[segment]) * piece_length;
@@ -63,7 +63,7 @@ void make_group_diagonals(const Executor& run, ProblemView problem, GridView gri
         grid.groups.diagonal[g] = unknown ? sum : 0.0;
         grid.groups.inverse_diagonal[g] = unknown ? static_cast<float>(1.0 / sum) : 0.0f;
         if (!unknown) return;
-        grid.number[Of::unknown_groups] = grid.wanted[Of::unknown_groups] = 1;  // all write the same
+        grid.number[Of::unknown_groups] = grid.required[Of::unknown_groups] = 1;  // all write the same
         if (grid.groups.own) grid.groups.own[parallel::take_place(grid.number + Of::own_groups)] = g;
       });
 }

@@ -22,7 +22,7 @@ class DeviceProblem {
 
   /// nx, ny: the finest grid's, on whose faces the sides' potentials are taken.
   void upload(const LaplaceProblem& problem, int nx, int ny) {
-    make_room(problem);
+    reserve(problem);
     send_sides(problem, nx, ny);
     write_bodies(problem);
     write_groups(problem);
@@ -36,19 +36,19 @@ class DeviceProblem {
   template <class T>
   using Part = typename parallel::Parcel<Executor>::template Part<T>;
 
-  void make_room(const LaplaceProblem& problem) {
+  void reserve(const LaplaceProblem& problem) {
     const std::size_t bodies = problem.bodies.size(), groups = problem.groups.size();
     view_.size = problem.size;
     view_.permittivity = problem.permittivity;
     view_.grounded = problem.has_ground();
     if (view_.shape && static_cast<int>(bodies) == view_.bodies && static_cast<int>(groups) <= view_.groups) return;
     // In motion they become more by and by, and making room anew takes as long as a hundred solves: once, for all.
-    const std::size_t room = view_.shape ? std::max(groups, bodies) : groups;
+    const std::size_t capacity = view_.shape ? std::max(groups, bodies) : groups;
     view_.bodies = static_cast<int>(bodies);
-    view_.groups = static_cast<int>(room);
+    view_.groups = static_cast<int>(capacity);
     std::tie(shape_, group_of_, body_at_, rank_of_, first_rank_, floating_, charge_, potential_) =
         parcel_.template divide<Outline, int, int, int, int, int, double, double>(
-            {bodies, bodies, bodies, bodies, room + 1, room, room, room});
+            {bodies, bodies, bodies, bodies, capacity + 1, capacity, capacity, capacity});
     view_.shape = shape_.device;
     view_.group_of = group_of_.device;
     view_.body_at = body_at_.device;
@@ -89,11 +89,11 @@ class DeviceProblem {
     view_.couplings = {};
     if (problem.couplings.empty()) return;
     const auto groups = static_cast<std::size_t>(view_.groups), entries = 2 * problem.couplings.size();
-    if (entries > coupling_room_ || groups != coupling_groups_) {
-      coupling_room_ = entries + entries / 2;
+    if (entries > coupling_capacity_ || groups != coupling_groups_) {
+      coupling_capacity_ = entries + entries / 2;
       coupling_groups_ = groups;
       std::tie(coupling_start_, coupled_to_, coupling_, to_given_) =
-          couplings_.template divide<int, int, double, double>({groups + 1, coupling_room_, coupling_room_, 1});
+          couplings_.template divide<int, int, double, double>({groups + 1, coupling_capacity_, coupling_capacity_, 1});
     }
     const auto is_listed = [&](const laplace::Coupling& coupling, int own) {
       return problem.groups[own].floating && coupling.capacitance > 0;
@@ -154,7 +154,7 @@ class DeviceProblem {
   parallel::Parcel<Executor> couplings_;
   Part<int> coupling_start_, coupled_to_;
   Part<double> coupling_, to_given_;
-  std::size_t coupling_room_ = 0, coupling_groups_ = 0;
+  std::size_t coupling_capacity_ = 0, coupling_groups_ = 0;
   parallel::Array<double, Executor> side_potential_;
   std::array<double, 4> constant_{};  ///< V, of sides; NaN: it varies
   std::vector<int> next_;

@@ -2,7 +2,7 @@
 
 // A grid's conductances and diagonals, an item a link or a cell.
 
-#include "solvers/laplace/cutcell/device/smeared.hpp"
+#include "solvers/laplace/cutcell/device/homogenized.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -13,8 +13,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
     const int slot = grid.links.slot[m];
     const LinkEnd end = grid.links.end[m];
     if (end.is_thin_conductor()) {
-      grid.links.conductance[m] =
-          grid.medium.absorbed_bodies.smeared[grid.medium.point[end.body()]].share[end.corner()];
+      grid.links.conductance[m] = grid.medium.absorbed_bodies.points[grid.medium.point[end.body()]].share[end.corner()];
       return;
     }
     const int body = end.body(), side = end.side();

@@ -2,7 +2,7 @@
 
 // Links of bodies to bodies and electrode sides: those of bodies without cells are found here, all are made and sorted.
 
-#include "solvers/laplace/cutcell/device/smeared.hpp"
+#include "solvers/laplace/cutcell/device/homogenized.hpp"
 
 namespace lichtenberg::laplace::device {
 

@@ -146,7 +146,7 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
                                    Visitor& visitor) {
   const Layout& at = grid.layout;
   if (!grid.bodies.resolved[strip.body]) {
-    const float* share = grid.medium.absorbed_bodies.smeared[grid.medium.point[strip.body]].share;
+    const float* share = grid.medium.absorbed_bodies.points[grid.medium.point[strip.body]].share;
     const auto [i, j] = base_of_bin(at, bin_of(at, grid.bodies.outline[strip.body].centre));
     for (int k = 0; k < 4; ++k) {
       if (share[k] == 0) continue;  // as beyond the box

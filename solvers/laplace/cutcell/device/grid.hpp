@@ -142,11 +142,11 @@ struct WithoutCells {
 };
 
 /// A point's group, and its shares in the four cells of its bin: lower left and right, upper left and right.
-struct Smeared {
+struct HomogenizedPoint {
   int group;
   float share[4];
   /// Shares alone.
-  LICHTENBERG_HOST_DEVICE Smeared& operator+=(const Smeared& other) {
+  LICHTENBERG_HOST_DEVICE HomogenizedPoint& operator+=(const HomogenizedPoint& other) {
     for (int k = 0; k < 4; ++k) share[k] += other.share[k];
     return *this;
   }
@@ -155,9 +155,9 @@ struct Smeared {
 /// Points in the plane, sorted by the lower left one of the four cells between which they are interpolated: what they
 /// bring to a cell can then be summed in the same order each time.
 struct Bins {
-  int* start;        ///< of the points, by bin, and one behind the last
-  Smeared* smeared;  ///< by point
-  int* item;         ///< what the points are of, sorted by bin: a group each, or bodies
+  int* start;                ///< of the points, by bin, and one behind the last
+  HomogenizedPoint* points;  ///< by point
+  int* item;                 ///< what the points are of, sorted by bin: a group each, or bodies
 };
 LICHTENBERG_HOST_DEVICE inline int bins_of(const Layout& at) { return (at.nx + 1) * (at.ny + 1); }
 /// The lower left cell of a bin, from -1 on.

@@ -62,7 +62,7 @@ class DeviceGrid {
       grid.inherited.joined = role.finest->bound.joined;
       grid.inherited.joined_start = role.finest->bound.joined_start;
     }
-    if (!role.has_medium)  // what was smeared out before is in the bins still
+    if (!role.has_medium)  // the bins still hold what an earlier set-up homogenized
       for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
         grid.capacity[kind] = 0;
     reserve_bodies(problem);
@@ -106,7 +106,7 @@ class DeviceGrid {
 
   /// The rest, for which all outlines have been made.
   void build(const ProblemView& problem) {
-    if (view().has_medium) smear(problem);
+    if (view().has_medium) homogenize(problem);
     cover(problem);
     count(problem);
     fill_strips(run_, problem, filled());
@@ -155,7 +155,7 @@ class DeviceGrid {
     MediumArrays& medium = own().medium;
     const Layout& at = view().layout;
     if (!medium.permittivity) resize_with_zeros(at.size(), medium.permittivity, medium.east, medium.north);
-    arrays_.resize(problem.groups, medium.absorbed, medium.centre, medium.absorbed_groups.smeared,
+    arrays_.resize(problem.groups, medium.absorbed, medium.centre, medium.absorbed_groups.points,
                    medium.absorbed_groups.item);
     medium.extent = nullptr;
     if (problem.sets.of_group) arrays_.resize(2L * problem.groups, medium.extent);
@@ -163,7 +163,7 @@ class DeviceGrid {
     arrays_.resize(bins + 1, medium.absorbed_groups.start);
     arrays_.resize(2 * bins + 1, medium.absorbed_bodies.start);
     PointsView& points = scratch().points;
-    arrays_.resize(problem.bodies, medium.absorbed_bodies.smeared, medium.absorbed_bodies.item, medium.point,
+    arrays_.resize(problem.bodies, medium.absorbed_bodies.points, medium.absorbed_bodies.item, medium.point,
                    points.share);
     arrays_.resize(problem.bodies + 1, points.before, points.first);
     medium.thin_conductors = medium.absorbed_bodies;
@@ -209,21 +209,21 @@ class DeviceGrid {
     if (groups.clusters) arrays_.resize(problem.groups, cycle.group_rhs);
   }
 
-  /// Sorts what is smeared out by where it is.
-  void smear(const ProblemView& problem) {
+  /// Sorts groups and bodies that are homogenized here by bins, and computes what each brings to its cells.
+  void homogenize(const ProblemView& problem) {
     const GridView& grid = view();
     const int bins = bins_of(grid.layout);
     const Bins &groups = grid.medium.absorbed_groups, &bodies = grid.medium.absorbed_bodies;
     int* key = scratch().sort.key;
     run_.sort(key, groups.item, problem.groups, bins);
     start_segments(run_, key, problem.groups, bins, groups.start);
-    smeared_keys(run_, problem, grid, {key, bodies.item});
+    homogenized_keys(run_, problem, grid, {key, bodies.item});
     run_.sort(key, bodies.item, problem.bodies, 2 * bins);
     PointsView points = scratch().points;
     points.key = key;
     number_points(run_, problem, grid, points);
     start_segments(run_, key, problem.bodies, 2 * bins, bodies.start, points.before);
-    share_out(run_, problem, grid, points);
+    distribute_points(run_, problem, grid, points);
   }
 
   void cover(const ProblemView& problem) {

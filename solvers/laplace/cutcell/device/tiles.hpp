@@ -9,7 +9,7 @@
 // alone. On the way up black cells are relaxed after the red ones have got the coarse correction; red ones last. What
 // groups bring to a cell is computed where it is needed and never added to f.
 
-#include "solvers/laplace/cutcell/device/smeared.hpp"
+#include "solvers/laplace/cutcell/device/homogenized.hpp"
 
 namespace lichtenberg::laplace::device {
 

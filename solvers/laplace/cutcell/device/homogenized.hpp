@@ -1,7 +1,7 @@
 #pragma once
 
-// What a coarse grid smears out (../medium.hpp): which groups it absorbs, where disks without cells are, what they
-// bring to the cells around them.
+// Homogenized bodies of a coarse grid (../medium.hpp): groups that it absorbs, disks without cells, and the shares of
+// both in the cells around them.
 
 #include "solvers/laplace/cutcell/device/discretize.hpp"
 
@@ -83,7 +83,7 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
 /// For sorting: bins of the bodies that are absorbed, then those of thin conductors. Group by group, so that bodies of
 /// one group lie side by side in each bin.
 template <class Executor>
-void smeared_keys(const Executor& run, ProblemView problem, GridView grid, SortArrays sort) {
+void homogenized_keys(const Executor& run, ProblemView problem, GridView grid, SortArrays sort) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
     const int body = problem.body_at[rank];
     const int bins = bins_of(grid.layout), bin = bin_of(grid.layout, grid.bodies.outline[body].centre);
@@ -95,9 +95,9 @@ void smeared_keys(const Executor& run, ProblemView problem, GridView grid, SortA
 /// For making points of bodies that have been sorted by `key`.
 struct PointsView {
   const int* key;
-  int* before;     ///< by item, and one behind the last: how many points begin before it
-  int* first;      ///< by point, and one behind the last: its first item
-  Smeared* share;  ///< by item: a body's alone
+  int* before;              ///< by item, and one behind the last: how many points begin before it
+  int* first;               ///< by point, and one behind the last: its first item
+  HomogenizedPoint* share;  ///< by item: a body's alone
 };
 
 /// Bodies of one group in one bin become one point: however many they are, a cell or a group has one more to sum.
@@ -130,20 +130,20 @@ LICHTENBERG_HOST_DEVICE inline float weight_in(const Interpolation& around, int 
 }
 
 /// A point's shares in the cells of its bin, each so many times.
-LICHTENBERG_HOST_DEVICE inline Smeared smeared(const ProblemView& problem, const Layout& at, Vec2 p, int group,
-                                               bool sign, float times) {
+LICHTENBERG_HOST_DEVICE inline HomogenizedPoint homogenized_point(const ProblemView& problem, const Layout& at, Vec2 p,
+                                                                  int group, bool sign, float times) {
   const Interpolation around = interpolate(at, p, problem.electrode);
   const auto [i, j] = base_of_bin(at, bin_of(at, p));
-  Smeared point{group, {}};
+  HomogenizedPoint point{group, {}};
   for (int k = 0; k < 4; ++k)
     if (inside(at, i + k % 2, j + k / 2))
       point.share[k] = times * weight_in(around, slot_of(at, i + k % 2, j + k / 2), sign);
   return point;
 }
 
-/// The shares of all that is smeared out: of areas, or of conductances of thin conductors; and of groups.
+/// Shares of homogenized bodies: of their areas, or of the conductances of thin conductors; and of absorbed groups.
 template <class Executor>
-void share_out(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
+void distribute_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
   const int* item = grid.medium.absorbed_bodies.item;
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const int bins = bins_of(grid.layout), body = item[k];
@@ -152,7 +152,7 @@ void share_out(const Executor& run, ProblemView problem, GridView grid, PointsVi
     const bool thin = points.key[k] >= bins;
     const double times = thin ? thin_conductance(disk, grid.layout) : std::numbers::pi * disk.size * disk.size;
     points.share[k] =
-        smeared(problem, grid.layout, disk.centre, problem.group_of[body], false, static_cast<float>(times));
+        homogenized_point(problem, grid.layout, disk.centre, problem.group_of[body], false, static_cast<float>(times));
   });
   run.sum_segments(
       problem.bodies,
@@ -160,15 +160,15 @@ void share_out(const Executor& run, ProblemView problem, GridView grid, PointsVi
         return p < points.before[problem.bodies] ? points.first[p + 1] - points.first[p] : 0;
       },
       [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return points.share[points.first[p] + t]; },
-      [=] LICHTENBERG_HOST_DEVICE(int p, const Smeared& sum) {
+      [=] LICHTENBERG_HOST_DEVICE(int p, const HomogenizedPoint& sum) {
         if (p >= points.before[problem.bodies]) return;
-        grid.medium.absorbed_bodies.smeared[p] = sum;
-        grid.medium.absorbed_bodies.smeared[p].group = problem.group_of[item[points.first[p]]];
+        grid.medium.absorbed_bodies.points[p] = sum;
+        grid.medium.absorbed_bodies.points[p].group = problem.group_of[item[points.first[p]]];
       });
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (k >= grid.medium.absorbed_groups.start[bins_of(grid.layout)]) return;  // not absorbed here
     const int g = grid.medium.absorbed_groups.item[k];
-    grid.medium.absorbed_groups.smeared[k] = smeared(problem, grid.layout, grid.medium.centre[g], g, true, 1);
+    grid.medium.absorbed_groups.points[k] = homogenized_point(problem, grid.layout, grid.medium.centre[g], g, true, 1);
   });
 }
 
@@ -186,7 +186,7 @@ struct CellBins {
   LICHTENBERG_HOST_DEVICE auto value(int t, Value of) const {
     const int n = below_count(), first = t < n ? below : above;
     const int k = bins.start[first] + (t < n ? t : t - n), corner = (k < bins.start[first + 1]) + 2 * (t < n);
-    return of(bins.smeared[k].group, bins.smeared[k].share[corner]);
+    return of(bins.points[k].group, bins.points[k].share[corner]);
   }
 };
 
@@ -199,7 +199,7 @@ LICHTENBERG_HOST_DEVICE float gathered(const Layout& at, const Bins& bins, int i
   return sum;
 }
 
-/// What the smeared-out disks make of the medium.
+/// Effective permittivity of cells, from the area of the absorbed disks in them.
 template <class Executor>
 void make_permittivity(const Executor& run, GridView grid) {
   run.sum_segments(

@@ -12,27 +12,27 @@ namespace lichtenberg::laplace {
 /// The last solutions, from which the next solve gets its first guess: the combination of them that is closest to the
 /// new one in the energy norm (a Galerkin projection with the new operator; Fischer 1998). For a scene in motion that
 /// is extrapolation in time, whatever the steps were.
-class History {
+class SolutionHistory {
  public:
-  bool empty() const { return past_.empty(); }
-  void clear() { past_.clear(); }
+  bool empty() const { return solutions_.empty(); }
+  void clear() { solutions_.clear(); }
   /// Bodies of the last solution's problem.
-  std::size_t bodies() const { return past_.front().body.size(); }
+  std::size_t bodies() const { return solutions_.front().body.size(); }
   /// The last solution's potentials by slot, covered cells filled with their conductor's, and those of the bodies.
-  const std::vector<double>& newest() const { return past_.front().x; }
-  const std::vector<double>& newest_of_bodies() const { return past_.front().body; }
+  const std::vector<double>& newest() const { return solutions_.front().x; }
+  const std::vector<double>& newest_of_bodies() const { return solutions_.front().body; }
 
   /// Sets x to a first guess for op x = b and returns the work, in evaluations of op. There must be a past.
-  double first_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
-                     std::vector<double>& x);
+  double initial_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
+                       std::vector<double>& x);
   /// Sets x to the last solution, as far as the new geometry has its cells.
-  void newest_guess(const LaplaceProblem& problem, const CutCellOperator& op, std::vector<double>& x);
+  void newest_as_guess(const LaplaceProblem& problem, const CutCellOperator& op, std::vector<double>& x);
   /// Keeps the solution x, covered cells filled with their conductor's, and leaves something else in it;
   /// `body_potential` one a body, in the units of x.
-  void remember(std::vector<double>& x, std::vector<double> body_potential);
+  void store(std::vector<double>& x, std::vector<double> body_potential);
 
  private:
-  struct Past {
+  struct StoredSolution {
     std::vector<double> x;     // cells, then groups
     std::vector<double> body;  // potentials
   };
@@ -42,7 +42,7 @@ class History {
   GuessProducts group_products(const CutCellOperator& op, const double* b);
   GuessProducts products(const CutCellOperator& op, const std::vector<double>& b);
 
-  std::deque<Past> past_;  // newest first
+  std::deque<StoredSolution> solutions_;  // newest first
   // The newest solution and successive differences, nearly orthogonal where the solutions are nearly parallel; zero
   // where there is no unknown. And what the operator makes of one of them.
   std::array<std::vector<double>, history_length> basis_;

@@ -91,7 +91,7 @@ class CpuSolver : public CutCellBackend {
   double rounding_of_residual() const;
   void fix_mean();
   Potentials potentials() const;
-  void remember(const LaplaceProblem& problem, const LaplaceSolution& solution);
+  void store(const LaplaceProblem& problem, const LaplaceSolution& solution);
 
   int number;  // among the solvers of this program, for its other processes
   parallel::Team team{team_size(options_)};
@@ -100,7 +100,7 @@ class CpuSolver : public CutCellBackend {
   CutCellOperator op;
   std::unique_ptr<LinearSystem> system;
   std::vector<double> b, x, residual;   // layout + groups
-  History history;                      // bodies' potentials in the order of the problems
+  SolutionHistory history;              // bodies' potentials in the order of the problems
   const CpuSolver* followed = nullptr;  // the solver on a coarser grid
   Potentials followed_then;             // its solution at the last solve here; of no body: none
 };
@@ -130,10 +130,10 @@ void CpuSolver::begin(const LaplaceProblem& problem, LaplaceSolution& solution) 
     system->first_guess(order.sorted(), unit_, x);
   } else if (followed && !followed->history.empty() && followed->history.bodies() == bodies &&
              followed_then.body.size() == bodies) {
-    history.newest_guess(problem, op, x);
+    history.newest_as_guess(problem, op, x);
     add_change(followed_then, followed->potentials(), problem, unit_, op, x);
   } else {
-    solution.work += history.first_guess(problem, op, b, x);
+    solution.work += history.initial_guess(problem, op, b, x);
   }
 }
 
@@ -179,15 +179,15 @@ void CpuSolver::finish(const LaplaceProblem& problem, LaplaceSolution& solution)
   evaluate(order.sorted(), *level, x.data(), unit_, solution, team);
   order.restore(solution.body_charge);
   order.restore(solution.body_force);
-  remember(problem, solution);
+  store(problem, solution);
   if (followed) followed_then = followed->potentials();
 }
 
-void CpuSolver::remember(const LaplaceProblem& problem, const LaplaceSolution& solution) {
+void CpuSolver::store(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   std::vector<double> body_potential;
   for (const Body& body : problem.bodies) body_potential.push_back(solution.group_potential[body.group] / unit_);
   for (const std::ptrdiff_t slot : level->covered) x[slot] = body_potential[order.index(level->cover[slot].body())];
-  history.remember(x, std::move(body_potential));
+  history.store(x, std::move(body_potential));
 }
 
 Potentials CpuSolver::potentials() const {

@@ -34,13 +34,13 @@ struct Iterations {
   /// After the products b'x, x'A x and the largest |x| of n unknowns: the guess is multiplied such that its error is
   /// least. A row adds some five potentials of at most |x|, which leaves a residual of about epsilon |x|
   /// (../solver.cpp).
-  LICHTENBERG_HOST_DEVICE void take_guess(double product, double energy, double largest, double n) {
+  LICHTENBERG_HOST_DEVICE void set_guess_scale(double product, double energy, double largest, double n) {
     factor = energy > 0 ? product / energy : 0.0;
     const double squared = factor * product;
     criterion.energy_norm = squared > 0 ? std::sqrt(squared) : 0.0;
     criterion.rounding = 0x1p-52 * std::sqrt(n) * largest * std::abs(factor);
   }
-  /// After take_guess, where groups are coupled: what couplings to given potentials have in x'A x is no measure of the
+  /// After set_guess_scale, where groups are coupled: what couplings to given potentials have in x'A x is no measure of the
   /// field.
   LICHTENBERG_HOST_DEVICE void set_energy_of_field(double energy) {
     criterion.energy_norm = std::abs(factor) * (energy > 0 ? std::sqrt(energy) : 0.0);

@@ -16,8 +16,8 @@
 #include "solvers/laplace/cutcell/device/balance.hpp"
 #include "solvers/laplace/cutcell/device/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
-#include "solvers/laplace/cutcell/device/first_guess.hpp"
 #include "solvers/laplace/cutcell/device/follow.hpp"
+#include "solvers/laplace/cutcell/device/initial_guess.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
 #include "solvers/laplace/cutcell/device/results.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
@@ -82,11 +82,11 @@ class CutCell : public DeviceSolver {
     begin_iterations(*run_, krylov_.criterion.tolerance, static_cast<int>(ksp->max_it), iterations);
     if (multigrid_->on_device()) {
       run_->run(recordings_.iterating, [&] {
-        better_guess();
+        improve_guess();
         run_->repeat([this](auto again) { iterate_once(again); });
       });
     } else {
-      better_guess();
+      improve_guess();
       const auto host_asks = [] LICHTENBERG_HOST_DEVICE(bool) {};
       int go_on = 1;
       while (go_on) {
@@ -113,14 +113,14 @@ class CutCell : public DeviceSolver {
     if (!run_) run_ = PetscSide<Executor>::make();
     release_vectors();
     multigrid_.reset();
-    past_.clear();
+    history_.clear();
     check_memory(problem);
     const Executor& run = *run_;
     problem_ = std::make_unique<DeviceProblem<Executor>>(run);
     multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, finest_.nx, finest_.ny, options_.links);
     generation_ = 0;
     moments_.emplace();
-    for (int k = 0; k < history_length; ++k) past_.emplace_back(run);
+    for (int k = 0; k < history_length; ++k) history_.emplace_back(run);
     arrays_.emplace(run);
     follower_.emplace(run);
     report_.emplace(run);
@@ -138,20 +138,20 @@ class CutCell : public DeviceSolver {
   void begin(const LaplaceProblem& /*problem*/, LaplaceSolution& /*solution*/) override {
     if (unit_ != recorded_unit_) recordings_.clear();
     recorded_unit_ = unit_;
-    const Found ahead = followed_ ? followed_->found() : Found{};
-    const bool follows = past_count_ > 0 && follower_->knows(ahead);
+    const CoarseSolution ahead = followed_ ? followed_->last_solution() : CoarseSolution{};
+    const bool follows = history_size_ > 0 && follower_->is_comparable(ahead);
     if (follows) follower_->compare(ahead, unit_);
     const auto both = [this, follows] {
       const SolveVectors& v = arrays_->view.solve;
       right_hand_side(*run_, problem_->view(), finest().view(), v.b, unit_);
       if (follows)
-        follow_change(*run_, problem_->view(), finest().view(), past_[0].view, follower_->change(), v.x);
+        follow_change(*run_, problem_->view(), finest().view(), history_[0].view, follower_->change(), v.x);
       else
-        first_guess();
+        initial_guess();
     };
     if (follows)
       run_recorded(recordings_.following[phase_], both);
-    else if (past_count_ == history_length)
+    else if (history_size_ == history_length)
       run_recorded(recordings_.begin[phase_], both);
     else
       both();
@@ -170,25 +170,25 @@ class CutCell : public DeviceSolver {
   bool is_complete() const override { return is_complete_; }
 
   void finish(const LaplaceProblem& problem, LaplaceSolution& solution) override {
-    keep();
+    store_in_history();
     take_results(problem, solution);
     solution.seconds.setup = seconds_before_ + moments_->discretized.seconds_since(moments_->begun);
     solution.seconds.solve = moments_->iterated.seconds_since(moments_->discretized);
   }
 
-  bool has_history() const override { return past_count_ > 0; }
-  void clear_history() override { past_count_ = 0; }
+  bool has_history() const override { return history_size_ > 0; }
+  void clear_history() override { history_size_ = 0; }
   Field last_field() const override {
     const GridView& grid = finest().view();
     std::vector<double> cell(grid.layout.size());
     std::vector<Cover> cover(grid.layout.size());
-    run_->to_host(cell.data(), past_[0].view.cell, cell.size() * sizeof(double));
+    run_->to_host(cell.data(), history_[0].view.cell, cell.size() * sizeof(double));
     run_->to_host(cover.data(), grid.cells.cover, cover.size() * sizeof(Cover));
     return field_on(grid.layout, grid.h, cell.data(), cover.data());
   }
 
  private:
-  using Past = parallel::Arrays<PastView, Executor>;
+  using StoredSolution = parallel::Arrays<SolutionView, Executor>;
   using Moment = typename Executor::Moment;
   using Recording = typename Executor::Recording;
   template <class T>
@@ -223,9 +223,9 @@ class CutCell : public DeviceSolver {
     BalanceView balance;
     Shares* shares;
   };
-  Found found() const {
-    if (past_count_ == 0) return {};
-    return {finest().view().layout, problem_->view().bodies, past_[0].view, unit_};
+  CoarseSolution last_solution() const {
+    if (history_size_ == 0) return {};
+    return {finest().view().layout, problem_->view().bodies, history_[0].view, unit_};
   }
   const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
 
@@ -290,30 +290,30 @@ class CutCell : public DeviceSolver {
     balance.level = report_->potential.device + groups;
   }
 
-  /// History::first_guess.
-  void first_guess() {
+  /// Initial guess from the history, as SolutionHistory::initial_guess.
+  void initial_guess() {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     Vectors& v = arrays_->view;
-    if (past_count_ == 0) return run_->fill(v.solve.x, 0, v.solve.size * sizeof(double));
-    v.basis.size = past_count_;
-    for (int p = 0; p < past_count_; ++p) {
-      past_on_unknowns(*run_, problem, grid, past_[p == 0 ? 0 : p - 1].view, p == 0 ? PastView{} : past_[p].view,
-                       v.basis.vector[p]);
+    if (history_size_ == 0) return run_->fill(v.solve.x, 0, v.solve.size * sizeof(double));
+    v.basis.size = history_size_;
+    for (int p = 0; p < history_size_; ++p) {
+      difference_on_unknowns(*run_, problem, grid, history_[p == 0 ? 0 : p - 1].view,
+                             p == 0 ? SolutionView{} : history_[p].view, v.basis.vector[p]);
       multiply(v.basis.vector[p], v.basis.image[p]);
     }
-    find_shares(*run_, v.solve.size, v.basis, v.solve.b, v.shares);
+    compute_shares(*run_, v.solve.size, v.basis, v.solve.b, v.shares);
     combine(*run_, v.solve.size, v.basis, v.shares, v.solve.x);
   }
 
   /// The guess made better where it is worst, and its residual.
-  void better_guess() {
+  void improve_guess() {
     const SolveVectors& v = arrays_->view.solve;
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     relax_edges(*run_, problem, grid, v, arrays_->view.next_potential, edge_sweeps);
     apply_field(*run_, problem, grid, v.x, v.q);
-    take_guess(*run_, problem, grid, v);
+    scale_guess(*run_, problem, grid, v);
     if (problem.couplings.only_ground)
       level_by_couplings(*run_, problem, grid, v, report_->potential.device + problem.groups);
   }
@@ -362,14 +362,14 @@ class CutCell : public DeviceSolver {
     }
   }
 
-  void keep() {
-    std::rotate(past_.begin(), past_.end() - 1, past_.end());
+  void store_in_history() {
+    std::rotate(history_.begin(), history_.end() - 1, history_.end());
     phase_ = (phase_ + 1) % history_length;
-    past_[0].resize(finest().view().layout.size(), past_[0].view.cell);
-    past_[0].resize(problem_->view().bodies, past_[0].view.body);
-    remember(*run_, solved(), past_[0].view);
-    past_count_ = std::min(past_count_ + 1, history_length);
-    if (followed_) follower_->keep(followed_->found());
+    history_[0].resize(finest().view().layout.size(), history_[0].view.cell);
+    history_[0].resize(problem_->view().bodies, history_[0].view.body);
+    store_solution(*run_, solved(), history_[0].view);
+    history_size_ = std::min(history_size_ + 1, history_length);
+    if (followed_) follower_->keep(followed_->last_solution());
   }
 
   void make_ksp(PetscInt n) {
@@ -419,7 +419,7 @@ class CutCell : public DeviceSolver {
   /// By a method that the user has asked for.
   void solve_by_petsc(LaplaceSolution& solution) {
     begin_iterations(*run_, 0, 0, report_->iterations.device);
-    better_guess();
+    improve_guess();
     report_->parcel.fetch();
     krylov_.criterion.energy_norm = report_->iterations.host->criterion.energy_norm;
     krylov_.criterion.rounding = report_->iterations.host->criterion.rounding;
@@ -446,8 +446,8 @@ class CutCell : public DeviceSolver {
   Recordings recordings_;
   double recorded_unit_ = 1;                    // unit_ in the recordings
   double seconds_before_ = 0;                   // the last discretization
-  std::vector<Past> past_;                      // newest first
-  int past_count_ = 0, phase_ = 0;              // phase_: says where in memory the newest is
+  std::vector<StoredSolution> history_;         // newest first
+  int history_size_ = 0, phase_ = 0;            // phase_: says where in memory the newest is
   const CutCell* followed_ = nullptr;           // the solver on a coarser grid
   std::optional<Follower<Executor>> follower_;  // what it had found at the last solve here
   std::optional<Report> report_;

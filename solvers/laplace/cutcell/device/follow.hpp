@@ -7,10 +7,10 @@
 namespace lichtenberg::laplace::device {
 
 /// A solver's last solution, by slot of its finest grid and by body, in units of `scale`, V. Of no body: there is none.
-struct Found {
+struct CoarseSolution {
   Layout layout;
   int bodies = 0;
-  PastView potentials{};
+  SolutionView potentials{};
   double scale = 1;
 
   /// V, of the k-th slot and behind them bodies.
@@ -33,7 +33,7 @@ class Follower {
   explicit Follower(const Executor& run) : run_(run), then_(run), change_(run) {}
 
   /// Keeps what has been found by now.
-  void keep(const Found& now) {
+  void keep(const CoarseSolution& now) {
     layout_ = now.layout;
     bodies_ = now.bodies;
     if (bodies_ == 0) return;
@@ -42,11 +42,11 @@ class Follower {
     run_.for_each(size(), [=] LICHTENBERG_HOST_DEVICE(int k) { then[k] = now.potential(k); });
   }
   /// Whether something was kept of which `now` may be told apart.
-  bool knows(const Found& now) const {
+  bool is_comparable(const CoarseSolution& now) const {
     return now.bodies > 0 && now.bodies == bodies_ && now.layout.nx == layout_.nx && now.layout.ny == layout_.ny;
   }
   /// What has changed since it was kept, in units of `scale`, V.
-  void compare(const Found& now, double scale) {
+  void compare(const CoarseSolution& now, double scale) {
     const double* then = then_.data();
     double* change = change_.data();
     run_.for_each(size(), [=] LICHTENBERG_HOST_DEVICE(int k) { change[k] = (now.potential(k) - then[k]) / scale; });
@@ -66,7 +66,7 @@ class Follower {
 /// the groups' as their members' on average. Beyond a side that insulates the change goes on evenly; the potential of
 /// an electrode does not change, and the field is odd about it.
 template <class Executor>
-void follow_change(const Executor& run, ProblemView problem, GridView grid, PastView newest, ChangeView change,
+void follow_change(const Executor& run, ProblemView problem, GridView grid, SolutionView newest, ChangeView change,
                    double* x) {
   const int cells = static_cast<int>(grid.layout.size());
   const double ratio = static_cast<double>(change.layout.nx) / grid.layout.nx;

@@ -88,7 +88,7 @@ void apply_operator(const Executor& run, ProblemView problem, GridView grid, con
   add_couplings(run, problem, x + grid.layout.size(), y + grid.layout.size());
 }
 
-/// For the first guess x and q, what the field makes of it: how it is to be stretched (Iterations::take_guess).
+/// For the first guess x and q, what the field makes of it: how it is to be stretched (Iterations::set_guess_scale).
 struct GuessSums {
   double product = 0, energy = 0, largest = 0, of_couplings = 0;
   LICHTENBERG_HOST_DEVICE GuessSums& operator+=(const GuessSums& other) {
@@ -113,7 +113,7 @@ LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem
 
 /// Stretches the guess x, of which q is the field's part of the image; r = b - A x, taken for the V-cycle.
 template <class Executor>
-void take_guess(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
+void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
   const int cells = static_cast<int>(grid.layout.size());
   const bool is_coupled = problem.couplings.start;
   run.sum(
@@ -125,7 +125,7 @@ void take_guess(const Executor& run, ProblemView problem, GridView grid, SolveVe
       },
       [=] LICHTENBERG_HOST_DEVICE(const GuessSums& sums) {
         const double energy = sums.energy + sums.of_couplings;
-        v.iterations->take_guess(sums.product, energy, sums.largest, static_cast<double>(v.size));
+        v.iterations->set_guess_scale(sums.product, energy, sums.largest, static_cast<double>(v.size));
         if (is_coupled) v.iterations->set_energy_of_field(sums.energy);
       });
   add_couplings(run, problem, v.x + cells, v.q + cells);
@@ -335,7 +335,7 @@ void group_potentials(const Executor& run, ProblemView problem, GridView grid, c
 }
 
 /// A past solution: by slot, covered cells filled with their conductor's potential; by body.
-struct PastView {
+struct SolutionView {
   double* cell;
   double* body;
 };
@@ -354,15 +354,15 @@ void average_bodies(const Executor& run, ProblemView problem, GridView grid, dou
 /// The past solution on the present unknowns, less an older one (null: none): uncovered cells have their conductor's
 /// last potential, a new group the mean of its members'.
 template <class Executor>
-void past_on_unknowns(const Executor& run, ProblemView problem, GridView grid, PastView past, PastView older,
-                      double* v) {
+void difference_on_unknowns(const Executor& run, ProblemView problem, GridView grid, SolutionView solution,
+                            SolutionView older, double* v) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) {
-    const double value = older.cell ? past.cell[slot] - older.cell[slot] : past.cell[slot];
+    const double value = older.cell ? solution.cell[slot] - older.cell[slot] : solution.cell[slot];
     v[slot] = grid.cells.inverse_diagonal[slot] > 0 ? value : 0.0;
   });
   average_bodies(run, problem, grid, v + cells, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    return older.body ? past.body[body] - older.body[body] : past.body[body];
+    return older.body ? solution.body[body] - older.body[body] : solution.body[body];
   });
 }
 

@@ -84,13 +84,14 @@ struct SolvedView {
 };
 
 template <class Executor>
-void remember(const Executor& run, SolvedView solved, PastView past) {
+void store_solution(const Executor& run, SolvedView solved, SolutionView solution) {
   run.for_each(static_cast<long>(solved.grid.layout.size()), [=] LICHTENBERG_HOST_DEVICE(int slot) {
     const Cover cover = solved.grid.cells.cover[slot];
-    past.cell[slot] = cover.is_fluid() ? solved.cell[slot] : solved.body_potential(cover.body()) / solved.scale;
+    solution.cell[slot] = cover.is_fluid() ? solved.cell[slot] : solved.body_potential(cover.body()) / solved.scale;
   });
-  run.for_each(solved.problem.bodies,
-               [=] LICHTENBERG_HOST_DEVICE(int body) { past.body[body] = solved.body_potential(body) / solved.scale; });
+  run.for_each(solved.problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    solution.body[body] = solved.body_potential(body) / solved.scale;
+  });
 }
 
 /// By body.

@@ -14,7 +14,7 @@ struct BasisView {
 };
 
 template <class Executor>
-void find_shares(const Executor& run, long n, BasisView basis, const double* b, Shares* shares) {
+void compute_shares(const Executor& run, long n, BasisView basis, const double* b, Shares* shares) {
   const int m = basis.size;
   run.sum(
       n,

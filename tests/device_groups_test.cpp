@@ -378,7 +378,7 @@ TEST_CASE("thin conductors of one group between the same four cells are one") {
       expected[body.group * cells + around.cell[k]] += std::abs(around.weight[k]) * thin_conductance(disk, grid.layout);
   }
   std::vector<int> of_cell(3 * cells, 0);
-  for (int m = 0; m < grid.number[device::Of::links]; ++m) {
+  for (int m = 0; m < grid.number[device::Items::links]; ++m) {
     const int at = grid.links.group[m] * cells + grid.links.slot[m];
     links[at] += grid.links.conductance[m];
     CHECK(++of_cell[at] <= 4);  // from the four bins around a cell, where 600 disks would have some ten
@@ -414,7 +414,7 @@ TEST_CASE("a coarsest grid beyond one block's memory is inverted in panels") {
         matrix[b * n + b] += conductance;
       }
     device::Numbers number{};
-    number[device::Of::coarse_unknowns] = n;
+    number[device::Items::coarse_unknowns] = n;
     device::GridView grid{};
     grid.number = number.data();
     int is_singular = 0;

@@ -52,7 +52,7 @@ struct LinksOfCell {
 
 /// Whether thin conductors, of which lists by cell know nothing, exchange flux with a cell.
 LICHTENBERG_HOST_DEVICE inline bool has_thin_conductors(const GridView& grid, int slot) {
-  if (!grid.has_medium || !grid.may_have(Of::thin_conductors)) return false;
+  if (!grid.has_medium || !grid.may_have(Items::thin_conductors)) return false;
   const CellIndex cell = cell_of(grid.layout, slot);
   return gathered(grid.layout, grid.medium.thin_conductors, cell.i, cell.j, [](int, float c) { return c; }) > 0;
 }
@@ -61,10 +61,10 @@ LICHTENBERG_HOST_DEVICE inline bool has_thin_conductors(const GridView& grid, in
 /// groups each makes.
 template <class Executor>
 void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, int* joined_before) {
-  run.fill(grid.bound.share, 0, grid.capacity[Of::links] * sizeof(float));
-  run.for_each(grid.capacity[Of::boundary] + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  run.fill(grid.bound.share, 0, grid.capacity[Items::links] * sizeof(float));
+  run.for_each(grid.capacity[Items::boundary] + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
     joined_before[k] = 0;
-    if (k >= grid.number[Of::boundary]) return;
+    if (k >= grid.number[Items::boundary]) return;
     const LinksOfCell of(problem, grid, k);
     const bool is_bound = of.is_bound && !has_thin_conductors(grid, grid.boundary.slot[k]);
     grid.bound.is_bound[k] = is_bound;
@@ -77,22 +77,22 @@ void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, i
       grid.bound.kept[of.link[side]] = c / all * BoundCells::kept(all, of.diagonal);
       for (int other = 0; other < side; ++other)
         if (grid.finest && BoundCells::joined(of.conductance[side], of.conductance[other], of.diagonal) > strong_link)
-          grid.required[Of::strong_links] = 1;  // all write the same
+          grid.required[Items::strong_links] = 1;  // all write the same
     }
   });
-  run.exclusive_scan(joined_before, grid.capacity[Of::boundary] + 1);
+  run.exclusive_scan(joined_before, grid.capacity[Items::boundary] + 1);
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-    const int links = joined_before[grid.capacity[Of::boundary]];
-    grid.required[Of::joined_links] = links;
-    grid.number[Of::joined_links] = links <= grid.capacity[Of::joined_links] ? links : 0;
+    const int links = joined_before[grid.capacity[Items::boundary]];
+    grid.required[Items::joined_links] = links;
+    grid.number[Items::joined_links] = links <= grid.capacity[Items::joined_links] ? links : 0;
   });
 }
 
 /// Lists what bound cells join: each pair of groups once a cell, for either, as links of a body of each.
 template <class Executor>
 void list_joined(const Executor& run, ProblemView problem, GridView grid, const int* joined_before, DirectLink* list) {
-  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    if (grid.number[Of::joined_links] == 0 || joined_before[k + 1] == joined_before[k]) return;
+  for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (grid.number[Items::joined_links] == 0 || joined_before[k + 1] == joined_before[k]) return;
     int at = joined_before[k];
     const LinksOfCell of(problem, grid, k);
     for (int a = 0; a < 4; ++a)
@@ -125,7 +125,7 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
 /// Before groups are relaxed for the first time: what they get of bound cells' f, in `flux` (with their charges but
 /// where there are clusters), and potentials from that; the right-hand side of clusters.
 template <class Executor>
-void take_from_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
+void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
       grid.link_pieces(problem), grid.cycle.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) {
@@ -143,8 +143,8 @@ void take_from_bound_cells(const Executor& run, ProblemView problem, GridView gr
 
 /// Bound cells become what the groups have become.
 template <class V, class Executor>
-void follow_groups(const Executor& run, GridView grid, V* v) {
-  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+void update_bound_cells(const Executor& run, GridView grid, V* v) {
+  for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (!grid.bound.is_bound[k]) return;
     const int slot = grid.boundary.slot[k];
     float flux = 0;

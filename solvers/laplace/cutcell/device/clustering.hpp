@@ -23,12 +23,12 @@ namespace lichtenberg::laplace::device {
 /// in the cycle and, of the finest grid, in the system.
 template <class Executor>
 void list_group_links(const Executor& run, ProblemView problem, GridView grid, NetworkLink* link, double* diagonal) {
-  const int direct = grid.capacity[Of::direct_links], all = direct + grid.capacity[Of::joined_links];
+  const int direct = grid.capacity[Items::direct_links], all = direct + grid.capacity[Items::joined_links];
   run.for_each(all, [=] LICHTENBERG_HOST_DEVICE(int m) {
     link[m] = {-1, -1, 0};
     const bool is_joined = m >= direct;
     const int number = is_joined ? m - direct : m;
-    if (number >= grid.number[is_joined ? Of::joined_links : Of::direct_links]) return;
+    if (number >= grid.number[is_joined ? Items::joined_links : Items::direct_links]) return;
     const DirectLink& listed = is_joined ? grid.bound.joined[number] : grid.direct.link[number];
     if (listed.is_to_electrode()) return;
     const int a = problem.group_of[listed.own], b = problem.group_of[listed.other];
@@ -131,7 +131,7 @@ class Clustering {
           reports_[part]->template divide<NetworkLink, double>({links, diagonals * static_cast<std::size_t>(groups)});
       for (std::size_t l = from; l < to; ++l) {
         const int capacity = all_links(grids[l]);
-        of_grid_.push_back({link, diagonal, grids[l].capacity[Of::direct_links], capacity});
+        of_grid_.push_back({link, diagonal, grids[l].capacity[Items::direct_links], capacity});
         link = {link.host + capacity, link.device + capacity};
         diagonal = {diagonal.host + groups, diagonal.device + groups};
       }
@@ -189,7 +189,7 @@ class Clustering {
     int direct, capacity;  // for so many direct links, for these and joined ones
   };
   static int all_links(const GridView& grid) {
-    return grid.capacity[Of::direct_links] + grid.capacity[Of::joined_links];
+    return grid.capacity[Items::direct_links] + grid.capacity[Items::joined_links];
   }
   static constexpr double infinite = std::numeric_limits<double>::infinity();
   std::span<const double> diagonal(std::size_t l) const {

@@ -40,11 +40,11 @@ void number_coarsest(const Executor& run, ProblemView problem, GridView grid, Co
   });
   run.exclusive_scan(coarsest.index, all + 1);
   run.for_each(all, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const int count = coarsest.index[all], capacity = grid.capacity[Of::coarse_unknowns], at = coarsest.index[k];
+    const int count = coarsest.index[all], capacity = grid.capacity[Items::coarse_unknowns], at = coarsest.index[k];
     if (k == 0) {
       *coarsest.is_singular = 0;
-      grid.required[Of::coarse_unknowns] = count;
-      grid.number[Of::coarse_unknowns] = count <= capacity ? count : 0;
+      grid.required[Items::coarse_unknowns] = count;
+      grid.number[Items::coarse_unknowns] = count <= capacity ? count : 0;
     }
     if (count <= capacity && coarsest.index[k + 1] > at) coarsest.unknown[at] = k < slots ? k : -1 - (k - slots);
   });
@@ -78,7 +78,7 @@ LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, co
 /// A lane's share of a chunk of the links of the group in row `a` with cells.
 LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& problem, const GridView& grid,
                                                        const CoarsestView& coarsest, int a, int chunk, int lane) {
-  const int n = grid.number[Of::coarse_unknowns];
+  const int n = grid.number[Items::coarse_unknowns];
   if (a >= n || coarsest.unknown[a] >= 0) return;
   const int g = -1 - coarsest.unknown[a];
   const RowShare sum{coarsest.chunk_of_row(a, chunk, n), lane};
@@ -95,11 +95,11 @@ LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& proble
 template <class Executor>
 void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size());
-  const int capacity = grid.capacity[Of::coarse_unknowns];
+  const int capacity = grid.capacity[Items::coarse_unknowns];
   constexpr int lanes = RowShare::lanes;
   run.fill(coarsest.matrix, 0, static_cast<std::size_t>(capacity) * capacity * sizeof(double));
   run.for_each(capacity, [=] LICHTENBERG_HOST_DEVICE(int a) {
-    const int n = grid.number[Of::coarse_unknowns];
+    const int n = grid.number[Items::coarse_unknowns];
     if (a >= n || coarsest.unknown[a] < 0) return;
     const int slot = coarsest.unknown[a];
     const CellIndex cell = cell_of(grid.layout, slot);
@@ -118,7 +118,7 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
     add_chunk_of_links(problem, grid, coarsest, row / CoarsestView::chunks, row % CoarsestView::chunks, lane);
   });
   run.for_each(capacity, lanes, [=] LICHTENBERG_HOST_DEVICE(int a, int lane) {
-    const int n = grid.number[Of::coarse_unknowns];
+    const int n = grid.number[Items::coarse_unknowns];
     if (a >= n || coarsest.unknown[a] >= 0) return;
     const int g = -1 - coarsest.unknown[a];
     const RowShare row{coarsest.matrix + a * n, lane};
@@ -170,7 +170,7 @@ struct InvertCoarsest {
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
-    const int n = grid.number[Of::coarse_unknowns];
+    const int n = grid.number[Items::coarse_unknowns];
     double* matrix = block.template memory<double>();
     block.each(n * n, [&](int e) { matrix[e] = coarsest.matrix[e] * (pin && e == n * n - 1 ? 2 : 1); });
     invert_in_block(block, matrix, n, coarsest.is_singular);
@@ -195,7 +195,7 @@ struct Panel {
   /// How many of the device's doubles it needs besides.
   static constexpr std::size_t scratch(std::size_t unknowns) { return width * (2 * unknowns + width); }
 
-  LICHTENBERG_HOST_DEVICE int all() const { return grid.number[Of::coarse_unknowns]; }
+  LICHTENBERG_HOST_DEVICE int all() const { return grid.number[Items::coarse_unknowns]; }
   LICHTENBERG_HOST_DEVICE int own() const { return all() - from < width ? all() - from : width; }
   LICHTENBERG_HOST_DEVICE bool has(int a) const { return a >= from && a < from + width; }
   LICHTENBERG_HOST_DEVICE double* entry(int a, int b) const {
@@ -245,7 +245,7 @@ struct Panel {
 template <class Executor>
 void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest, int capacity, bool pin) {
   run.for_each(capacity, capacity, [=] LICHTENBERG_HOST_DEVICE(int a, int b) {
-    const int n = grid.number[Of::coarse_unknowns];
+    const int n = grid.number[Items::coarse_unknowns];
     if (a < n && b < n)
       coarsest.precise_inverse[a * n + b] = coarsest.matrix[a * n + b] * (pin && a == n - 1 && b == n - 1 ? 2 : 1);
   });
@@ -269,7 +269,7 @@ class Coarsest {
 
   /// `precise`: links may be strong, of whose fluxes single precision would keep too little.
   void reserve(const ProblemView& problem, const GridView& grid, bool precise) {
-    const std::size_t capacity = grid.capacity[Of::coarse_unknowns];
+    const std::size_t capacity = grid.capacity[Items::coarse_unknowns];
     // More are factorized on the host, which has it take part in each cycle; beyond one block's memory all, but where
     // the host would have to keep strong links apart without subtraction.
     constexpr std::size_t most = 480;
@@ -301,7 +301,7 @@ class Coarsest {
     if (block_bytes_ > 0)
       run_.template for_each_block<1024>(1, block_bytes_, InvertCoarsest{grid, view(), !problem.grounded});
     else
-      invert_in_panels(run_, grid, view(), grid.capacity[Of::coarse_unknowns], !problem.grounded);
+      invert_in_panels(run_, grid, view(), grid.capacity[Items::coarse_unknowns], !problem.grounded);
   }
   /// What build() leaves to the host, of a system that is not on the device. Throws Failure if it is singular.
   void factorize(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
@@ -337,12 +337,12 @@ class Coarsest {
       get(arrays.east, grid.medium.east, size);
       get(arrays.north, grid.medium.north, size);
     }
-    get(arrays.link_slot, grid.links.slot, numbers[Of::links]);
-    get(arrays.link_group, grid.links.group, numbers[Of::links]);
-    get(arrays.conductance, grid.links.conductance, numbers[Of::links]);
+    get(arrays.link_slot, grid.links.slot, numbers[Items::links]);
+    get(arrays.link_group, grid.links.group, numbers[Items::links]);
+    get(arrays.conductance, grid.links.conductance, numbers[Items::links]);
     get(arrays.group_diagonal, grid.groups.diagonal, groups);
     std::vector<DirectLink> direct_links;
-    get(direct_links, grid.direct.link, numbers[Of::direct_links]);
+    get(direct_links, grid.direct.link, numbers[Items::direct_links]);
     for (const DirectLink& link : direct_links)
       if (!link.is_to_electrode())
         arrays.direct_links.push_back(

@@ -9,7 +9,7 @@ namespace lichtenberg::laplace::device {
 /// Every link's conductance, on the finest grid with its derivatives.
 template <class Executor>
 void make_links(const Executor& run, ProblemView problem, GridView grid) {
-  for_each_of(run, grid, Of::links, [=] LICHTENBERG_HOST_DEVICE(int m) {
+  for_each_item(run, grid, Items::links, [=] LICHTENBERG_HOST_DEVICE(int m) {
     const int slot = grid.links.slot[m];
     const LinkEnd end = grid.links.end[m];
     if (end.is_thin_conductor()) {
@@ -38,7 +38,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
     }
     grid.links.conductance[m] = grid.has_medium ? c.value * grid.medium.permittivity[slot] : c.value;
     const int k = grid.cells.cover[slot].boundary_number();
-    grid.boundary.link[side * grid.capacity[Of::boundary] + k] = m;
+    grid.boundary.link[side * grid.capacity[Items::boundary] + k] = m;
     grid.boundary.coupling[4 * k + side] = {static_cast<float>(grid.links.conductance[m]), grid.links.group[m]};
     if (!grid.finest) return;
     grid.links.gradient[m] = c.gradient;
@@ -76,7 +76,7 @@ void make_medium_diagonals(const Executor& run, ProblemView problem, GridView gr
       const Neighbours n = neighbours(at, slot);
       sum = static_cast<double>(grid.medium.east[n.west]) + grid.medium.east[slot] + grid.medium.north[n.south] +
             grid.medium.north[slot];
-      if (grid.may_have(Of::thin_conductors))
+      if (grid.may_have(Items::thin_conductors))
         sum += gathered(grid.layout, grid.medium.thin_conductors, i, j,
                         [](int, float conductance) { return conductance; });
       for (int side = 0; side < 4; ++side) {
@@ -124,7 +124,7 @@ void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
     }
     grid.cells.inverse_diagonal[slot] = inverse;
   });
-  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const int slot = grid.boundary.slot[k];
     const CellIndex cell = cell_of(grid.layout, slot);
     double sum = 0;

@@ -40,8 +40,8 @@ struct Iterations {
     criterion.energy_norm = squared > 0 ? std::sqrt(squared) : 0.0;
     criterion.rounding = 0x1p-52 * std::sqrt(n) * largest * std::abs(factor);
   }
-  /// After set_guess_scale, where groups are coupled: what couplings to given potentials have in x'A x is no measure of the
-  /// field.
+  /// After set_guess_scale, where groups are coupled: what couplings to given potentials have in x'A x is no measure of
+  /// the field.
   LICHTENBERG_HOST_DEVICE void set_energy_of_field(double energy) {
     criterion.energy_norm = std::abs(factor) * (energy > 0 ? std::sqrt(energy) : 0.0);
   }
@@ -50,7 +50,7 @@ struct Iterations {
     criterion.rounding += 0x1p-52 * std::sqrt(n) * shift;
   }
   /// After the product r'z.
-  LICHTENBERG_HOST_DEVICE void judge(double product) {
+  LICHTENBERG_HOST_DEVICE void test_convergence(double product) {
     const bool first = cg.residuals == 0;
     cg.add(product);
     const double now = std::sqrt(std::abs(product));

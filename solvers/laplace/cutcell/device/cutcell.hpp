@@ -13,7 +13,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/conjugate_gradients.hpp"
-#include "solvers/laplace/cutcell/device/balance.hpp"
+#include "solvers/laplace/cutcell/device/charge_correction.hpp"
 #include "solvers/laplace/cutcell/device/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/device/follow.hpp"
@@ -150,9 +150,9 @@ class CutCell : public DeviceSolver {
         initial_guess();
     };
     if (follows)
-      run_recorded(recordings_.following[phase_], both);
+      run_as_graph(recordings_.following[phase_], both);
     else if (history_size_ == history_length)
-      run_recorded(recordings_.begin[phase_], both);
+      run_as_graph(recordings_.begin[phase_], both);
     else
       both();
   }
@@ -171,7 +171,7 @@ class CutCell : public DeviceSolver {
 
   void finish(const LaplaceProblem& problem, LaplaceSolution& solution) override {
     store_in_history();
-    take_results(problem, solution);
+    copy_results(problem, solution);
     solution.seconds.setup = seconds_before_ + moments_->discretized.seconds_since(moments_->begun);
     solution.seconds.solve = moments_->iterated.seconds_since(moments_->discretized);
   }
@@ -220,7 +220,7 @@ class CutCell : public DeviceSolver {
     SolveVectors solve;  ///< x and b are the KSP's
     double* next_potential;
     BasisView basis;
-    BalanceView balance;
+    ChargeCorrection correction;
     Shares* shares;
   };
   CoarseSolution last_solution() const {
@@ -278,16 +278,17 @@ class CutCell : public DeviceSolver {
     arrays_->resize(n, v.solve.r, v.solve.z, v.solve.p, v.solve.q);
     arrays_->zero(v.solve.z);
     arrays_->resize(1, v.shares);
-    BalanceView& balance = v.balance;
-    arrays_->resize(groups, v.next_potential, balance.residual, balance.shift, balance.hold, balance.held,
-                    balance.to_cells, balance.from_cells, balance.r, balance.p, balance.q, balance.is_linked);
+    ChargeCorrection& correction = v.correction;
+    arrays_->resize(groups, v.next_potential, correction.residual, correction.shift, correction.hold, correction.held,
+                    correction.to_cells, correction.from_cells, correction.r, correction.p, correction.q,
+                    correction.is_linked);
     arrays_->resize(SolveGroups::threads * ((groups + SolveGroups::threads - 1) / SolveGroups::threads),
-                    balance.linked);
+                    correction.linked);
     std::tie(report_->iterations, report_->potential, report_->body_result, report_->side_result) =
         report_->parcel.template divide<Iterations, double, BodyResult, SideResult>(
             {1, static_cast<std::size_t>(groups) + 1, problem.bodies.size(), 4 * side_parts});
     v.solve.iterations = report_->iterations.device;
-    balance.level = report_->potential.device + groups;
+    correction.level = report_->potential.device + groups;
   }
 
   /// Initial guess from the history, as SolutionHistory::initial_guess.
@@ -315,13 +316,13 @@ class CutCell : public DeviceSolver {
     apply_field(*run_, problem, grid, v.x, v.q);
     scale_guess(*run_, problem, grid, v);
     if (problem.couplings.only_ground)
-      level_by_couplings(*run_, problem, grid, v, report_->potential.device + problem.groups);
+      fix_potential_level(*run_, problem, grid, v, report_->potential.device + problem.groups);
   }
 
   /// The part of the results that is computed on the device.
   void finish_on_device() {
     run_->mark(moments_->iterated);
-    run_recorded(recordings_.end, [this] { evaluate(); });
+    run_as_graph(recordings_.end, [this] { evaluate(); });
     multigrid_->begin_capacity_check();
     report_->parcel.fetch();
     is_complete_ = multigrid_->check_capacity();
@@ -332,7 +333,7 @@ class CutCell : public DeviceSolver {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     const SolveVectors& v = arrays_->view.solve;
-    balance_charges(*run_, problem, grid, v, unit_, arrays_->view.balance);
+    correct_charges(*run_, problem, grid, v, unit_, arrays_->view.correction);
     if (!problem.grounded) fix_mean(*run_, problem, grid, v.x, report_->potential.device + problem.groups);
     group_potentials(*run_, problem, grid, v.x, unit_, report_->potential.device);
     sum_bodies(*run_, solved(), report_->body_result.device);
@@ -342,7 +343,7 @@ class CutCell : public DeviceSolver {
     return {problem_->view(), finest().view(), arrays_->view.solve.x, unit_, report_->potential.device};
   }
 
-  void take_results(const LaplaceProblem& problem, LaplaceSolution& solution) const {
+  void copy_results(const LaplaceProblem& problem, LaplaceSolution& solution) const {
     const std::size_t bodies = problem.bodies.size();
     solution.unknowns = multigrid_->fluid_cells();
     solution.group_potential.assign(report_->potential.host, report_->potential.host + problem.groups.size());
@@ -408,12 +409,12 @@ class CutCell : public DeviceSolver {
     const GridView& grid = finest().view();
     const SolveVectors& v = arrays_->view.solve;
     multigrid_->cycle(v.z);
-    if (!problem.grounded) level_out(*run_, problem, grid, v.z, report_->potential.device + problem.groups);
-    judge(*run_, v);
-    turn_direction(*run_, v);
+    if (!problem.grounded) remove_mean(*run_, problem, grid, v.z, report_->potential.device + problem.groups);
+    test_convergence(*run_, v);
+    update_direction(*run_, v);
     multiply(v.p, v.q);
-    find_step(*run_, v, again);
-    step_along(*run_, grid, v);
+    compute_step(*run_, v, again);
+    take_step(*run_, grid, v);
   }
 
   /// By a method that the user has asked for.
@@ -429,7 +430,7 @@ class CutCell : public DeviceSolver {
 
   /// Records f as a graph, or does what it says where the host has a part in each cycle.
   template <class F>
-  void run_recorded(typename Executor::Recording& recording, F f) {
+  void run_as_graph(typename Executor::Recording& recording, F f) {
     if (multigrid_->on_device())
       run_->run(recording, f);
     else

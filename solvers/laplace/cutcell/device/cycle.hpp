@@ -10,7 +10,7 @@ namespace lichtenberg::laplace::device {
 
 /// z = v and phi, where the finest grid is the coarsest: 0 in covered cells, which hold their group's potential there.
 template <class Executor>
-void take_potentials(const Executor& run, ProblemView problem, GridView grid, const float* v, double* z) {
+void copy_potentials(const Executor& run, ProblemView problem, GridView grid, const float* v, double* z) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int k) { z[k] = grid.cells.inverse_diagonal[k] > 0 ? v[k] : 0.0; });
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { z[cells + g] = grid.cycle.phi[g]; });
@@ -18,7 +18,7 @@ void take_potentials(const Executor& run, ProblemView problem, GridView grid, co
 
 /// f or, behind the cells, the groups' charges from an entry of the residual; groups are the finest grid's first to be
 /// relaxed.
-struct TakeResidual {
+struct StoreResidual {
   GridView grid;
   LICHTENBERG_HOST_DEVICE void operator()(int k, double r) const {
     const int cells = static_cast<int>(grid.layout.size());
@@ -32,8 +32,8 @@ struct TakeResidual {
 };
 
 template <class Executor>
-void take_residual(const Executor& run, ProblemView problem, GridView grid, const double* r) {
-  const TakeResidual take{grid};
+void store_residual(const Executor& run, ProblemView problem, GridView grid, const double* r) {
+  const StoreResidual take{grid};
   run.for_each(static_cast<long>(grid.layout.size()) + problem.groups,
                [=] LICHTENBERG_HOST_DEVICE(int k) { take(k, r[k]); });
 }
@@ -46,7 +46,7 @@ struct DirectFluxes {
   GridView grid;
   const Real* phi;
   LICHTENBERG_HOST_DEVICE int count(int g) const {
-    return grid.may_have(Of::direct_links) ? grid.direct_links_of(problem, g) : 0;
+    return grid.may_have(Items::direct_links) ? grid.direct_links_of(problem, g) : 0;
   }
   LICHTENBERG_HOST_DEVICE Real value(int g, int t) const {
     const DirectLink& link = grid.direct.link[grid.first_direct_link(problem, g) + t];
@@ -75,8 +75,8 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
 /// The groups' residuals after the way down, as the coarse grid's charges; collect() adds what its cells have got.
 /// Clusters were in balance when they were relaxed: what has changed since is theirs.
 template <class V, class Executor>
-void leave_group_residuals(const Executor& run, ProblemView problem, GridView fine, GridView coarse, const float* phi,
-                           const V* v) {
+void restrict_group_residuals(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
+                              const float* phi, const V* v) {
   const auto flux = [=] LICHTENBERG_HOST_DEVICE(int link) {
     return static_cast<float>(fine.links.conductance[link]) * static_cast<float>(v[fine.links.slot[link]]);
   };
@@ -103,7 +103,7 @@ void restrict_absorbed(const Executor& run, GridView grid) {
 
 /// A group's charge is what its cells have got, too. It spreads into its potential before the cells see it.
 template <class Executor>
-void collect_charges(const Executor& run, ProblemView problem, GridView grid) {
+void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
       grid.covered_pieces(problem), grid.cycle.partial,
       [=] LICHTENBERG_HOST_DEVICE(int m) { return grid.cycle.f[grid.covered.slot[m]]; }, parallel::NoMore{},
@@ -125,7 +125,7 @@ LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, con
 
 template <class Executor>
 void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
-  for_each_of(run, grid, Of::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
+  for_each_item(run, grid, Items::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
     const int g = grid.medium.absorbed_groups.item[m];
     grid.cycle.phi[g] = absorbed_potential(
         problem, grid, g, [&](std::ptrdiff_t slot) { return potential_at(problem, grid, static_cast<int>(slot)); });
@@ -156,15 +156,15 @@ void relax_groups(const Executor& run, ProblemView problem, GridView grid, const
 
 /// The groups' potentials on the way down.
 inline const float* potentials_down(const GridView& grid) {
-  if (!grid.may_have(Of::unknown_groups)) return nullptr;
+  if (!grid.may_have(Items::unknown_groups)) return nullptr;
   return grid.may_link_groups() ? grid.cycle.phi_down : grid.cycle.phi;
 }
 
-/// What comes before descend() but on the finest grid, whose residual is taken as it is (TakeResidual).
+/// What comes before descend() but on the finest grid, whose residual is taken as it is (StoreResidual).
 template <class Executor>
 void collect(const Executor& run, const ProblemView& problem, const GridView& grid) {
-  if (grid.may_have(Of::newly_absorbed)) restrict_absorbed(run, grid);
-  if (grid.may_have(Of::unknown_groups)) collect_charges(run, problem, grid);
+  if (grid.may_have(Items::newly_absorbed)) restrict_absorbed(run, grid);
+  if (grid.may_have(Items::unknown_groups)) restrict_charges(run, problem, grid);
 }
 
 /// f(the tiling that suits a grid).
@@ -180,7 +180,7 @@ void with_tiles(const GridView& coarse, F f) {
 /// Groups from their charges and what bound cells hold for them.
 template <class Executor>
 void relax_groups_first(const Executor& run, const ProblemView& problem, const GridView& grid) {
-  if (grid.binds) take_from_bound_cells(run, problem, grid);
+  if (grid.binds) sum_bound_cells(run, problem, grid);
   if (grid.groups.clusters && grid.binds)
     solve_clusters(run, problem, grid, static_cast<const double*>(grid.cycle.group_rhs), grid.cycle.phi);
   else if (grid.groups.clusters)
@@ -201,7 +201,7 @@ void descend(const Executor& run, const ProblemView& problem, const GridView& gr
     using Half = Descend<V, Tiles>;
     run.template for_each_block<512>(Tiles::all(coarse), Half::bytes(grid), Half{problem, grid, coarse, phi, v});
   });
-  if (phi) leave_group_residuals(run, problem, grid, coarse, phi, static_cast<const V*>(v));
+  if (phi) restrict_group_residuals(run, problem, grid, coarse, phi, static_cast<const V*>(v));
 }
 
 /// The mirror image of descend(): black, red, conductors. `z`: becomes the groups' potentials; null: nothing.
@@ -222,7 +222,7 @@ void ascend(const Executor& run, const ProblemView& problem, const GridView& gri
     relax_direct_links(run, problem, grid,
                        GroupSweep{grid.cycle.flux, grid.cycle.phi_next, nullptr, grid.cycle.phi, z});
   }
-  if (grid.binds) follow_groups(run, grid, v);
+  if (grid.binds) update_bound_cells(run, grid, v);
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -64,8 +64,8 @@ void count_without_cells(const Executor& run, ProblemView problem, GridView grid
 template <class Executor>
 void list_without_cells(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* before) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    if (grid.number[Of::without_cells] == 0) return;
-    int at = grid.number[Of::direct_links] - grid.number[Of::without_cells] + 2 * before[body].direct_links;
+    if (grid.number[Items::without_cells] == 0) return;
+    int at = grid.number[Items::direct_links] - grid.number[Items::without_cells] + 2 * before[body].direct_links;
     for_each_owner(problem, grid, body, [&](int other, DirectLink::Kind kind, int which) {
       const auto k = static_cast<std::uint8_t>(which);  // corner
       grid.direct.link[at++] = {
@@ -85,7 +85,7 @@ constexpr int solves_to_forget_strong_links = 200;
 
 template <class Executor>
 void make_direct_links(const Executor& run, ProblemView problem, GridView grid) {
-  for_each_of(run, grid, Of::direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
+  for_each_item(run, grid, Items::direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
     DirectLink& link = grid.direct.link[m];
     const Outline& own = grid.bodies.outline[link.own];
     if (link.kind == DirectLink::Kind::inherited) {
@@ -122,13 +122,13 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
         first ? channel_between(own, p, e, 1.0, &other) : channel_between(other, p + e, -e, 1.0, &own);
     link.conductance = c.value;
     link.gradient = first ? c.gradient_a : c.gradient_b;
-    if (grid.finest && c.value > strong_link) grid.required[Of::strong_links] = 1;  // all write the same
+    if (grid.finest && c.value > strong_link) grid.required[Items::strong_links] = 1;  // all write the same
   });
 }
 
 /// Of direct or joined links: by the own body's rank, for sorting; behind them what there is room for.
 template <class Executor>
-void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, Of::Kind kind, const DirectLink* link,
+void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, Items::Kind kind, const DirectLink* link,
                       SortArrays sort) {
   run.for_each(grid.capacity[kind], [=] LICHTENBERG_HOST_DEVICE(int m) {
     sort.key[m] = m < grid.number[kind] ? problem.rank_of[link[m].own] : problem.bodies;
@@ -137,9 +137,9 @@ void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, O
 }
 
 template <class Executor>
-void sort_direct_links(const Executor& run, GridView grid, Of::Kind kind, const DirectLink* link, const int* index,
+void sort_direct_links(const Executor& run, GridView grid, Items::Kind kind, const DirectLink* link, const int* index,
                        DirectLink* sorted) {
-  for_each_of(run, grid, kind, [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = link[index[m]]; });
+  for_each_item(run, grid, kind, [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = link[index[m]]; });
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -72,11 +72,12 @@ template <class Executor>
 void finalize_strip_count(const Executor& run, ProblemView problem, GridView grid) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
     const int strips = grid.strips.start[problem.bodies];
-    grid.required[Of::strips] = strips;
-    grid.number[Of::strips] = strips <= grid.capacity[Of::strips] ? strips : 0;
-    for (const Of::Kind kind : {Of::unknown_groups, Of::own_groups, Of::strong_links})  // of those that set them
+    grid.required[Items::strips] = strips;
+    grid.number[Items::strips] = strips <= grid.capacity[Items::strips] ? strips : 0;
+    for (const Items::Kind kind :
+         {Items::unknown_groups, Items::own_groups, Items::strong_links})  // of those that set them
       grid.number[kind] = grid.required[kind] = 0;
-    grid.number[Of::newly_absorbed] = grid.required[Of::newly_absorbed] =
+    grid.number[Items::newly_absorbed] = grid.required[Items::newly_absorbed] =
         grid.has_medium ? grid.medium.absorbed_groups.start[bins_of(grid.layout)] : 0;
   });
 }
@@ -85,20 +86,20 @@ void finalize_strip_count(const Executor& run, ProblemView problem, GridView gri
 template <class Executor>
 void finalize_list_counts(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* without_cells) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-    const Counts total = grid.strips.counts[grid.number[Of::strips]];
+    const Counts total = grid.strips.counts[grid.number[Items::strips]];
     const WithoutCells without = without_cells[problem.bodies];
-    grid.required[Of::covered] = total.covered;
-    grid.required[Of::links] = total.links;
-    grid.required[Of::boundary] = total.boundary;
-    grid.required[Of::direct_links] = total.direct_links + 2 * without.direct_links;
-    grid.required[Of::without_cells] = 2 * without.direct_links;
-    grid.required[Of::thin_conductors] = without.thin_conductors;
-    grid.required[Of::floating_thin_conductors] = without.floating_thin_conductors;
+    grid.required[Items::covered] = total.covered;
+    grid.required[Items::links] = total.links;
+    grid.required[Items::boundary] = total.boundary;
+    grid.required[Items::direct_links] = total.direct_links + 2 * without.direct_links;
+    grid.required[Items::without_cells] = 2 * without.direct_links;
+    grid.required[Items::thin_conductors] = without.thin_conductors;
+    grid.required[Items::floating_thin_conductors] = without.floating_thin_conductors;
     bool fits = true;
-    for (int kind = Of::covered; kind <= Of::floating_thin_conductors; ++kind)
+    for (int kind = Items::covered; kind <= Items::floating_thin_conductors; ++kind)
       fits = fits && grid.required[kind] <= grid.capacity[kind];
-    if (!fits) grid.number[Of::strips] = 0;
-    for (int kind = Of::covered; kind <= Of::floating_thin_conductors; ++kind)
+    if (!fits) grid.number[Items::strips] = 0;
+    for (int kind = Items::covered; kind <= Items::floating_thin_conductors; ++kind)
       grid.number[kind] = fits ? grid.required[kind] : 0;
   });
 }
@@ -107,14 +108,14 @@ void finalize_list_counts(const Executor& run, ProblemView problem, GridView gri
 /// cell that is still free.
 template <class Executor>
 void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
-  for_each_of(run, grid, Of::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
+  for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
     if (!grid.bodies.resolved[strip.body]) return;
     const Outline& outline = grid.bodies.outline[strip.body];
     for (int i = strip.from_i; i <= strip.to_i; ++i)
       if (covers(outline, i, strip.j)) claim(&grid.cells.cover[slot_of(grid.layout, i, strip.j)], strip.body);
   });
-  for_each_of(run, grid, Of::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
+  for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
     for (int i = strip.from_i; i <= strip.to_i; ++i)
       if (grid.cells.cover[slot_of(grid.layout, i, strip.j)].is(strip.body)) grid.bodies.present[strip.body] = 1;
@@ -218,7 +219,7 @@ struct FillVisitor {
     grid.cells.cover[slot] = Cover::boundary_cell(at.boundary);
     grid.boundary.slot[at.boundary] = slot;
     for (int side = 0; side < 4; ++side) {
-      grid.boundary.link[side * grid.capacity[Of::boundary] + at.boundary] = -1;
+      grid.boundary.link[side * grid.capacity[Items::boundary] + at.boundary] = -1;
       grid.boundary.coupling[4 * at.boundary + side] = {};
     }
     ++at.boundary;
@@ -227,16 +228,16 @@ struct FillVisitor {
 
 template <class Executor>
 void count_in_strips(const Executor& run, ProblemView problem, GridView grid) {
-  run.for_each(grid.capacity[Of::strips] + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
+  run.for_each(grid.capacity[Items::strips] + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
     CountVisitor visitor{};
-    if (index < grid.number[Of::strips]) visit(problem, grid, strip_at(problem, grid, index), visitor);
+    if (index < grid.number[Items::strips]) visit(problem, grid, strip_at(problem, grid, index), visitor);
     grid.strips.counts[index] = visitor.counts;
   });
 }
 
 template <class Executor>
 void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
-  for_each_of(run, grid, Of::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
+  for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
     FillVisitor visitor{grid, strip.body, problem.group_of[strip.body], grid.strips.counts[index]};
     visit(problem, grid, strip, visitor);

@@ -57,9 +57,9 @@ struct ProblemView {
   bool operator==(const ProblemView&) const = default;
 };
 
-/// What a grid holds some of. The device counts them, and the host does not ask how many there are: it knows how many
-/// there is room for.
-struct Of {
+/// Kinds of items that a grid holds. The device counts them; the host has only the capacities of their arrays until the
+/// end of a solve.
+struct Items {
   enum Kind {
     strips,
     covered,
@@ -78,7 +78,7 @@ struct Of {
     kinds
   };
 };
-using Numbers = std::array<int, Of::kinds>;
+using Numbers = std::array<int, Items::kinds>;
 
 /// Numbers of what a strip of cells holds.
 struct Counts {
@@ -232,7 +232,7 @@ struct LinkArrays {
 
 struct BoundaryArrays {
   int* slot;
-  int* link;  ///< by side (side * room[Of::boundary] + k), -1: none
+  int* link;  ///< by side (side * capacity[Items::boundary] + k), -1: none
   double* diagonal;
   Coupling* coupling;  ///< by boundary cell and side: 4 k + side
 };
@@ -296,8 +296,8 @@ struct GridView {
   bool binds;       ///< the cycle eliminates bound cells (bound.hpp)
 
   Numbers capacity;  ///< the number of items that arrays have memory for
-  int* number;       ///< by Of::Kind; 0 for all lists if one of them does not fit
-  int* required;     ///< by Of::Kind: the number of items found
+  int* number;       ///< by Items::Kind; 0 for all lists if one of them does not fit
+  int* required;     ///< by Items::Kind: the number of items found
 
   BodyArrays bodies;
   MediumArrays medium;
@@ -314,13 +314,13 @@ struct GridView {
   CycleArrays cycle;
 
   LICHTENBERG_HOST_DEVICE const Counts& before(int rank) const {
-    const int start = strips.start[rank], end = number[Of::strips];
+    const int start = strips.start[rank], end = number[Items::strips];
     return strips.counts[start < end ? start : end];
   }
   LICHTENBERG_HOST_DEVICE int link_start(int rank) const { return before(rank).links; }
   LICHTENBERG_HOST_DEVICE int covered_start(int rank) const { return before(rank).covered; }
   LICHTENBERG_HOST_DEVICE int boundary_link_of(int k, int side) const {
-    return boundary.link[side * capacity[Of::boundary] + k];
+    return boundary.link[side * capacity[Items::boundary] + k];
   }
   /// A group's direct links.
   LICHTENBERG_HOST_DEVICE int first_direct_link(const ProblemView& problem, int g) const {
@@ -338,17 +338,17 @@ struct GridView {
     return t < n ? direct.link[first_direct_link(problem, g) + t] : bound.joined[joined_before(problem, g) + t - n];
   }
   LICHTENBERG_HOST_DEVICE int joined_before(const ProblemView& problem, int g) const {
-    return may_have(Of::joined_links) ? bound.joined_start[problem.first_rank[g]] : 0;
+    return may_have(Items::joined_links) ? bound.joined_start[problem.first_rank[g]] : 0;
   }
   /// Whether the k-th entry of a vector, by slot and then by group, is an unknown.
   LICHTENBERG_HOST_DEVICE bool is_unknown(int k) const {
     const int size = static_cast<int>(layout.size());
     return k < size ? cells.inverse_diagonal[k] > 0 : groups.diagonal[k - size] > 0;
   }
-  LICHTENBERG_HOST_DEVICE bool may_have(Of::Kind kind) const { return capacity[kind] > 0; }
+  LICHTENBERG_HOST_DEVICE bool may_have(Items::Kind kind) const { return capacity[kind] > 0; }
   /// Whether any groups may be linked to each other.
   LICHTENBERG_HOST_DEVICE bool may_link_groups() const {
-    return groups.clusters || may_have(Of::direct_links) || may_have(Of::joined_links);
+    return groups.clusters || may_have(Items::direct_links) || may_have(Items::joined_links);
   }
   /// Those of the groups' links, and of their covered cells.
   LICHTENBERG_HOST_DEVICE parallel::Pieces link_pieces(const ProblemView& problem) const {
@@ -362,7 +362,7 @@ struct GridView {
 
 /// f(k) for each of what a grid has of a kind.
 template <class Executor, class F>
-void for_each_of(const Executor& run, const GridView& grid, Of::Kind kind, F f) {
+void for_each_item(const Executor& run, const GridView& grid, Items::Kind kind, F f) {
   const int* number = grid.number + kind;
   run.for_each(grid.capacity[kind], [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (k < *number) f(k);

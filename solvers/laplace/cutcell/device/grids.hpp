@@ -41,7 +41,7 @@ class DeviceGrid {
   const GridView& view() const { return arrays_.view.grid; }
   /// `numbers`: of this grid.
   long fluid_cells(const Numbers& numbers) const {
-    return static_cast<long>(view().layout.nx) * view().layout.ny - numbers[Of::covered];
+    return static_cast<long>(view().layout.nx) * view().layout.ny - numbers[Items::covered];
   }
 
   /// Memory for as many of each kind as `capacity` says. Arrays may move.
@@ -58,12 +58,12 @@ class DeviceGrid {
       grid.inherited.link = role.finest->direct.link;
       grid.inherited.link_start = role.finest->direct.start;
     }
-    if (role.finest && role.finest->may_have(Of::joined_links)) {
+    if (role.finest && role.finest->may_have(Items::joined_links)) {
       grid.inherited.joined = role.finest->bound.joined;
       grid.inherited.joined_start = role.finest->bound.joined_start;
     }
     if (!role.has_medium)  // the bins still hold what an earlier set-up homogenized
-      for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
+      for (const Items::Kind kind : {Items::newly_absorbed, Items::thin_conductors, Items::floating_thin_conductors})
         grid.capacity[kind] = 0;
     reserve_bodies(problem);
     if (role.has_medium) reserve_medium(problem);
@@ -71,7 +71,7 @@ class DeviceGrid {
     reserve_groups(problem, role.is_small);
   }
   bool fits(const Numbers& required) const {
-    for (int kind = 0; kind < Of::kinds; ++kind)
+    for (int kind = 0; kind < Items::kinds; ++kind)
       if (required[kind] > view().capacity[kind]) return false;
     return true;
   }
@@ -79,22 +79,22 @@ class DeviceGrid {
   /// costs as much as ten solves. The coarsest grid's matrix is to stay small, and changes by groups alone.
   void enlarge(const ProblemView& problem, const Numbers& required) {
     Numbers& capacity = own().capacity;
-    if (view().has_medium && required[Of::strips] > 0) {
+    if (view().has_medium && required[Items::strips] > 0) {
       // Groups in motion become thin conductors on one grid after the other: there is room for all at once.
-      for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
+      for (const Items::Kind kind : {Items::newly_absorbed, Items::thin_conductors, Items::floating_thin_conductors})
         capacity[kind] = std::max(capacity[kind], problem.bodies);
-      capacity[Of::strips] = std::max(capacity[Of::strips], required[Of::strips] + problem.bodies);
-      capacity[Of::links] = std::max(capacity[Of::links], required[Of::links] + 4 * problem.bodies);
+      capacity[Items::strips] = std::max(capacity[Items::strips], required[Items::strips] + problem.bodies);
+      capacity[Items::links] = std::max(capacity[Items::links], required[Items::links] + 4 * problem.bodies);
     }
-    for (int kind = 0; kind < Of::kinds; ++kind) {
+    for (int kind = 0; kind < Items::kinds; ++kind) {
       const bool is_near = required[kind] + required[kind] / 8 > capacity[kind];
-      const int spare = kind == Of::coarse_unknowns ? 16 : required[kind] / 2 + 256;
+      const int spare = kind == Items::coarse_unknowns ? 16 : required[kind] / 2 + 256;
       if (required[kind] > 0 && is_near) capacity[kind] = required[kind] + spare;
     }
   }
 
   /// Until there is one again, which enlarge() has to be told of; reserve() is to follow.
-  void forget_strong_links() { own().capacity[Of::strong_links] = 0; }
+  void forget_strong_links() { own().capacity[Items::strong_links] = 0; }
 
   /// `finer`: the next finer grid, whose outlines have been made; null for the finest.
   void outline(const ProblemView& problem, const GridView* finer) {
@@ -146,9 +146,9 @@ class DeviceGrid {
                    grid.bodies.resolved);
     arrays_.resize(problem.bodies + 1, grid.strips.start, grid.direct.start, grid.bound.joined_start,
                    scratch.without_cells);
-    arrays_.resize(
-        std::max({problem.groups, problem.bodies, grid.capacity[Of::direct_links], grid.capacity[Of::joined_links]}),
-        scratch.sort.key);
+    arrays_.resize(std::max({problem.groups, problem.bodies, grid.capacity[Items::direct_links],
+                             grid.capacity[Items::joined_links]}),
+                   scratch.sort.key);
   }
 
   void reserve_medium(const ProblemView& problem) {
@@ -173,29 +173,30 @@ class DeviceGrid {
   void reserve_lists() {
     GridView& grid = own();
     Scratch& scratch = this->scratch();
-    if (!grid.binds) grid.capacity[Of::joined_links] = 0;
+    if (!grid.binds) grid.capacity[Items::joined_links] = 0;
     const Numbers& capacity = grid.capacity;
-    arrays_.resize(capacity[Of::strips] + 1, grid.strips.counts);
-    arrays_.resize(capacity[Of::covered], grid.covered.slot, grid.covered.group);
-    arrays_.resize(capacity[Of::links], grid.links.slot, grid.links.end, grid.links.group, grid.links.conductance);
+    arrays_.resize(capacity[Items::strips] + 1, grid.strips.counts);
+    arrays_.resize(capacity[Items::covered], grid.covered.slot, grid.covered.group);
+    arrays_.resize(capacity[Items::links], grid.links.slot, grid.links.end, grid.links.group, grid.links.conductance);
     if (grid.finest)
-      arrays_.resize(capacity[Of::links], grid.links.gradient, grid.links.partner_group, grid.links.partner_gradient);
-    arrays_.resize(capacity[Of::boundary], grid.boundary.slot, grid.boundary.diagonal);
-    arrays_.resize(4L * capacity[Of::boundary], grid.boundary.link, grid.boundary.coupling);
-    arrays_.resize(capacity[Of::direct_links], grid.direct.link);
-    if (grid.may_have(Of::without_cells)) arrays_.resize(capacity[Of::direct_links], scratch.unsorted_direct);
-    arrays_.resize(std::max(capacity[Of::direct_links], capacity[Of::joined_links]), scratch.sort.index);
+      arrays_.resize(capacity[Items::links], grid.links.gradient, grid.links.partner_group,
+                     grid.links.partner_gradient);
+    arrays_.resize(capacity[Items::boundary], grid.boundary.slot, grid.boundary.diagonal);
+    arrays_.resize(4L * capacity[Items::boundary], grid.boundary.link, grid.boundary.coupling);
+    arrays_.resize(capacity[Items::direct_links], grid.direct.link);
+    if (grid.may_have(Items::without_cells)) arrays_.resize(capacity[Items::direct_links], scratch.unsorted_direct);
+    arrays_.resize(std::max(capacity[Items::direct_links], capacity[Items::joined_links]), scratch.sort.index);
     if (!grid.binds) return;
-    arrays_.resize(capacity[Of::boundary], grid.bound.is_bound);
-    arrays_.resize(capacity[Of::boundary] + 1, scratch.joined_before);
-    arrays_.resize(capacity[Of::links], grid.bound.share, grid.bound.kept);
-    arrays_.resize(capacity[Of::joined_links], grid.bound.joined, scratch.unsorted_joined);
+    arrays_.resize(capacity[Items::boundary], grid.bound.is_bound);
+    arrays_.resize(capacity[Items::boundary] + 1, scratch.joined_before);
+    arrays_.resize(capacity[Items::links], grid.bound.share, grid.bound.kept);
+    arrays_.resize(capacity[Items::joined_links], grid.bound.joined, scratch.unsorted_joined);
   }
 
   void reserve_groups(const ProblemView& problem, bool is_small) {
     GridView& grid = own();
     auto [pieces, groups, cycle] = std::tie(grid.pieces, grid.groups, grid.cycle);
-    pieces.capacity = (grid.capacity[Of::links] + grid.capacity[Of::covered]) / piece_length + 2 * problem.groups;
+    pieces.capacity = (grid.capacity[Items::links] + grid.capacity[Items::covered]) / piece_length + 2 * problem.groups;
     arrays_.resize(2 * problem.groups + 1, pieces.start);
     arrays_.resize(pieces.capacity, pieces.begin, pieces.end, pieces.segment, pieces.partial, cycle.partial);
     resize_with_zeros(2 * problem.groups, pieces.done);
@@ -239,7 +240,7 @@ class DeviceGrid {
     const GridView& grid = view();
     WithoutCells* without_cells = scratch().without_cells;
     count_in_strips(run_, problem, grid);
-    run_.exclusive_scan(grid.strips.counts, grid.capacity[Of::strips] + 1);
+    run_.exclusive_scan(grid.strips.counts, grid.capacity[Items::strips] + 1);
     count_without_cells(run_, problem, grid, without_cells);
     run_.exclusive_scan(without_cells, problem.bodies + 1);
     finalize_list_counts(run_, problem, grid, without_cells);
@@ -248,21 +249,21 @@ class DeviceGrid {
   /// With the list of direct links that is filled, which may have to be sorted.
   GridView filled() const {
     GridView grid = view();
-    if (grid.may_have(Of::without_cells)) grid.direct.link = arrays_.view.scratch.unsorted_direct;
+    if (grid.may_have(Items::without_cells)) grid.direct.link = arrays_.view.scratch.unsorted_direct;
     return grid;
   }
 
   void build_direct_links(const ProblemView& problem) {
     const GridView &grid = view(), list = filled();
-    const int capacity = grid.capacity[Of::direct_links];
+    const int capacity = grid.capacity[Items::direct_links];
     if (capacity == 0) return run_.fill(grid.direct.start, 0, (problem.bodies + 1) * sizeof(int));
     const SortArrays& sort = scratch().sort;
-    if (grid.may_have(Of::without_cells)) list_without_cells(run_, problem, list, scratch().without_cells);
+    if (grid.may_have(Items::without_cells)) list_without_cells(run_, problem, list, scratch().without_cells);
     make_direct_links(run_, problem, list);
-    direct_link_keys(run_, problem, grid, Of::direct_links, list.direct.link, sort);
-    if (grid.may_have(Of::without_cells)) {
+    direct_link_keys(run_, problem, grid, Items::direct_links, list.direct.link, sort);
+    if (grid.may_have(Items::without_cells)) {
       run_.sort(sort.key, sort.index, capacity, problem.bodies);
-      sort_direct_links(run_, grid, Of::direct_links, list.direct.link, sort.index, grid.direct.link);
+      sort_direct_links(run_, grid, Items::direct_links, list.direct.link, sort.index, grid.direct.link);
     }
     start_segments(run_, sort.key, capacity, problem.bodies, grid.direct.start);
   }
@@ -272,12 +273,12 @@ class DeviceGrid {
     const SortArrays& sort = scratch().sort;
     DirectLink* unsorted = scratch().unsorted_joined;
     find_bound_cells(run_, problem, grid, scratch().joined_before);
-    const int capacity = grid.capacity[Of::joined_links];
+    const int capacity = grid.capacity[Items::joined_links];
     if (capacity == 0) return;
     list_joined(run_, problem, grid, scratch().joined_before, unsorted);
-    direct_link_keys(run_, problem, grid, Of::joined_links, unsorted, sort);
+    direct_link_keys(run_, problem, grid, Items::joined_links, unsorted, sort);
     run_.sort(sort.key, sort.index, capacity, problem.bodies);
-    sort_direct_links(run_, grid, Of::joined_links, unsorted, sort.index, grid.bound.joined);
+    sort_direct_links(run_, grid, Items::joined_links, unsorted, sort.index, grid.bound.joined);
     start_segments(run_, sort.key, capacity, problem.bodies, grid.bound.joined_start);
   }
 

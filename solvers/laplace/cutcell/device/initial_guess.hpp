@@ -51,9 +51,9 @@ void relax_edges(const Executor& run, ProblemView problem, GridView grid, SolveV
   double* x = v.x;
   const int cells = static_cast<int>(grid.layout.size()), colour_size = static_cast<int>(grid.layout.colour_size());
   for (int sweep = 0; sweep < sweeps; ++sweep) {
-    balance_groups(run, problem, grid, b, x, next);
+    solve_group_potentials(run, problem, grid, b, x, next);
     for (int colour = 0; colour < 2; ++colour)
-      for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+      for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
         const int slot = grid.boundary.slot[k];
         if ((slot >= colour_size) != (colour == 1)) return;
         const Neighbours n = neighbours(grid.layout, slot);
@@ -65,7 +65,7 @@ void relax_edges(const Executor& run, ProblemView problem, GridView grid, SolveV
         x[slot] = sum / grid.boundary.diagonal[k];
       });
   }
-  balance_groups(run, problem, grid, b, x, next);
+  solve_group_potentials(run, problem, grid, b, x, next);
 }
 
 }  // namespace lichtenberg::laplace::device

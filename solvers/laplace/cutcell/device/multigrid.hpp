@@ -56,8 +56,8 @@ class DeviceMultigrid {
       grids_.emplace_back(run, size.nx, size.ny, problem.size.x / size.nx, formula, grids_.empty());
     medium_.assign(grids_.size(), false);
     if (levels() > 1) return;
-    only_.resize(grids_[0].view().layout.size());
-    only_.zero();
+    single_grid_v_.resize(grids_[0].view().layout.size());
+    single_grid_v_.zero();
   }
 
   /// Discretizes on all grids. Whether there was room for all of it, the device knows; settle() asks.
@@ -90,7 +90,7 @@ class DeviceMultigrid {
     if (coarsest_.on_device() && *singular_.host)
       throw Failure(
           "field solver: the Cholesky factorization of the coarsest grid failed (a conductor without any link?)");
-    solves_without_strong_links_ = required(0)[Of::strong_links] > 0 ? 0 : solves_without_strong_links_ + 1;
+    solves_without_strong_links_ = required(0)[Items::strong_links] > 0 ? 0 : solves_without_strong_links_ + 1;
     return true;
   }
   /// Changes whenever arrays have moved.
@@ -98,27 +98,27 @@ class DeviceMultigrid {
   bool on_device() const { return coarsest_.on_device(); }
   long fluid_cells() const { return finest().fluid_cells(required(0)); }
   /// Whether the host has a part in the set-up: it finds the groups that are relaxed together.
-  bool clustered() const { return coupled() || finest().view().may_have(Of::strong_links); }
-  bool coupled() const { return posed_.couplings.start; }
+  bool clustered() const { return coupled() || finest().view().may_have(Items::strong_links); }
+  bool coupled() const { return given_problem_.couplings.start; }
   /// Of what a grid holds, as settle() found it.
   Numbers required(int level) const {
     Numbers numbers;
-    std::copy_n(required_.host + level * Of::kinds, Of::kinds, numbers.begin());
+    std::copy_n(required_.host + level * Items::kinds, Items::kinds, numbers.begin());
     return numbers;
   }
 
   const DeviceGrid<Executor>& finest() const { return grids_.front(); }
   int levels() const { return static_cast<int>(grids_.size()); }
-  long coarse_unknowns() const { return required(levels() - 1)[Of::coarse_unknowns]; }
+  long coarse_unknowns() const { return required(levels() - 1)[Items::coarse_unknowns]; }
 
   /// z = M r
   void apply(const double* r, double* z) {
     run_.fill(z, 0, grids_[0].view().layout.size() * sizeof(double));
-    take_residual(run_, problem_, grids_[0].view(), r);
+    store_residual(run_, problem_, grids_[0].view(), r);
     apply(z);
   }
 
-  /// z = M r with the residual r that has been taken (TakeResidual). z holds zeros already where there are no cells.
+  /// z = M r with the residual r that has been taken (StoreResidual). z holds zeros already where there are no cells.
   void apply(double* z) {
     if (on_device())
       run_.run(recordings_[z], [&] { cycle(z); });
@@ -135,9 +135,9 @@ class DeviceMultigrid {
     if (first_solved_ > 0) return up(0, z, z_of_groups);
     // The finest grid is the coarsest: its potentials are double.
     const GridView& grid = grids_[0].view();
-    take_potentials(run_, problem_, grid, only_.data(), z);
+    copy_potentials(run_, problem_, grid, single_grid_v_.data(), z);
     if (!grid.groups.clusters) return;
-    relax_groups(run_, problem_, grid, static_cast<const float*>(only_.data()), nullptr);
+    relax_groups(run_, problem_, grid, static_cast<const float*>(single_grid_v_.data()), nullptr);
     relax_direct_links(run_, problem_, grid,
                        GroupSweep{grid.cycle.flux, grid.cycle.phi, nullptr, grid.cycle.phi_next, z_of_groups});
   }
@@ -145,7 +145,7 @@ class DeviceMultigrid {
  private:
   /// Whether it is time to have set-ups without the host again.
   bool may_forget_strong_links() const {
-    return finest().view().may_have(Of::strong_links) && !coupled() &&
+    return finest().view().may_have(Items::strong_links) && !coupled() &&
            solves_without_strong_links_ >= solves_to_forget_strong_links;
   }
 
@@ -156,12 +156,12 @@ class DeviceMultigrid {
     for (const DeviceGrid<Executor>& grid : grids_)
       medium.push_back(!medium.empty() && disks.unresolved(grid.view().h));
     const bool forgets = may_forget_strong_links();
-    if (generation_ > 0 && posed_ == view && medium_ == medium && !forgets) return;
+    if (generation_ > 0 && given_problem_ == view && medium_ == medium && !forgets) return;
     if (forgets) grids_[0].forget_strong_links();
-    posed_ = view;
+    given_problem_ = view;
     medium_ = medium;
     fits_ = false;
-    const std::size_t numbers = grids_.size() * Of::kinds;
+    const std::size_t numbers = grids_.size() * Items::kinds;
     std::tie(required_, singular_) = numbers_.template divide<int, int>({numbers, 1});
     number_.resize(numbers);
     run_.fill(number_.data(), 0, numbers * sizeof(int));
@@ -170,7 +170,7 @@ class DeviceMultigrid {
   }
 
   void reserve() {
-    problem_ = posed_;
+    problem_ = given_problem_;
     if (clustered()) problem_.sets = clustering_.reserve_sets(problem_.groups);
     const int first_small = this->first_small();
     std::vector<GridView> views;
@@ -179,8 +179,8 @@ class DeviceMultigrid {
       role.has_medium = medium_[l];
       role.is_small = l >= first_small;
       role.binds = l < first_small && l + 1 < levels();
-      role.number = number_.data() + l * Of::kinds;
-      role.required = required_.device + l * Of::kinds;
+      role.number = number_.data() + l * Items::kinds;
+      role.required = required_.device + l * Items::kinds;
       if (clustered()) role.clusters = clustering_.clusters(l);
       if (clustered() && l > 0) role.finest = &grids_[0].view();
       if (coupled() && l == 0) role.exact_clusters = clustering_.exact_clusters();
@@ -188,7 +188,7 @@ class DeviceMultigrid {
       views.push_back(grids_[l].view());
     }
     if (clustered()) clustering_.reserve_links(problem_.groups, views);
-    if (levels() == 1) views[0].cycle.v = only_.data();
+    if (levels() == 1) views[0].cycle.v = single_grid_v_.data();
     views_.upload(views);
     coarsest_.reserve(problem_, grids_.back().view(), clustered());
     first_solved_ = on_device() ? first_small : levels() - 1;
@@ -279,14 +279,14 @@ class DeviceMultigrid {
   void up(int l, V* v, double* z_of_groups) {
     const GridView& coarse = grids_[l + 1].view();
     const bool was_small = on_device() && l + 1 == first_solved_;
-    if (!was_small && coarse.may_have(Of::newly_absorbed)) interpolate_absorbed(run_, problem_, coarse);
+    if (!was_small && coarse.may_have(Items::newly_absorbed)) interpolate_absorbed(run_, problem_, coarse);
     ascend(run_, problem_, grids_[l].view(), coarse, v, z_of_groups);
   }
 
   /// The small grids' part of the cycle; or the coarsest one's solution, by the host.
   void solve_coarse() {
     const GridView& grid = grids_.back().view();
-    float* v = levels() > 1 ? grid.cycle.v : only_.data();
+    float* v = levels() > 1 ? grid.cycle.v : single_grid_v_.data();
     if (!on_device()) {
       if (levels() > 1) collect(run_, problem_, grid);
       return coarsest_.solve(grid, v);
@@ -297,8 +297,8 @@ class DeviceMultigrid {
 
   const Executor& run_;
   std::vector<DeviceGrid<Executor>> grids_;
-  std::vector<bool> medium_;         // by grid
-  ProblemView posed_{}, problem_{};  // the latter with sets of groups
+  std::vector<bool> medium_;                 // by grid
+  ProblemView given_problem_{}, problem_{};  // the latter with sets of groups
   Coarsest<Executor> coarsest_;
   parallel::Array<GridView, Executor> views_{run_};
   int first_solved_ = 0;  ///< of the grids that are solved in one kernel, or of one by the host
@@ -311,7 +311,7 @@ class DeviceMultigrid {
   typename Executor::Recording building_, building_finest_;
   std::map<double*, typename Executor::Recording> recordings_;  // by z
   Clustering<Executor> clustering_;
-  parallel::Array<float, Executor> only_{run_};
+  parallel::Array<float, Executor> single_grid_v_{run_};
 };
 
 }  // namespace lichtenberg::laplace::device

@@ -129,7 +129,7 @@ void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveV
         if (is_coupled) v.iterations->set_energy_of_field(sums.energy);
       });
   add_couplings(run, problem, v.x + cells, v.q + cells);
-  const TakeResidual take{grid};
+  const StoreResidual take{grid};
   run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const double factor = v.iterations->factor;
     v.x[k] *= factor;
@@ -150,7 +150,7 @@ LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value
 
 /// CutCellOperator::level_out, for systems whose only ground are couplings: r, taken for the V-cycle, sums to zero.
 template <class Executor>
-void level_by_couplings(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* level) {
+void fix_potential_level(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* level) {
   const int cells = static_cast<int>(grid.layout.size());
   run.sum(
       v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.r[k]; },
@@ -158,7 +158,7 @@ void level_by_couplings(const Executor& run, ProblemView problem, GridView grid,
         *level = sum / *problem.couplings.to_given;
         v.iterations->raise_rounding(std::abs(*level), static_cast<double>(v.size));
       });
-  const TakeResidual take{grid};
+  const StoreResidual take{grid};
   run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (grid.is_unknown(k)) v.x[k] += *level;
     if (k < cells) return;
@@ -169,7 +169,7 @@ void level_by_couplings(const Executor& run, ProblemView problem, GridView grid,
 
 /// p = z + beta p; without reading p if beta is 0.
 template <class Executor>
-void turn_direction(const Executor& run, SolveVectors v) {
+void update_direction(const Executor& run, SolveVectors v) {
   run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const double beta = v.iterations->cg.beta;
     v.p[k] = beta == 0 ? v.z[k] : v.z[k] + beta * v.p[k];
@@ -178,8 +178,8 @@ void turn_direction(const Executor& run, SolveVectors v) {
 
 /// x += alpha p, r -= alpha q, taken for the V-cycle.
 template <class Executor>
-void step_along(const Executor& run, GridView grid, SolveVectors v) {
-  const TakeResidual take{grid};
+void take_step(const Executor& run, GridView grid, SolveVectors v) {
+  const StoreResidual take{grid};
   run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const double alpha = v.iterations->alpha;
     v.x[k] += alpha * v.p[k];
@@ -196,7 +196,7 @@ void begin_iterations(const Executor& run, double tolerance, int most, Iteration
 
 /// How far to go along p; and `again`, whether another iteration follows.
 template <class Executor, class Again>
-void find_step(const Executor& run, SolveVectors v, Again again) {
+void compute_step(const Executor& run, SolveVectors v, Again again) {
   run.sum(
       v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.p[k] * v.q[k]; },
       [=] LICHTENBERG_HOST_DEVICE(double curvature) {
@@ -207,16 +207,17 @@ void find_step(const Executor& run, SolveVectors v, Again again) {
 
 /// Whether the residual is small enough, and how the next direction turns.
 template <class Executor>
-void judge(const Executor& run, SolveVectors v) {
+void test_convergence(const Executor& run, SolveVectors v) {
   run.sum(
       v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.r[k] * v.z[k]; },
-      [=] LICHTENBERG_HOST_DEVICE(double product) { v.iterations->judge(product); });
+      [=] LICHTENBERG_HOST_DEVICE(double product) { v.iterations->test_convergence(product); });
 }
 
 /// Each floating group's potential from its own balance (CutCellOperator::balance does more). `next`: one a group,
 /// which is needed where groups see each other's potentials.
 template <class Executor>
-void balance_groups(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x, double* next) {
+void solve_group_potentials(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
+                            double* next) {
   const int cells = static_cast<int>(grid.layout.size());
   if (grid.groups.exact_clusters) {
     run.sum_pieces(
@@ -225,7 +226,7 @@ void balance_groups(const Executor& run, ProblemView problem, GridView grid, con
         parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { next[g] = b[cells + g] + sum; });
     return solve_exactly(run, problem, grid, next, x + cells);
   }
-  const bool direct_links = grid.may_have(Of::direct_links);
+  const bool direct_links = grid.may_have(Items::direct_links);
   if (!direct_links) next = x + cells;
   group_fluxes(run, problem, grid, x, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
     const double diagonal = grid.groups.diagonal[g];
@@ -240,7 +241,7 @@ template <class Executor>
 void right_hand_side(const Executor& run, ProblemView problem, GridView grid, double* b, double unit = 1) {
   run.fill(b, 0, (grid.layout.size() + problem.groups) * sizeof(double));
   const int cells = static_cast<int>(grid.layout.size());
-  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     double sum = 0;
     for (int side = 0; side < 4; ++side) {
       const int link = grid.boundary_link_of(k, side);
@@ -301,7 +302,7 @@ void subtract(const Executor& run, ProblemView problem, GridView grid, const dou
 
 /// Takes from z, where nothing is grounded, what the operator takes to zero: its mean over all unknowns.
 template <class Executor>
-void level_out(const Executor& run, ProblemView problem, GridView grid, double* z, double* mean) {
+void remove_mean(const Executor& run, ProblemView problem, GridView grid, double* z, double* mean) {
   run.sum(
       static_cast<long>(grid.layout.size()) + problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int k) {

@@ -63,8 +63,8 @@ void make_group_diagonals(const Executor& run, ProblemView problem, GridView gri
         grid.groups.diagonal[g] = unknown ? sum : 0.0;
         grid.groups.inverse_diagonal[g] = unknown ? static_cast<float>(1.0 / sum) : 0.0f;
         if (!unknown) return;
-        grid.number[Of::unknown_groups] = grid.required[Of::unknown_groups] = 1;  // all write the same
-        if (grid.groups.own) grid.groups.own[parallel::take_place(grid.number + Of::own_groups)] = g;
+        grid.number[Items::unknown_groups] = grid.required[Items::unknown_groups] = 1;  // all write the same
+        if (grid.groups.own) grid.groups.own[parallel::take_place(grid.number + Items::own_groups)] = g;
       });
 }
 

@@ -15,7 +15,7 @@ struct BodyResult {
     force_y += other.force_y;
     return *this;
   }
-  LICHTENBERG_HOST_DEVICE void pull(double stress, Vec2 gradient) {
+  LICHTENBERG_HOST_DEVICE void add_force(double stress, Vec2 gradient) {
     force_x += stress * gradient.x;
     force_y += stress * gradient.y;
   }
@@ -47,10 +47,10 @@ struct SolvedView {
     const double d = group_potential[links.group[m]] - own;
     BodyResult result;
     result.charge = eps * links.conductance[m] * d;
-    result.pull(stress * d * d, links.gradient[m]);
+    result.add_force(stress * d * d, links.gradient[m]);
     if (const int partner = links.partner_group[m]; partner >= 0) {
       const double across = group_potential[partner] - own;
-      result.pull(stress * across * across, links.partner_gradient[m]);
+      result.add_force(stress * across * across, links.partner_gradient[m]);
     }
     return result;
   }
@@ -61,7 +61,7 @@ struct SolvedView {
     const double d = body_potential(link.own) - other;
     BodyResult result;
     result.charge = eps * link.conductance * d;
-    result.pull(stress * d * d, link.gradient);
+    result.add_force(stress * d * d, link.gradient);
     return result;
   }
 

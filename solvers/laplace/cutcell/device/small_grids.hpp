@@ -117,11 +117,13 @@ struct SmallGrids {
     });
   }
 
-  LICHTENBERG_HOST_DEVICE bool has(int l, Of::Kind kind) const { return grid[l].number[kind] > 0; }
+  LICHTENBERG_HOST_DEVICE bool has(int l, Items::Kind kind) const { return grid[l].number[kind] > 0; }
   LICHTENBERG_HOST_DEVICE static parallel::SegmentList own_groups(const GridView& here) {
-    return {here.groups.own, here.number[Of::own_groups]};
+    return {here.groups.own, here.number[Items::own_groups]};
   }
-  LICHTENBERG_HOST_DEVICE bool links_groups(int l) const { return grid[l].groups.clusters || has(l, Of::direct_links); }
+  LICHTENBERG_HOST_DEVICE bool links_groups(int l) const {
+    return grid[l].groups.clusters || has(l, Items::direct_links);
+  }
 
   /// The finer grid's groups' residuals, in `charge`: of those that are absorbed here to the four cells around, and
   /// what a conductor's cells have got then to its charge. A conductor's charge spreads into its potential before the
@@ -131,15 +133,15 @@ struct SmallGrids {
     const GridView& here = grid[l];
     const Cells cells(block, *this, l);
     float *charge = here.cycle.charge, *phi = here.cycle.phi;
-    if (has(l, Of::newly_absorbed)) {
+    if (has(l, Items::newly_absorbed)) {
       const Bins bins = here.medium.absorbed_groups;
       block.each(cells.ny, cells.nx, [&](int j, int i) {
         const float sum = gathered(here.layout, bins, i, j, [&](int g, float share) { return charge[g] * share; });
         if (sum != 0) cells.f[cells.slot_at(i, j)] += sum;
       });
     }
-    if (!has(l, Of::unknown_groups)) return;
-    const int *covered = here.covered.slot, *own = here.groups.own, n = here.number[Of::own_groups];
+    if (!has(l, Items::unknown_groups)) return;
+    const int *covered = here.covered.slot, *own = here.groups.own, n = here.number[Items::own_groups];
     const float* inverse_diagonal = here.groups.inverse_diagonal;
     block.sum_pieces(
         here.covered_pieces(problem), own_groups(here), here.cycle.partial, [&](int m) { return cells.f[covered[m]]; },
@@ -166,7 +168,7 @@ struct SmallGrids {
     const int* own = here.groups.own;
     const ClusterView& clusters = *here.groups.clusters;
     block.sum_segments(
-        here.number[Of::own_groups], [&](int k) { return clusters.size_of(own[k]); },
+        here.number[Items::own_groups], [&](int k) { return clusters.size_of(own[k]); },
         [&](int k, int t) { return clusters.value(own[k], t, rhs); },
         [&](int k, double sum) {
           const int g = own[k];
@@ -183,7 +185,7 @@ struct SmallGrids {
     if (here.groups.clusters) {
       const CycleFluxes outside{problem, here, phi};
       block.sum_segments(
-          here.number[Of::own_groups], [&](int k) { return outside.count(own[k]); },
+          here.number[Items::own_groups], [&](int k) { return outside.count(own[k]); },
           [&](int k, int t) { return outside.value(own[k], t); },
           [&](int k, float sum) {
             const int g = own[k];
@@ -194,7 +196,7 @@ struct SmallGrids {
     }
     const CycleFluxes fluxes{problem, here, phi};
     block.sum_segments(
-        here.number[Of::own_groups], [&](int k) { return here.direct_links_of(problem, own[k]); },
+        here.number[Items::own_groups], [&](int k) { return here.direct_links_of(problem, own[k]); },
         [&](int k, int t) { return fluxes.value(own[k], t); },
         [&](int k, float sum) { next[own[k]] = (flux[own[k]] + sum) * here.groups.inverse_diagonal[own[k]]; });
   }
@@ -214,8 +216,8 @@ struct SmallGrids {
           thin(all.grid[l].medium.thin_conductors),
           layout(all.grid[l].layout),
           phi(phi_),
-          any(all.has(l, Of::unknown_groups)),
-          any_thin(all.has(l, Of::floating_thin_conductors)) {}
+          any(all.has(l, Items::unknown_groups)),
+          any_thin(all.has(l, Items::floating_thin_conductors)) {}
     LICHTENBERG_HOST_DEVICE float operator()(int slot, int i, int j) const {
       float sum = 0;
       if (!any) return sum;
@@ -245,7 +247,7 @@ struct SmallGrids {
       cells.v[slot] = cells.inverse[slot] > 0 ? cells.flux(0, j, m) : 0.0f;
     });
     restrict_residual(block, l);
-    if (!has(l, Of::unknown_groups)) return;
+    if (!has(l, Items::unknown_groups)) return;
     const GridView& fine = grid[l];
     const int black = cells.colour_size, *link_slot = fine.links.slot;
     const double* conductance = fine.links.conductance;
@@ -280,7 +282,7 @@ struct SmallGrids {
   template <class Block>
   LICHTENBERG_HOST_DEVICE void solve(const Block& block) const {
     const Cells cells(block, *this, last);
-    const int n = grid[last].number[Of::coarse_unknowns];
+    const int n = grid[last].number[Items::coarse_unknowns];
     const float* charge = grid[last].cycle.charge;
     float* phi = grid[last].cycle.phi;
     const auto solve_by = [&](const auto* inverse_matrix) {
@@ -304,9 +306,9 @@ struct SmallGrids {
     const Cells cells(block, *this, l);
     const int *covered = here.covered.slot, *group = here.covered.group;
     float* phi = here.cycle.phi;
-    block.each(here.number[Of::covered], [&](int m) { cells.v[covered[m]] = phi[group[m]]; });
-    if (!has(l, Of::newly_absorbed)) return;
-    block.each(here.number[Of::newly_absorbed], [&](int m) {
+    block.each(here.number[Items::covered], [&](int m) { cells.v[covered[m]] = phi[group[m]]; });
+    if (!has(l, Items::newly_absorbed)) return;
+    block.each(here.number[Items::newly_absorbed], [&](int m) {
       const int g = here.medium.absorbed_groups.item[m];
       phi[g] = absorbed_potential(problem, here, g, [&](std::ptrdiff_t slot) { return cells.v[slot]; });
     });
@@ -337,7 +339,7 @@ struct SmallGrids {
     cells.each_of(block, 0, [&](int slot, int j, int m) {
       cells.v[slot] = (cells.f[slot] + cells.flux(0, j, m)) * cells.inverse[slot];
     });
-    if (has(l, Of::unknown_groups)) relax_groups(block, l);
+    if (has(l, Items::unknown_groups)) relax_groups(block, l);
   }
 
   template <class Block>

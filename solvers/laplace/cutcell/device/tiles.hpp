@@ -14,14 +14,14 @@
 namespace lichtenberg::laplace::device {
 
 /// What the groups that a cell is linked to bring: the sums of conductance times one and another potential.
-struct Brought {
+struct GroupSums {
   float one = 0, other = 0;
 };
 
 /// `other`: null for none.
-LICHTENBERG_HOST_DEVICE inline Brought brought(const GridView& grid, int slot, int i, int j, const float* one,
-                                               const float* other) {
-  Brought sum;
+LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int slot, int i, int j, const float* one,
+                                                    const float* other) {
+  GroupSums sum;
   const auto add = [&](int group, float conductance) {
     sum.one += conductance * one[group];
     if (other) sum.other += conductance * other[group];
@@ -31,7 +31,7 @@ LICHTENBERG_HOST_DEVICE inline Brought brought(const GridView& grid, int slot, i
     const Coupling* coupling = grid.boundary.coupling + 4 * cover.boundary_number();
     for (int side = 0; side < 4; ++side) add(coupling[side].group, coupling[side].conductance);
   }
-  if (grid.may_have(Of::floating_thin_conductors)) gathered(grid.layout, grid.medium.thin_conductors, i, j, add);
+  if (grid.may_have(Items::floating_thin_conductors)) gathered(grid.layout, grid.medium.thin_conductors, i, j, add);
   return sum;
 }
 
@@ -77,7 +77,7 @@ struct Tile {
       north[at] = is_inside ? grid.medium.north[slot] : 0.0f;
     }
     if (!is_inside) return;
-    const Brought of_groups = phi ? brought(grid, slot, i, j, phi, more_phi) : Brought{};
+    const GroupSums of_groups = phi ? group_sums(grid, slot, i, j, phi, more_phi) : GroupSums{};
     f[at] = grid.cycle.f[slot] + of_groups.one;
     more[at] = of_groups.other;
   }

@@ -9,7 +9,7 @@
 namespace lichtenberg::laplace::device {
 
 /// By group; `level`: one value.
-struct BalanceView {
+struct ChargeCorrection {
   double *residual, *shift;       ///< of the groups' equations; what takes it away
   double *hold, *held;            ///< conductances to given potentials; the shift that these would make
   double *to_cells, *from_cells;  ///< conductances of links to cells; these times the cells' potentials
@@ -36,7 +36,7 @@ struct DirectSums {
 struct SolveGroups {
   ProblemView problem;
   GridView grid;
-  BalanceView balance;
+  ChargeCorrection correction;
 
   static constexpr int threads = 1024, most = 400;
   static constexpr double enough = 1e-24;  // of the residual's norm squared: of what is a correction of the tolerance
@@ -45,8 +45,8 @@ struct SolveGroups {
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     list_linked(block);
-    solve(block, balance.residual, balance.shift);
-    solve(block, balance.hold, balance.held);
+    solve(block, correction.residual, correction.shift);
+    solve(block, correction.hold, correction.held);
   }
 
  private:
@@ -58,14 +58,14 @@ struct SolveGroups {
   template <class Block>
   LICHTENBERG_HOST_DEVICE void list_linked(const Block& block) const {
     constexpr int at_once = 8;  // that are waited for
-    int *count = counts(block), *linked = balance.linked;
+    int *count = counts(block), *linked = correction.linked;
     block.each(threads, [&](int t) {
       int found = 0;
       for (int first = t; first < problem.groups; first += at_once * threads) {
         bool is_linked[at_once];
         for (int k = 0; k < at_once; ++k) {
           const int g = first + k * threads;
-          is_linked[k] = g < problem.groups && balance.is_linked[g];
+          is_linked[k] = g < problem.groups && correction.is_linked[g];
         }
         for (int k = 0; k < at_once; ++k)
           if (is_linked[k]) linked[t + threads * found++] = first + k * threads;
@@ -76,7 +76,7 @@ struct SolveGroups {
   /// f(g) for the groups of a thread's list.
   template <class F>
   LICHTENBERG_HOST_DEVICE void each_of(const int* count, int t, F f) const {
-    for (int k = 0; k < count[t]; ++k) f(balance.linked[t + threads * k]);
+    for (int k = 0; k < count[t]; ++k) f(correction.linked[t + threads * k]);
   }
   /// The same of all lists.
   template <class Block, class F>
@@ -111,7 +111,7 @@ struct SolveGroups {
   }
   template <class Block>
   LICHTENBERG_HOST_DEVICE void solve(const Block& block, const double* rhs, double* x) const {
-    double *r = balance.r, *p = balance.p, *q = balance.q;
+    double *r = correction.r, *p = correction.p, *q = correction.q;
     const auto squared = [&](int g) { return r[g] * r[g] / grid.groups.diagonal[g]; };
     each(block, [&](int g) {
       x[g] = 0;
@@ -139,19 +139,20 @@ struct SolveGroups {
 
 /// The groups' equations: residuals and holds, and what takes either away of groups that are linked to no other.
 template <class Executor>
-void find_imbalance(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, BalanceView balance) {
+void compute_group_equations(const Executor& run, ProblemView problem, GridView grid, SolveVectors v,
+                             ChargeCorrection correction) {
   const double *b = v.b, *x = v.x;
   const int cells = static_cast<int>(grid.layout.size());
-  const bool is_coupled = problem.couplings.start, direct_links = grid.may_have(Of::direct_links);
-  double* carried = balance.q;
+  const bool is_coupled = problem.couplings.start, direct_links = grid.may_have(Items::direct_links);
+  double* carried = correction.q;
   run.sum_pieces(
       grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link]; }, parallel::NoMore{},
-      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { balance.to_cells[g] = sum; });
+      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { correction.to_cells[g] = sum; });
   run.sum_pieces(
       grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
-      parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { balance.from_cells[g] = sum; });
+      parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { correction.from_cells[g] = sum; });
   if (is_coupled) {
     run.fill(carried, 0, problem.groups * sizeof(double));
     add_couplings(run, problem, x + cells, carried);
@@ -168,35 +169,36 @@ void find_imbalance(const Executor& run, ProblemView problem, GridView grid, Sol
       [=] LICHTENBERG_HOST_DEVICE(int g, const DirectSums& sums) {
         const double diagonal = grid.groups.diagonal[g];
         const bool unknown = diagonal > 0;
-        double flux = balance.from_cells[g] + sums.flux, hold = sums.hold;
+        double flux = correction.from_cells[g] + sums.flux, hold = sums.hold;
         if (is_coupled) {
           flux -= carried[g];
           hold += to_given(problem, g, [](int) { return 1.0; });
         }
-        balance.residual[g] = unknown ? b[cells + g] + flux - diagonal * x[cells + g] : 0.0;
-        balance.hold[g] = unknown ? hold : 0.0;
-        balance.is_linked[g] = unknown && sums.others > 0;
-        balance.shift[g] = unknown ? balance.residual[g] / diagonal : 0.0;
-        balance.held[g] = unknown ? hold / diagonal : 0.0;
+        correction.residual[g] = unknown ? b[cells + g] + flux - diagonal * x[cells + g] : 0.0;
+        correction.hold[g] = unknown ? hold : 0.0;
+        correction.is_linked[g] = unknown && sums.others > 0;
+        correction.shift[g] = unknown ? correction.residual[g] / diagonal : 0.0;
+        correction.held[g] = unknown ? hold / diagonal : 0.0;
       });
   if (is_coupled) {
-    solve_exactly(run, problem, grid, balance.residual, balance.shift);
-    solve_exactly(run, problem, grid, balance.hold, balance.held);
+    solve_exactly(run, problem, grid, correction.residual, correction.shift);
+    solve_exactly(run, problem, grid, correction.hold, correction.held);
   } else if (direct_links) {
-    run.template for_each_block<SolveGroups::threads>(1, SolveGroups::bytes, SolveGroups{problem, grid, balance});
+    run.template for_each_block<SolveGroups::threads>(1, SolveGroups::bytes, SolveGroups{problem, grid, correction});
   }
 }
 
 /// From the sum of the cells' equations, the level of all potentials.
 template <class Executor>
-void find_level(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
-                BalanceView balance) {
-  const int links = grid.capacity[Of::links], faces = 4 * problem.faces, cells = static_cast<int>(grid.layout.size());
+void compute_level(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
+                   ChargeCorrection correction) {
+  const int links = grid.capacity[Items::links], faces = 4 * problem.faces,
+            cells = static_cast<int>(grid.layout.size());
   run.sum(
       static_cast<long>(links) + faces + problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
         if (k < links) {
-          if (k >= grid.number[Of::links] || problem.floating[grid.links.group[k]]) return LevelSums{};
+          if (k >= grid.number[Items::links] || problem.floating[grid.links.group[k]]) return LevelSums{};
           return LevelSums::of_link(grid.links.conductance[k], problem.potential[grid.links.group[k]] / unit,
                                     x[grid.links.slot[k]]);
         }
@@ -210,28 +212,28 @@ void find_level(const Executor& run, ProblemView problem, GridView grid, const d
         }
         const int g = k - links - faces;
         if (!(grid.groups.diagonal[g] > 0)) return LevelSums{};
-        return LevelSums::of_group(balance.to_cells[g], x[cells + g] + balance.shift[g], balance.from_cells[g],
-                                   balance.held[g]);
+        return LevelSums::of_group(correction.to_cells[g], x[cells + g] + correction.shift[g], correction.from_cells[g],
+                                   correction.held[g]);
       },
-      [=] LICHTENBERG_HOST_DEVICE(const LevelSums& sums) { *balance.level = sums.level(); });
+      [=] LICHTENBERG_HOST_DEVICE(const LevelSums& sums) { *correction.level = sums.level(); });
 }
 
 /// Makes the charges exact; potentials in units of `unit`, V.
 template <class Executor>
-void balance_charges(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double unit,
-                     BalanceView balance) {
+void correct_charges(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double unit,
+                     ChargeCorrection correction) {
   double* x = v.x;
-  find_imbalance(run, problem, grid, v, balance);
-  find_level(run, problem, grid, x, unit, balance);
+  compute_group_equations(run, problem, grid, v, correction);
+  compute_level(run, problem, grid, x, unit, correction);
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const double level = *balance.level;
+    const double level = *correction.level;
     if (k < cells) {
       if (level != 0 && grid.cells.inverse_diagonal[k] > 0) x[k] += level;
       return;
     }
     const int g = k - cells;
-    if (grid.groups.diagonal[g] > 0) x[k] += balance.shift[g] + level * (1 - balance.held[g]);
+    if (grid.groups.diagonal[g] > 0) x[k] += correction.shift[g] + level * (1 - correction.held[g]);
   });
 }
 

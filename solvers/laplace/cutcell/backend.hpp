@@ -13,8 +13,8 @@ namespace lichtenberg::laplace {
 /// reduce the guess's error in the energy norm to an eighth.
 constexpr int edge_sweeps = 4;
 
-/// Solver behind CutCellSolver, on the CPU or on a device: the sequence of a solve, and the state that both have. The
-/// caller has checked the problem and eliminated nodes of circuits.
+/// Solver behind CutCellSolver, on the CPU or on a device: the sequence of a solve, and the state that both have in
+/// common. The caller has checked the problem and eliminated nodes of circuits.
 class CutCellBackend : public LaplaceSolver {
  public:
   explicit CutCellBackend(const CutCellOptions& options) : options_(options) {}
@@ -23,7 +23,7 @@ class CutCellBackend : public LaplaceSolver {
   Field field() const override;
   void forget() override { clear_history(); }
   void set_tolerance(double tolerance) { options_.tolerance = tolerance; }
-  /// CutCellSolver::follow; nothing is followed from now on if `coarser` is another kind of backend.
+  /// CutCellSolver::follow; a `coarser` backend of another kind is ignored, and nothing is followed then.
   virtual void follow(const CutCellBackend& coarser) = 0;
 
  protected:

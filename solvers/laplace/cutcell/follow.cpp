@@ -9,7 +9,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// A change of potentials on a grid of nx x ny cells, with a row and a column of mirror images around it.
+/// Change of potentials on a grid of nx x ny cells, with a row and a column of mirror images around it.
 struct Change {
   int nx, ny;
   std::vector<double> value;
@@ -18,8 +18,8 @@ struct Change {
   const double* row(int j) const { return &value[(j + 1) * (nx + 2) + 1]; }
 };
 
-/// A side that insulates continues the field evenly; the potential of one that is an electrode does not change, and the
-/// field is odd about it.
+/// Returns the change in units of `scale` (V). It is even about an insulating side, and odd about an electrode, whose
+/// potential does not change.
 Change change_between(const Potentials& before, const Potentials& now, const LaplaceProblem& problem, double scale) {
   Change change{now.nx, now.ny, std::vector<double>((now.nx + 2) * (now.ny + 2))};
   const std::array<bool, 4> electrode = electrodes(problem);
@@ -32,7 +32,7 @@ Change change_between(const Potentials& before, const Potentials& now, const Lap
   return change;
 }
 
-/// Where a finer grid's cell centre lies between those of a coarser one.
+/// Position of a finer grid's cell centre between two centres of a coarser grid.
 struct Between {
   int low;
   double share_of_high;

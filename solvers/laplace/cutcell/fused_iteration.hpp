@@ -9,7 +9,7 @@
 
 namespace lichtenberg::laplace {
 
-/// Registers solve(KSP) as a method that iterates by the natural norm, under `name`. Throws Failure.
+/// Registers solve(KSP) under `name` as a method that computes the natural norm. Throws Failure.
 template <PetscErrorCode (*solve)(KSP)>
 void register_natural_method(const char* name) {
   parallel::check_petsc(KSPRegister(name, [](KSP ksp) -> PetscErrorCode {
@@ -23,7 +23,7 @@ void register_natural_method(const char* name) {
   }));
 }
 
-/// Tells monitors, history and the stop criterion about the natural norm squared.
+/// Reports the natural norm squared to monitors, the residual history and the stop criterion.
 inline PetscErrorCode report_norm(KSP ksp, double squared) {
   ksp->rnorm = std::sqrt(std::abs(squared));
   PetscCall(KSPLogResidualHistory(ksp, ksp->rnorm));
@@ -32,9 +32,9 @@ inline PetscErrorCode report_norm(KSP ksp, double squared) {
   return 0;
 }
 
-/// Ends the iterations if the step just taken is predicted to be the last. Of the first step nothing is known yet: it
-/// is taken for one of steepest descent in the spectrum of M A, .38 to 1.45 (README.md), which reduces the norm to
-/// (1.45 - .38) / (1.45 + .38).
+/// Ends the iterations if the step just taken is predicted to be the last. Nothing is known of the first step: it is
+/// taken for one of steepest descent in the spectrum of M A, .38 to 1.45 (README.md), which reduces the norm to (1.45 -
+/// .38) / (1.45 + .38).
 inline PetscErrorCode predict_end(KSP ksp, const CgScalars& scalars) {
   constexpr double first_step = 0.6;
   const double predicted = scalars.predicted_norm(ksp->its == 0 ? first_step : CgScalars::slow_step);
@@ -44,8 +44,8 @@ inline PetscErrorCode predict_end(KSP ksp, const CgScalars& scalars) {
   return report_norm(ksp, predicted * predicted);
 }
 
-/// Preconditioned conjugate gradients, on whatever the iteration keeps its vectors in. Its parts: precondition(&r'z)
-/// sets z = M r, turn(beta, &p'A p) sets p = z + beta p, step(alpha) adds alpha p to x and takes alpha A p from r.
+/// Preconditioned conjugate gradients, for vectors of any kind. Parts of the iteration: precondition(&r'z) sets z = M
+/// r, turn(beta, &p'A p) sets p = z + beta p, step(alpha) adds alpha p to x and subtracts alpha A p from r.
 template <class Iteration>
 PetscErrorCode iterate(KSP ksp, Iteration& iteration) {
   CgScalars scalars;

@@ -9,7 +9,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Calls entries(first slot, number of slots) for all unknowns, in bands of rows on the team; then for the groups.
+/// Calls entries(first slot, number of slots) for all cells in bands of rows on the team, then for the groups.
 template <class Entries>
 void for_all_unknowns(const CutCellOperator& op, const Entries& entries) {
   const Layout& at = op.level().layout;
@@ -28,7 +28,7 @@ void mask_row(const CutCellOperator& op, std::ptrdiff_t row, int count, double* 
 
 }  // namespace
 
-/// Group potentials of the past solutions: a new group's is the mean of its members'.
+/// Sets the group potentials of the stored solutions: a new group has the mean of its members.
 void SolutionHistory::set_groups(const LaplaceProblem& problem, std::size_t cells) {
   std::vector<int> members(problem.groups.size(), 0);
   for (const Body& body : problem.bodies) ++members[body.group];
@@ -42,7 +42,7 @@ void SolutionHistory::set_groups(const LaplaceProblem& problem, std::size_t cell
   }
 }
 
-/// Entries of all basis vectors: `count` of them, in a row of cells or of groups.
+/// Computes `count` entries of all basis vectors from `from` on, in a row of cells or of groups.
 void SolutionHistory::form_basis(const CutCellOperator& op, std::ptrdiff_t from, int count) {
   for (int p = 0; p < static_cast<int>(solutions_.size()); ++p) {
     const double* __restrict newer = solutions_[std::max(p - 1, 0)].x.data();
@@ -82,7 +82,7 @@ GuessProducts SolutionHistory::group_products(const CutCellOperator& op, const d
   return products;
 }
 
-/// Forms the basis a row ahead of its products: one pass over memory in place of one a vector and one for all.
+/// Forms the basis one row ahead of its products, so that all vectors take one pass over memory.
 GuessProducts SolutionHistory::products(const CutCellOperator& op, const std::vector<double>& b) {
   parallel::resize_in_huge_pages(image_, op.size());
   for (std::size_t p = 0; p < solutions_.size(); ++p) parallel::resize_in_huge_pages(basis_[p], op.size());

@@ -27,7 +27,8 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Unless told, no more threads than the finest grid's loops have bands for. The assembled system is PETSc's.
+/// Returns the number of threads: by default at most the number of bands that loops over the finest grid have. PETSc
+/// runs the assembled system.
 int team_size(const CutCellOptions& options) {
   if (options.linear_solver == CutCellOptions::LinearSolver::assembled) return 1;
   if (options.threads > 0) return options.threads;
@@ -36,7 +37,7 @@ int team_size(const CutCellOptions& options) {
   return static_cast<int>(std::clamp(useful, 1L, available));
 }
 
-/// Waits for the helper of a system, if there is one, whatever is thrown: the helper reads the problem.
+/// Waits for a system's worker thread at the end of a solve, whatever is thrown: the thread reads the problem.
 class Finished {
  public:
   explicit Finished(const std::unique_ptr<LinearSystem>& system) : system_(system) {}
@@ -46,7 +47,7 @@ class Finished {
     try {
       if (system_) system_->finish();
     } catch (...) {
-      // What was thrown first is on its way.
+      // The original exception is already propagating.
     }
   }
 
@@ -93,7 +94,7 @@ class CpuSolver : public CutCellBackend {
   Potentials potentials() const;
   void store(const LaplaceProblem& problem, const LaplaceSolution& solution);
 
-  int number;  // among the solvers of this program, for its other processes
+  int number;  // among the solvers of this program, known to its other processes
   parallel::Team team{team_size(options_)};
   BodyOrder order;
   std::unique_ptr<Level> level;
@@ -102,7 +103,7 @@ class CpuSolver : public CutCellBackend {
   std::vector<double> b, x, residual;   // layout + groups
   SolutionHistory history;              // bodies' potentials in the order of the problems
   const CpuSolver* followed = nullptr;  // the solver on a coarser grid
-  Potentials followed_then;             // its solution at the last solve here; of no body: none
+  Potentials followed_then;             // its solution at the last solve here; no bodies: none
 };
 
 std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options, parallel::Team& team) {
@@ -148,9 +149,10 @@ void CpuSolver::iterate(LaplaceSolution& solution) {
   if (!order.sorted().has_ground()) fix_mean();
 }
 
-/// A row adds some five potentials of at most |x|, which leaves a residual of about epsilon |x|, random from row to
-/// row. Its natural norm squared is the sum of that squared over the Laplacian's eigenvalues, 4 pi k of the k-th of n
-/// modes: epsilon^2 x^2 n (log n) / 4 pi, in which log n / 4 pi is about 1.
+/// Returns the natural norm of the residual that rounding leaves. A row adds some five potentials of at most |x|, which
+/// leaves a residual of about epsilon |x|, random from row to row. Its natural norm squared is the sum of that squared
+/// over the Laplacian's eigenvalues, 4 pi k of the k-th of n modes: epsilon^2 x^2 n (log n) / 4 pi, in which log n / 4
+/// pi is about 1.
 double CpuSolver::rounding_of_residual() const {
   const Eigen::Map<const Eigen::VectorXd> all(x.data(), static_cast<Eigen::Index>(x.size()));
   return std::numeric_limits<double>::epsilon() * std::sqrt(static_cast<double>(x.size())) *
@@ -162,7 +164,7 @@ void CpuSolver::fix_mean() {
   double mean = 0;
   for (const Body& body : bodies) mean += x[level->layout.size() + body.group];
   mean /= static_cast<double>(std::max<std::size_t>(bodies.size(), 1));
-  // Unknowns only: the padding must stay zero, this solution is a first guess of the next.
+  // Shifts unknowns only. The padding must stay zero, because the solution becomes part of the history.
   const std::size_t cells = level->layout.size();
   for (std::size_t k = 0; k < cells; ++k)
     if (level->diagonal[k] > 0) x[k] -= mean;
@@ -229,7 +231,7 @@ LaplaceSolution CutCellBackend::solve(const LaplaceProblem& problem) {
     solution.seconds.forces = std::max(0.0, seconds() - solution.seconds.setup - solution.seconds.solve);
     return solution;
   } catch (...) {
-    clear_history();  // its geometry is not the grids' any more
+    clear_history();  // the grids hold another geometry
     throw;
   }
 }
@@ -246,9 +248,9 @@ void CutCellBackend::prepare(const LaplaceProblem& problem) {
   bodies_ = problem.bodies.size();
 }
 
-/// Chooses a new unit of potentials, the largest that is given, if the old one is not good enough. Single precision
-/// holds 38 decades either way: enough for any right-hand side of about 1. The unit is kept within a factor of 1e6, so
-/// that past solutions need no rescaling.
+/// Sets the unit of potentials to the largest given potential if the old unit is out of range. Single precision holds
+/// 38 decades either way, enough for any right-hand side of about 1. A unit within a factor of 1e6 stays, so that the
+/// history needs no rescaling.
 void CutCellBackend::choose_unit(const LaplaceProblem& problem) {
   double largest = 0;  // V; a charge divided by the permittivity, too
   for (const Group& group : problem.groups)
@@ -307,8 +309,8 @@ CutCellSolver::~CutCellSolver() = default;
 
 namespace {
 
-/// Throws InputError where a body with a link model would need formulas that it does not have: those of bodies that the
-/// grid does not resolve, and of two surfaces with less than a fluid cell on each side between them.
+/// Throws InputError for a body with a link model that would need other formulas: if the grid does not resolve it, or
+/// if a gap next to it is narrower than three cells.
 void check_link_models(const LaplaceProblem& problem, const CutCellOptions& options) {
   const double h = std::max(problem.size.x, problem.size.y) / options.cells, least = 3 * h;
   for (const Body& body : problem.bodies) {

@@ -1,9 +1,9 @@
 #pragma once
 
-// Bound cells (../bound_cells.hpp) of the grids that have kernels of their own in the V-cycle: which they are, what
-// they leave of their conductors' links, what joins these, and how the cycle eliminates them (../grid_bound.cpp). On
-// the way down tiles leave in such a cell's place, and on the way up until groups have been relaxed, what the cells
-// around bring, over the cell's diagonal: a group's sum over all its links is then what the elimination makes of it.
+// Bound cells (../bound_cells.hpp) on grids that have their own kernels in the V-cycle: their detection, the Schur
+// complement that their elimination leaves in groups' equations, and the elimination in the cycle (../grid_bound.cpp).
+// Tiles store in a bound cell, on the way down and until groups have been relaxed on the way up, the flux from its
+// neighbours divided by its diagonal. A group's sum over all its links then equals the result of the elimination.
 
 #include "solvers/laplace/cutcell/bound_cells.hpp"
 #include "solvers/laplace/cutcell/device/direct_links.hpp"
@@ -11,11 +11,11 @@
 
 namespace lichtenberg::laplace::device {
 
-/// A boundary cell's links to bodies, by side.
+/// Links of a boundary cell to bodies, by side.
 struct LinksOfCell {
   int link[4];            ///< -1: none
   int group[4];           ///< -1: none, or of given potential
-  double conductance[4];  ///< of all links to that group; 0 behind the first of them
+  double conductance[4];  ///< of all links to that group, at the first of them; else 0
   double diagonal;
   bool is_bound = false;
   int joined = 0;  ///< pairs of groups
@@ -42,7 +42,7 @@ struct LinksOfCell {
     is_bound = is_close && floats;
     joined = is_bound ? groups * (groups - 1) / 2 : 0;
   }
-  /// The first side on which the group of one is.
+  /// Returns the first side with the same group.
   LICHTENBERG_HOST_DEVICE int first_of(int side) const {
     int first = 0;
     while (group[first] != group[side]) ++first;
@@ -50,15 +50,15 @@ struct LinksOfCell {
   }
 };
 
-/// Whether thin conductors, of which lists by cell know nothing, exchange flux with a cell.
+/// Returns whether thin conductors, which the cell's lists do not contain, exchange flux with a cell.
 LICHTENBERG_HOST_DEVICE inline bool has_thin_conductors(const GridView& grid, int slot) {
   if (!grid.has_medium || !grid.may_have(Items::thin_conductors)) return false;
   const CellIndex cell = cell_of(grid.layout, slot);
   return gathered(grid.layout, grid.medium.thin_conductors, cell.i, cell.j, [](int, float c) { return c; }) > 0;
 }
 
-/// Which cells are bound, and what of their links. `joined_before`: by boundary cell, becomes how many links between
-/// groups each makes.
+/// Finds bound cells and the terms that their elimination leaves at their links. `joined_before`: by boundary cell,
+/// becomes the number of links between groups that earlier cells make.
 template <class Executor>
 void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, int* joined_before) {
   run.fill(grid.bound.share, 0, grid.capacity[Items::links] * sizeof(float));
@@ -88,7 +88,8 @@ void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, i
   });
 }
 
-/// Lists what bound cells join: each pair of groups once a cell, for either, as links of a body of each.
+/// Lists the links between groups that the elimination of bound cells makes: each pair of groups once per cell and per
+/// group, as links of a body of each.
 template <class Executor>
 void list_joined(const Executor& run, ProblemView problem, GridView grid, const int* joined_before, DirectLink* list) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -106,7 +107,7 @@ void list_joined(const Executor& run, ProblemView problem, GridView grid, const 
   });
 }
 
-/// The groups' diagonals in the cycle: what bound cells leave of their links.
+/// Computes the groups' diagonals in the cycle, without the eliminated part.
 template <class Executor>
 void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -122,8 +123,8 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
       });
 }
 
-/// Before groups are relaxed for the first time: what they get of bound cells' f, in `flux` (with their charges but
-/// where there are clusters), and potentials from that; the right-hand side of clusters.
+/// Computes, before groups are relaxed for the first time, the flux from bound cells' right-hand sides (`flux`; with
+/// the charges if there are no clusters), potentials from it, and the right-hand side of clusters.
 template <class Executor>
 void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -141,7 +142,7 @@ void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
       });
 }
 
-/// Bound cells become what the groups have become.
+/// Sets the potentials of bound cells from the groups' potentials.
 template <class V, class Executor>
 void update_bound_cells(const Executor& run, GridView grid, V* v) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {

@@ -1,24 +1,24 @@
 #pragma once
 
-// Charges made exact (CutCellOperator::balance): each group's potential is shifted, and the level of all potentials
-// together, until every group's charge and the sum of all charges are right to rounding.
+// Correction of charges (CutCellOperator::balance): a shift of each group's potential and one of all potentials, so
+// that each group's charge and the sum of all charges are exact to rounding.
 
 #include "solvers/laplace/cutcell/device/operator.hpp"
 #include "solvers/laplace/cutcell/level_sums.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// By group; `level`: one value.
+/// Arrays by group; `level`: one value.
 struct ChargeCorrection {
-  double *residual, *shift;       ///< of the groups' equations; what takes it away
-  double *hold, *held;            ///< conductances to given potentials; the shift that these would make
-  double *to_cells, *from_cells;  ///< conductances of links to cells; these times the cells' potentials
-  double *r, *p, *q;              ///< for the iterations
+  double *residual, *shift;       ///< of the groups' equations; the shift that removes it
+  double *hold, *held;            ///< conductance to given potentials; the shift that it would make as a residual
+  double *to_cells, *from_cells;  ///< conductance of links to cells; sum of conductance times the cells' potentials
+  double *r, *p, *q;              ///< vectors of the iterations
   double* level;
-  int *is_linked, *linked;  ///< whether a group is linked directly to another unknown; lists of those that are
+  int *is_linked, *linked;  ///< whether a group has a direct link to another unknown; lists of such groups
 };
 
-/// Of a group's direct links: flux from groups that float, conductance to given potentials, number of those to
+/// Sums over a group's direct links: flux from floating groups, conductance to given potentials, number of links to
 /// unknowns.
 struct DirectSums {
   double flux = 0, hold = 0, others = 0;
@@ -30,16 +30,16 @@ struct DirectSums {
   }
 };
 
-/// The equations for given cells of groups that are linked to each other, two right-hand sides, by conjugate gradients
-/// in one block: they are coupled by direct links alone, mostly in pairs and short chains, which takes few iterations.
-/// A thread has a list of the groups that it looks after, since of thousands few are linked.
+/// Solves the equations of groups with direct links to each other, for given potentials of cells and two right-hand
+/// sides, by conjugate gradients in one block. Such groups form mostly pairs and short chains, which takes few
+/// iterations. Each thread has a list of its groups, because few of thousands are linked.
 struct SolveGroups {
   ProblemView problem;
   GridView grid;
   ChargeCorrection correction;
 
   static constexpr int threads = 1024, most = 400;
-  static constexpr double enough = 1e-24;  // of the residual's norm squared: of what is a correction of the tolerance
+  static constexpr double enough = 1e-24;  // reduction of the residual's norm squared
   static constexpr std::size_t bytes = threads * (sizeof(double) + sizeof(int));
 
   template <class Block>
@@ -50,14 +50,14 @@ struct SolveGroups {
   }
 
  private:
-  /// By thread, how many are in its list.
+  /// Returns the lengths of the threads' lists.
   template <class Block>
   LICHTENBERG_HOST_DEVICE static int* counts(const Block& block) {
     return reinterpret_cast<int*>(block.template memory<double>() + threads);
   }
   template <class Block>
   LICHTENBERG_HOST_DEVICE void list_linked(const Block& block) const {
-    constexpr int at_once = 8;  // that are waited for
+    constexpr int at_once = 8;  // independent reads
     int *count = counts(block), *linked = correction.linked;
     block.each(threads, [&](int t) {
       int found = 0;
@@ -73,18 +73,18 @@ struct SolveGroups {
       count[t] = found;
     });
   }
-  /// f(g) for the groups of a thread's list.
+  /// Calls f(g) for the groups of a thread's list.
   template <class F>
   LICHTENBERG_HOST_DEVICE void each_of(const int* count, int t, F f) const {
     for (int k = 0; k < count[t]; ++k) f(correction.linked[t + threads * k]);
   }
-  /// The same of all lists.
+  /// Calls f(g) for the groups of all lists.
   template <class Block, class F>
   LICHTENBERG_HOST_DEVICE void each(const Block& block, F f) const {
     const int* count = counts(block);
     block.each(threads, [&](int t) { each_of(count, t, f); });
   }
-  /// The sum of value(g) over all that are listed, in memory[0] of the block's.
+  /// Returns the sum of value(g) over all listed groups. Overwrites the block's memory.
   template <class Block, class Value>
   LICHTENBERG_HOST_DEVICE double sum(const Block& block, Value value) const {
     double* part = block.template memory<double>();
@@ -137,7 +137,7 @@ struct SolveGroups {
   }
 };
 
-/// The groups' equations: residuals and holds, and what takes either away of groups that are linked to no other.
+/// Computes the groups' residuals and conductances to given potentials, and solves for the shifts that remove either.
 template <class Executor>
 void compute_group_equations(const Executor& run, ProblemView problem, GridView grid, SolveVectors v,
                              ChargeCorrection correction) {
@@ -188,7 +188,7 @@ void compute_group_equations(const Executor& run, ProblemView problem, GridView 
   }
 }
 
-/// From the sum of the cells' equations, the level of all potentials.
+/// Computes the shift of all potentials from the sum of the cells' equations.
 template <class Executor>
 void compute_level(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
                    ChargeCorrection correction) {
@@ -218,7 +218,7 @@ void compute_level(const Executor& run, ProblemView problem, GridView grid, cons
       [=] LICHTENBERG_HOST_DEVICE(const LevelSums& sums) { *correction.level = sums.level(); });
 }
 
-/// Makes the charges exact; potentials in units of `unit`, V.
+/// Corrects the potentials so that charges are exact; potentials are in units of `unit` (V).
 template <class Executor>
 void correct_charges(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double unit,
                      ChargeCorrection correction) {

@@ -12,24 +12,23 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Where the coarsest grid's unknowns are in a dense matrix: cells by slot, then groups.
+/// Dense matrix of the coarsest grid; unknowns are cells by slot, then groups.
 struct CoarsestView {
-  int* index;      ///< by slot and group, and one behind the last: unknowns before it
+  int* index;      ///< by slot and group, with one more at the end: number of unknowns before it
   int* unknown;    ///< a cell's slot, or -1 - group
   double* matrix;  ///< by rows
   float* inverse;  ///< likewise; or, where it is null,
   double* precise_inverse;
   int* is_singular;  ///< becomes 1
-  double* chunk;     ///< what chunks of a group's links bring to its row; by row, chunk and column
+  double* chunk;     ///< sums over chunks of a group's links, by row, chunk and column
   double* scratch;   ///< of invert_in_panels
 
-  /// A group of a thousand conductors has four thousand links, and a row that one item adds up after the other took
-  /// longer than all else of a grid.
+  /// Chunks of a group's links, summed in parallel: a group of a thousand conductors has four thousand links.
   static constexpr int chunks = 32;
   LICHTENBERG_HOST_DEVICE double* chunk_of_row(int a, int c, int n) const { return chunk + (a * chunks + c) * n; }
 };
 
-/// Numbers the coarsest grid's unknowns; none, if there is no room for all.
+/// Numbers the coarsest grid's unknowns; none, if there are more than the capacity.
 template <class Executor>
 void number_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size()), all = slots + problem.groups;
@@ -60,7 +59,8 @@ struct RowShare {
   }
 };
 
-/// A group's couplings, in its row `a` of the matrix (Level::couple). `slots`: entries of `index` before the groups'.
+/// Adds a group's couplings to its row `a` of the matrix (Level::couple). `slots`: entries of `index` before the
+/// groups'.
 LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, const CoarsestView& coarsest, int g,
                                                   int slots, int a, RowShare row) {
   const CouplingView& couplings = problem.couplings;
@@ -75,7 +75,7 @@ LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, co
   }
 }
 
-/// A lane's share of a chunk of the links of the group in row `a` with cells.
+/// Sums a chunk of the links between the group in row `a` and cells, in a lane's columns.
 LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& problem, const GridView& grid,
                                                        const CoarsestView& coarsest, int a, int chunk, int lane) {
   const int n = grid.number[Items::coarse_unknowns];
@@ -90,8 +90,7 @@ LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& proble
     sum.add(coarsest.index[grid.links.slot[link]], grid.links.conductance[link]);
 }
 
-/// The matrix of the coarsest grid. A cell's row is one item's, and a group's that of `lanes` items: sums are in the
-/// same order each time.
+/// Fills the matrix. One item fills a cell's row, `lanes` items a group's: sums are always in the same order.
 template <class Executor>
 void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size());
@@ -138,8 +137,8 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
   });
 }
 
-/// Inverts an n x n matrix by rows in a block's memory, by Gauss and Jordan's elimination; behind it are 2 n entries of
-/// scratch.
+/// Inverts an n x n matrix by rows in a block's memory by Gauss-Jordan elimination. 2 n entries of scratch memory
+/// follow the matrix.
 template <class Block>
 LICHTENBERG_HOST_DEVICE void invert_in_block(const Block& block, double* matrix, int n, int* is_singular) {
   double *row = matrix + n * n, *column = row + n;
@@ -160,11 +159,11 @@ LICHTENBERG_HOST_DEVICE void invert_in_block(const Block& block, double* matrix,
   }
 }
 
-/// The inverse of the coarsest grid's matrix in the memory of one block, which must have enough.
+/// Inverts the coarsest grid's matrix in the memory of one block, which must be large enough.
 struct InvertCoarsest {
   GridView grid;
   CoarsestView coarsest;
-  bool pin;  ///< nothing is grounded, and the potential of the last unknown is to be held
+  bool pin;  ///< nothing is grounded; fixes the potential of the last unknown
 
   static constexpr std::size_t bytes(std::size_t unknowns) { return (unknowns + 2) * unknowns * sizeof(double); }
 
@@ -184,15 +183,15 @@ struct InvertCoarsest {
   }
 };
 
-/// For matrices beyond one block's memory: the same elimination in the place of the precise inverse, several rows and
-/// columns at a time, all that is done with the rest of the matrix by the whole device.
+/// Inverts a matrix beyond one block's memory by the same elimination in place: one block inverts the square of a panel
+/// of rows and columns, and the whole device updates the rest of the matrix.
 struct Panel {
   static constexpr int width = 32;
   GridView grid;
   CoarsestView coarsest;
   int from;
 
-  /// How many of the device's doubles it needs besides.
+  /// Returns the size of the scratch memory (doubles).
   static constexpr std::size_t scratch(std::size_t unknowns) { return width * (2 * unknowns + width); }
 
   LICHTENBERG_HOST_DEVICE int all() const { return grid.number[Items::coarse_unknowns]; }
@@ -201,9 +200,10 @@ struct Panel {
   LICHTENBERG_HOST_DEVICE double* entry(int a, int b) const {
     return coarsest.precise_inverse + static_cast<std::ptrdiff_t>(a) * all() + b;
   }
-  /// The inverse of the panel's own square, by rows.
+  /// Returns the inverse of the panel's own square, by rows.
   LICHTENBERG_HOST_DEVICE double* square() const { return coarsest.scratch; }
-  /// That times the panel's rows; the panel's columns as they were, each as long as there are unknowns.
+  /// Returns row p of the product of that inverse and the panel's rows; and column p of the panel before the
+  /// elimination.
   LICHTENBERG_HOST_DEVICE double* row(int p) const { return square() + width * width + p * all(); }
   LICHTENBERG_HOST_DEVICE double* column(int p) const { return row(width) + p * all(); }
 
@@ -241,7 +241,7 @@ struct Panel {
   }
 };
 
-/// The precise inverse of a matrix of at most `capacity` rows; `pin` as above.
+/// Computes the inverse in double precision of a matrix of at most `capacity` rows; `pin` as above.
 template <class Executor>
 void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest, int capacity, bool pin) {
   run.for_each(capacity, capacity, [=] LICHTENBERG_HOST_DEVICE(int a, int b) {
@@ -257,8 +257,8 @@ void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest,
   }
 }
 
-/// The coarsest grid's system. A small one's inverse is made on the device (and multiplied with in small_grids.hpp); a
-/// large one (a grid of a large odd number of cells) is factorized on the host: right-hand side down, solution up.
+/// System of the coarsest grid. A small matrix is inverted on the device (small_grids.hpp multiplies with it). The host
+/// factorizes a large one, of a grid with a large odd number of cells, and takes part in each cycle.
 template <class Executor>
 class Coarsest {
  public:
@@ -267,11 +267,11 @@ class Coarsest {
     arrays_.zero(view().is_singular);
   }
 
-  /// `precise`: links may be strong, of whose fluxes single precision would keep too little.
+  /// `precise`: use double precision, because links may be strong.
   void reserve(const ProblemView& problem, const GridView& grid, bool precise) {
     const std::size_t capacity = grid.capacity[Items::coarse_unknowns];
-    // More are factorized on the host, which has it take part in each cycle; beyond one block's memory all, but where
-    // the host would have to keep strong links apart without subtraction.
+    // The host factorizes larger systems. Beyond one block's memory the device keeps only systems with strong links,
+    // which the host's solver cannot treat without cancellation.
     constexpr std::size_t most = 480;
     const std::size_t bytes = InvertCoarsest::bytes(capacity);
     block_bytes_ = bytes <= run_.most_block_memory() ? bytes : 0;
@@ -303,13 +303,13 @@ class Coarsest {
     else
       invert_in_panels(run_, grid, view(), grid.capacity[Items::coarse_unknowns], !problem.grounded);
   }
-  /// What build() leaves to the host, of a system that is not on the device. Throws Failure if it is singular.
+  /// Factorizes a system that is not on the device. Throws Failure if it is singular.
   void factorize(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
     solver_.factorize(assemble(download(problem, grid, numbers), !problem.has_ground()));
     phi_.resize(problem.groups.size());
   }
 
-  /// On the host: fluid cells of v and phi from f and charge.
+  /// Computes v of fluid cells and phi from f and charge, on the host.
   void solve(const GridView& grid, float* v) {
     const std::size_t cells = grid.layout.size();
     get(f_, grid.cycle.f, cells);
@@ -320,7 +320,7 @@ class Coarsest {
     run_.to_device(v, v_.data(), cells * sizeof(float));
     if (!phi_.empty()) run_.to_device(grid.cycle.phi, phi_.data(), phi_.size() * sizeof(float));
   }
-  /// On the device: a cell's slot, or -1 - group, of each unknown; the inverse by rows.
+  /// Device pointers to each unknown's cell slot, or -1 - group; and to the inverse by rows.
   const int* unknown() const { return view().unknown; }
   const float* inverse() const { return view().inverse; }
   const double* precise_inverse() const { return view().precise_inverse; }

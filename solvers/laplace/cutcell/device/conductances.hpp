@@ -1,12 +1,12 @@
 #pragma once
 
-// A grid's conductances and diagonals, an item a link or a cell.
+// Conductances and diagonals of a grid; one item per link or cell.
 
 #include "solvers/laplace/cutcell/device/homogenized.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Every link's conductance, on the finest grid with its derivatives.
+/// Computes the conductance of each link and, on the finest grid, its derivatives.
 template <class Executor>
 void make_links(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::links, [=] LICHTENBERG_HOST_DEVICE(int m) {
@@ -47,7 +47,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Conductances between the cells of a medium, each at the cell on the left or below.
+/// Computes conductances between cells of a medium, stored with the left or lower cell.
 template <class Executor>
 void make_faces(const Executor& run, GridView grid) {
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
@@ -91,8 +91,8 @@ void make_medium_diagonals(const Executor& run, ProblemView problem, GridView gr
   });
 }
 
-/// What a cell without links has: 4 neighbours, at an electrode half a cell away conductance 2, at an insulating side
-/// none.
+/// Returns the diagonal of a cell without links: 1 per neighbour, 2 for an electrode side half a cell away, 0 for an
+/// insulating side.
 LICHTENBERG_HOST_DEVICE inline int diagonal_without_links(const ProblemView& problem, const Layout& at, int i, int j) {
   int sum = 4;
   if (i == 0) sum += problem.electrode[0] ? 1 : -1;
@@ -102,7 +102,7 @@ LICHTENBERG_HOST_DEVICE inline int diagonal_without_links(const ProblemView& pro
   return sum;
 }
 
-/// 1 / sum of conductances: of cells that have no link, and the boundary cells' own sums.
+/// Computes 1 / sum of conductances of each cell, and the sums of boundary cells.
 template <class Executor>
 void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   if (grid.has_medium) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// Conjugate gradients with their scalars on the device: a loop that the host starts and reads the end of. As a KSP, so
-// that the stop criterion, monitors and options are those of any other; -field_ksp_type cg takes PETSc's own.
+// Conjugate gradients with their scalars on the device: the host starts the loop and reads its end. They are a KSP
+// type, so that stop criterion, monitors and options are those of any other; -field_ksp_type cg chooses PETSc's own.
 
 #include <cmath>
 #include <limits>
@@ -11,17 +11,17 @@
 
 namespace lichtenberg::laplace::device {
 
-/// State of the iterations: written on the device, read by the host when they have stopped.
+/// State of the iterations: the device writes it, the host reads it at the end.
 struct Iterations {
   StopCriterion criterion;
   CgScalars cg;
-  double factor;     ///< by which the first guess was multiplied
+  double factor;     ///< by which the initial guess was multiplied
   double alpha;      ///< of the last step
   int most;          ///< iterations
   int done, reason;  ///< iterations; KSPConvergedReason
   int go_on;
   static constexpr int kept = 512;
-  double norm[kept];  ///< by iteration, of the first ones
+  double norm[kept];  ///< of the first iterations
 
   LICHTENBERG_HOST_DEVICE void begin(double tolerance, int most_) {
     criterion = {};
@@ -31,25 +31,23 @@ struct Iterations {
     factor = alpha = 0;
     done = reason = go_on = 0;
   }
-  /// After the products b'x, x'A x and the largest |x| of n unknowns: the guess is multiplied such that its error is
-  /// least. A row adds some five potentials of at most |x|, which leaves a residual of about epsilon |x|
-  /// (../solver.cpp).
+  /// Sets the factor of the initial guess with the least error, from b'x, x'A x and the largest |x| of n unknowns; and
+  /// the norms that follow. The rounding is CpuSolver::rounding_of_residual.
   LICHTENBERG_HOST_DEVICE void set_guess_scale(double product, double energy, double largest, double n) {
     factor = energy > 0 ? product / energy : 0.0;
     const double squared = factor * product;
     criterion.energy_norm = squared > 0 ? std::sqrt(squared) : 0.0;
     criterion.rounding = 0x1p-52 * std::sqrt(n) * largest * std::abs(factor);
   }
-  /// After set_guess_scale, where groups are coupled: what couplings to given potentials have in x'A x is no measure of
-  /// the field.
+  /// Sets the energy norm without couplings to given potentials, which is the measure of the field.
   LICHTENBERG_HOST_DEVICE void set_energy_of_field(double energy) {
     criterion.energy_norm = std::abs(factor) * (energy > 0 ? std::sqrt(energy) : 0.0);
   }
-  /// All potentials have been shifted by so much.
+  /// Adds the rounding of a shift of all n potentials.
   LICHTENBERG_HOST_DEVICE void raise_rounding(double shift, double n) {
     criterion.rounding += 0x1p-52 * std::sqrt(n) * shift;
   }
-  /// After the product r'z.
+  /// Tests convergence after the product r'z.
   LICHTENBERG_HOST_DEVICE void test_convergence(double product) {
     const bool first = cg.residuals == 0;
     cg.add(product);
@@ -69,8 +67,8 @@ struct Iterations {
       reason = KSP_DIVERGED_ITS;
     go_on = reason == 0;
   }
-  /// After the product p'A p; the step is none where the residual is small enough already. Predicts whether the step is
-  /// the last one, as predict_end in ../fused_iteration.hpp, but for the first step.
+  /// Sets the step length after the product p'A p; 0 if the residual is small enough. Except for the first step,
+  /// predicts whether the step is the last, as predict_end in ../fused_iteration.hpp.
   LICHTENBERG_HOST_DEVICE void set_step(double curvature) {
     alpha = 0;
     if (reason != 0) return;
@@ -88,7 +86,7 @@ struct Iterations {
   static constexpr double infinite = std::numeric_limits<double>::infinity();
 };
 
-/// KSPSolve of the method; its preconditioner must be a shell whose context is a Solver.
+/// Solves as a KSP whose preconditioner is a shell with a Solver as context.
 template <class Solver>
 PetscErrorCode iterate_on_device(KSP method) {
   Solver* solver = nullptr;

@@ -26,12 +26,12 @@
 
 namespace lichtenberg::laplace::device {
 
-/// What PETSc calls an executor's things, said where a solver is made on it: `vector_type`; `method`, the name of the
-/// fused conjugate gradients on it; make(), the executor on PETSc's device (PETSc runs by then).
+/// Names of PETSc for an executor, specialized where a solver is made on it: `vector_type`; `method`, the name of the
+/// fused conjugate gradients; make(), which makes the executor on PETSc's device while PETSc runs.
 template <class Executor>
 struct PetscSide;
 
-/// The cut-cell solver on an executor's device.
+/// Cut-cell solver on an executor's device.
 template <class Executor>
 class CutCell : public DeviceSolver {
  public:
@@ -39,7 +39,7 @@ class CutCell : public DeviceSolver {
   ~CutCell() override { release_vectors(); }
 
   void follow(const CutCellBackend& coarser) override {
-    followed_ = dynamic_cast<const CutCell*>(&coarser);  // null: one on another kind of device
+    followed_ = dynamic_cast<const CutCell*>(&coarser);  // null: another kind of device
     recordings_.clear();
   }
 
@@ -76,7 +76,7 @@ class CutCell : public DeviceSolver {
   void multiply(const double* x, double* y) const { apply_operator(*run_, problem_->view(), finest().view(), x, y); }
   void precondition(const double* r, double* z) const { multigrid_->apply(r, z); }
 
-  /// KSPSolve, and the results after it.
+  /// KSPSolve, followed by the results.
   PetscErrorCode iterate_as_ksp(KSP ksp) {
     Iterations* iterations = report_->iterations.device;
     begin_iterations(*run_, krylov_.criterion.tolerance, static_cast<int>(ksp->max_it), iterations);
@@ -157,7 +157,7 @@ class CutCell : public DeviceSolver {
       both();
   }
 
-  /// With all that is done on the device after it, so that one transfer brings everything.
+  /// Iterates and computes the results on the device, so that one transfer fetches everything.
   void iterate(LaplaceSolution& solution) override {
     krylov_.criterion = {options_.tolerance, 0, 0, 0};
     if (is_fused_)
@@ -166,7 +166,7 @@ class CutCell : public DeviceSolver {
       solve_by_petsc(solution);
   }
 
-  /// In a scene in motion a grid may hold more of something than the last time.
+  /// Returns whether the arrays were large enough: in a scene in motion lists grow.
   bool is_complete() const override { return is_complete_; }
 
   void finish(const LaplaceProblem& problem, LaplaceSolution& solution) override {
@@ -206,12 +206,12 @@ class CutCell : public DeviceSolver {
       end.clear();
     }
   };
-  /// What the host is told at the end of a solve.
+  /// Data that the host fetches at the end of a solve.
   struct Report {
     explicit Report(const Executor& run) : parcel(run) {}
     parallel::Parcel<Executor> parcel;
     Part<Iterations> iterations;
-    Part<double> potential;  ///< by group; then a mean or level of x
+    Part<double> potential;  ///< by group, followed by the mean or level of x
     Part<BodyResult> body_result;
     Part<SideResult> side_result;
   };
@@ -229,9 +229,10 @@ class CutCell : public DeviceSolver {
   }
   const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
 
-  /// Throws Failure if the device has no room for the grids, their links and vectors: about what they take.
+  /// Throws Failure if the device lacks memory for the grids, links and vectors, as estimated.
   void check_memory(const LaplaceProblem& problem) const {
-    // In double: x, b, four of CG, the basis, its image and the past; the grids' cover, diagonals, v, f and media.
+    // Double precision: x, b, four vectors of CG, the basis, its image and the history; then the grids' cover,
+    // diagonals, v, f and media.
     constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0;
     // A disk of R cells has 8 R links, 5.7 R cells beside it and pi R^2 in it; the coarser grids' edges are as long
     // together as the finest's; a quarter to spare.

@@ -1,6 +1,7 @@
 #pragma once
 
-// A large grid's part of the V-cycle, a kernel each: the halves of tiles.hpp, and what groups do before and after.
+// Large grids of the V-cycle, with a kernel per step: the halves of tiles.hpp, and the steps of groups before and after
+// them.
 
 #include "solvers/laplace/cutcell/device/bound.hpp"
 #include "solvers/laplace/cutcell/device/relax_clusters.hpp"
@@ -8,7 +9,7 @@
 
 namespace lichtenberg::laplace::device {
 
-/// z = v and phi, where the finest grid is the coarsest: 0 in covered cells, which hold their group's potential there.
+/// Sets z from v and phi if there is only one grid; 0 in covered cells.
 template <class Executor>
 void copy_potentials(const Executor& run, ProblemView problem, GridView grid, const float* v, double* z) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -16,8 +17,7 @@ void copy_potentials(const Executor& run, ProblemView problem, GridView grid, co
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { z[cells + g] = grid.cycle.phi[g]; });
 }
 
-/// f or, behind the cells, the groups' charges from an entry of the residual; groups are the finest grid's first to be
-/// relaxed.
+/// Stores an entry of the residual as f or, after the cells, as a group's charge, and relaxes the group.
 struct StoreResidual {
   GridView grid;
   LICHTENBERG_HOST_DEVICE void operator()(int k, double r) const {
@@ -38,8 +38,8 @@ void store_residual(const Executor& run, ProblemView problem, GridView grid, con
                [=] LICHTENBERG_HOST_DEVICE(int k) { take(k, r[k]); });
 }
 
-/// What a group's direct links with other groups bring, for sums over its links. Groups of given potential have 0 in
-/// `phi`: the right-hand side knows of them.
+/// Flux to a group through direct links with other groups, for sums over its links. Groups of given potential have 0 in
+/// `phi`: they are on the right-hand side.
 template <class Real>
 struct DirectFluxes {
   ProblemView problem;
@@ -54,7 +54,7 @@ struct DirectFluxes {
   }
 };
 
-/// (flux + what direct links bring) / diagonal: a sweep over groups that are coupled directly, those of a cluster as
+/// Jacobi sweep over groups with direct links: (flux + flux through direct links) / diagonal; clusters are relaxed as
 /// one.
 template <class Executor>
 void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, GroupSweep sweep) {
@@ -72,8 +72,8 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
       });
 }
 
-/// The groups' residuals after the way down, as the coarse grid's charges; collect() adds what its cells have got.
-/// Clusters were in balance when they were relaxed: what has changed since is theirs.
+/// Computes the groups' residuals after the way down, as charges of the coarse grid; restrict_charges() adds those of
+/// its cells. A cluster was in balance when it was relaxed, so that only later changes count.
 template <class V, class Executor>
 void restrict_group_residuals(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
                               const float* phi, const V* v) {
@@ -91,7 +91,7 @@ void restrict_group_residuals(const Executor& run, ProblemView problem, GridView
                  });
 }
 
-/// The residual of a group that a grid is the first to absorb goes to the four cells around it.
+/// Distributes the residuals of groups that this grid absorbs first to the four cells around each.
 template <class Executor>
 void restrict_absorbed(const Executor& run, GridView grid) {
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
@@ -101,7 +101,8 @@ void restrict_absorbed(const Executor& run, GridView grid) {
   });
 }
 
-/// A group's charge is what its cells have got, too. It spreads into its potential before the cells see it.
+/// Adds the charges of covered cells to their group's charge, and relaxes the groups before the cells use their
+/// potentials.
 template <class Executor>
 void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -113,7 +114,7 @@ void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
       });
 }
 
-/// An absorbed group's potential is that of the four cells around it: potential(slot).
+/// Returns the potential of an absorbed group, interpolated between the four cells around it: potential(slot).
 template <class Potential>
 LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, const GridView& grid, int g,
                                                  Potential potential) {
@@ -132,8 +133,8 @@ void interpolate_absorbed(const Executor& run, ProblemView problem, GridView gri
   });
 }
 
-/// flux: the groups' charges (not where there are clusters) and what their cells bring; their potentials from that,
-/// where no direct links are. `z`: becomes the potentials too; null: nothing.
+/// Computes the flux from cells to groups, with the groups' charges if there are no clusters. Without direct links it
+/// gives the groups' potentials. `z`: becomes the potentials too; null: unused.
 template <class V, class Executor>
 void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, double* z) {
   const bool are_linked = grid.may_link_groups();
@@ -154,20 +155,20 @@ void relax_groups(const Executor& run, ProblemView problem, GridView grid, const
       });
 }
 
-/// The groups' potentials on the way down.
+/// Returns the groups' potentials on the way down; null if there are none.
 inline const float* potentials_down(const GridView& grid) {
   if (!grid.may_have(Items::unknown_groups)) return nullptr;
   return grid.may_link_groups() ? grid.cycle.phi_down : grid.cycle.phi;
 }
 
-/// What comes before descend() but on the finest grid, whose residual is taken as it is (StoreResidual).
+/// Restricts charges before descend(), except on the finest grid, where StoreResidual sets the residual.
 template <class Executor>
 void collect(const Executor& run, const ProblemView& problem, const GridView& grid) {
   if (grid.may_have(Items::newly_absorbed)) restrict_absorbed(run, grid);
   if (grid.may_have(Items::unknown_groups)) restrict_charges(run, problem, grid);
 }
 
-/// f(the tiling that suits a grid).
+/// Calls f with the tiling for a grid.
 template <class F>
 void with_tiles(const GridView& coarse, F f) {
   constexpr int small = 192;  // cells along a side of the coarse grid: fewer large tiles than processors
@@ -177,7 +178,7 @@ void with_tiles(const GridView& coarse, F f) {
     f(Tiling<32, 16>{});
 }
 
-/// Groups from their charges and what bound cells hold for them.
+/// Relaxes groups first, from their charges and the fluxes of bound cells.
 template <class Executor>
 void relax_groups_first(const Executor& run, const ProblemView& problem, const GridView& grid) {
   if (grid.binds) sum_bound_cells(run, problem, grid);
@@ -191,7 +192,7 @@ void relax_groups_first(const Executor& run, const ProblemView& problem, const G
         GroupSweep{grid.binds ? grid.cycle.flux : grid.cycle.charge, grid.cycle.phi, nullptr, grid.cycle.phi_down});
 }
 
-/// A grid's part of the V-cycle on the way down: conductors, red, black, and what is left for the next coarser grid.
+/// Way down on a grid: groups, red cells, black cells, and the residual for the next coarser grid.
 template <class V, class Executor>
 void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
   const float* phi = potentials_down(grid);
@@ -204,7 +205,8 @@ void descend(const Executor& run, const ProblemView& problem, const GridView& gr
   if (phi) restrict_group_residuals(run, problem, grid, coarse, phi, static_cast<const V*>(v));
 }
 
-/// The mirror image of descend(): black, red, conductors. `z`: becomes the groups' potentials; null: nothing.
+/// Way up, the mirror image of descend(): black cells, red cells, groups. `z`: becomes the groups' potentials; null:
+/// unused.
 template <class V, class Executor>
 void ascend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v,
             double* z) {

@@ -1,19 +1,18 @@
 #pragma once
 
-// Links of bodies to bodies and electrode sides: those of bodies without cells are found here, all are made and sorted.
+// Direct links of bodies to bodies and electrode sides: finds those of bodies without cells, computes and sorts all.
 
 #include "solvers/laplace/cutcell/device/homogenized.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Whether a body's potential is an unknown or given.
+/// Returns whether a body's potential is an unknown or given.
 LICHTENBERG_HOST_DEVICE inline bool has_potential(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.has_medium || !grid.medium.absorbed[problem.group_of[body]];
 }
 
-/// What conductors that all but touch exchange does not pass through cells, or through bound ones alone: where one of
-/// them is thin, calls f(other, kind, DirectLink::slot), once for both. Conductances do not depend on the size of
-/// cells.
+/// Calls f(other, kind, DirectLink::slot) once per inherited link if one of the two bodies is thin: flux between
+/// conductors that nearly touch passes no cells, or only bound ones. The conductances do not depend on the cell size.
 template <class F>
 LICHTENBERG_HOST_DEVICE void for_each_inherited(const ProblemView& problem, const GridView& grid, int body, F f) {
   if (!has_potential(problem, grid, body)) return;
@@ -30,8 +29,8 @@ LICHTENBERG_HOST_DEVICE void for_each_inherited(const ProblemView& problem, cons
     inherit(grid.inherited.joined[m], -1 - m);
 }
 
-/// Calls f(owner, kind, corner) for each body of another group that has a cell which one without cells is in or
-/// exchanges flux with: kind and corner as in DirectLink; and for what it has inherited.
+/// Calls f(owner, kind, corner) for each body of another group whose cell contains, or exchanges flux with, a body
+/// without cells; kind and corner as in DirectLink. Includes inherited links.
 template <class F>
 LICHTENBERG_HOST_DEVICE void for_each_owner(const ProblemView& problem, const GridView& grid, int body, F f) {
   const int group = problem.group_of[body];
@@ -60,7 +59,7 @@ void count_without_cells(const Executor& run, ProblemView problem, GridView grid
   });
 }
 
-/// Lists the direct links of bodies without cells behind those of the strips; `before`: how many before each body.
+/// Lists direct links of bodies without cells after those of the strips; `before`: their number before each body.
 template <class Executor>
 void list_without_cells(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* before) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
@@ -76,11 +75,12 @@ void list_without_cells(const Executor& run, ProblemView problem, GridView grid,
   });
 }
 
-/// Conductance of a direct link on the finest grid from which on groups are clustered, on all grids. The host has a
-/// part in that, which is not worth its while before: disks of 4 cells at a tenth of a cell.
+/// Conductance of a direct link on the finest grid above which groups are clustered on all grids; disks of 4 cells have
+/// it at a tenth of a cell. Clusters need the host, which costs more than it gains below.
 constexpr double strong_link = 16;
-/// So many solves in a row without one, and the host has no part any more until there is one again. Either change
-/// records all kernels anew, which costs as much as some ten solves, and the host's part a quarter of a prediction.
+/// Number of successive solves without a strong link after which the host takes no part until there is one again.
+/// Either change records all kernels again, which costs some ten solves; the host's part costs a quarter of a
+/// prediction.
 constexpr int solves_to_forget_strong_links = 200;
 
 template <class Executor>
@@ -115,7 +115,7 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
       link.gradient = c.gradient_a;
       return;
     }
-    // In one order, so that either side gets the same bits: the system is symmetric.
+    // Computes both directions in one order, so that the system is symmetric to the last bit.
     const Outline& other = grid.bodies.outline[link.other];
     const bool first = link.own < link.other;
     const PairConductance c =
@@ -126,7 +126,7 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
   });
 }
 
-/// Of direct or joined links: by the own body's rank, for sorting; behind them what there is room for.
+/// Makes sort keys of direct or joined links: the own body's rank; unused entries come last.
 template <class Executor>
 void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, Items::Kind kind, const DirectLink* link,
                       SortArrays sort) {

@@ -1,13 +1,12 @@
 #pragma once
 
-// From the bodies to one grid's covered cells and lists of links: level.cpp's rules, an item a body or a strip of
-// cells.
+// Covered cells and lists of links of a grid, by the rules of level.cpp; one item per body or strip of cells.
 
 #include "solvers/laplace/cutcell/device/grid.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// A row of a body's bounding box, or a part of it.
+/// Row of a body's bounding box, or a part of it.
 struct Strip {
   int body, j, from_i, to_i;
 };
@@ -16,7 +15,8 @@ LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
   return (range.to_j - range.from_j + 1) * ((range.to_i - range.from_i) / strip_width + 1);
 }
 
-/// A thin conductor (../medium.hpp): a disk that its grid does not resolve and that is no part of the medium either.
+/// Returns whether a body is a thin conductor (../medium.hpp): a disk that the grid does not resolve and that is no
+/// part of the medium.
 LICHTENBERG_HOST_DEVICE inline bool is_thin(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.bodies.resolved[body] && !grid.medium.absorbed[problem.group_of[body]];
 }
@@ -51,7 +51,7 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Strips of a body's cells. A point of thin conductors has a strip for its links, the first body's.
+/// Counts the strips of each body's cells. A point of thin conductors has one strip for its links, with its first body.
 template <class Executor>
 void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -67,7 +67,7 @@ void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Takes down how many strips there are; none, if there is no room for so many.
+/// Sets the number of strips; 0 if it exceeds the capacity.
 template <class Executor>
 void finalize_strip_count(const Executor& run, ProblemView problem, GridView grid) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
@@ -82,7 +82,7 @@ void finalize_strip_count(const Executor& run, ProblemView problem, GridView gri
   });
 }
 
-/// Likewise all that is listed by strip or by body.
+/// Sets the numbers of all items listed by strip or by body; 0 if one exceeds its capacity.
 template <class Executor>
 void finalize_list_counts(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* without_cells) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
@@ -104,8 +104,8 @@ void finalize_list_counts(const Executor& run, ProblemView problem, GridView gri
   });
 }
 
-/// Which body has which cell: the first one where they overlap; then, of the disks that have none, the first one in a
-/// cell that is still free.
+/// Assigns cells to bodies: to the first where bodies overlap; then, to disks without a cell, the free cell of their
+/// centre.
 template <class Executor>
 void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
@@ -175,7 +175,7 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
           visitor.direct_link(slot, side, other);
         continue;
       }
-      // The cell's first link, by side, makes it a boundary cell.
+      // A cell's first link, by side, makes it a boundary cell.
       bool first = true;
       for (int s = 0; s < (side ^ 1); ++s) {
         const int bi = ni + step_i(s), bj = nj + step_j(s);
@@ -244,7 +244,8 @@ void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// `start[k]`: the first of the n ascending keys that is not below k; or, if `place` is given, the place of that.
+/// Sets `start[k]` to the first of the n ascending keys that is at least k or, if `place` is given, to that key's
+/// place.
 template <class Executor>
 void start_segments(const Executor& run, const int* key, int n, int segments, int* start, const int* place = nullptr) {
   run.for_each(segments + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {

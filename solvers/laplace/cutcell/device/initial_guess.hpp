@@ -1,13 +1,13 @@
 #pragma once
 
-// First guesses from past solutions: ../history.hpp's, with the operator applied everywhere.
+// Initial guesses from stored solutions, as ../history.hpp; the operator is applied everywhere.
 
 #include "solvers/laplace/cutcell/closest_shares.hpp"
 #include "solvers/laplace/cutcell/device/operator.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Basis vectors, and what the operator makes of them.
+/// Basis vectors and their products with the operator.
 struct BasisView {
   int size;
   double *vector[history_length], *image[history_length];
@@ -21,7 +21,7 @@ void compute_shares(const Executor& run, long n, BasisView basis, const double* 
       [=] LICHTENBERG_HOST_DEVICE(int k) {
         GuessProducts products;
         double vector[history_length];
-        for (int p = 0; p < history_length; ++p) {  // up to a constant: registers, not memory
+        for (int p = 0; p < history_length; ++p) {  // constant bounds keep the arrays in registers
           if (p >= m) continue;
           vector[p] = basis.vector[p][k];
           const double image = basis.image[p][k];
@@ -43,8 +43,8 @@ void combine(const Executor& run, long n, BasisView basis, const Shares* shares,
   });
 }
 
-/// A few sweeps over the cells beside conductors: there a guess's largest errors are, and they are gone at once
-/// (CutCellOperator::relax_edges). `next`: one a group.
+/// Sweeps over the cells next to conductors, where a guess's largest errors are (CutCellOperator::relax_edges). `next`:
+/// scratch memory, one value per group.
 template <class Executor>
 void relax_edges(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* next, int sweeps) {
   const double* b = v.b;

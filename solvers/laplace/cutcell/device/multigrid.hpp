@@ -18,7 +18,7 @@
 
 namespace lichtenberg::laplace::device {
 
-/// The smallest disks of a problem, which say whether a grid resolves all.
+/// Smallest disks of a problem, which decide whether a grid resolves all.
 class SmallestDisks {
  public:
   explicit SmallestDisks(const LaplaceProblem& problem) {
@@ -30,7 +30,7 @@ class SmallestDisks {
         radius_[alone] = std::min(radius_[alone], disk->radius);
       }
   }
-  /// Whether a grid of cells of size h does not resolve one.
+  /// Returns whether a grid with cells of size h (m) does not resolve a disk.
   bool unresolved(double h) const {
     for (const bool alone : {false, true})
       if (radius_[alone] < infinite &&
@@ -41,12 +41,12 @@ class SmallestDisks {
 
  private:
   static constexpr double infinite = std::numeric_limits<double>::infinity();
-  double radius_[2] = {infinite, infinite};  // in groups; alone
+  double radius_[2] = {infinite, infinite};  // of disks in groups; of single ones
 };
 
-/// The grids and the V-cycle on them (../multigrid.hpp): large ones a few kernels each, small ones all in one. Where
-/// groups are coupled directly, each sweep over conductors is two Jacobi sweeps in place of one of Gauss-Seidel, over
-/// clusters of them where links are strong.
+/// Grids and the V-cycle on them (../multigrid.hpp): a few kernels per large grid, one kernel for all small ones. Where
+/// groups have direct links, each Gauss-Seidel sweep over conductors is replaced by two Jacobi sweeps, over clusters of
+/// groups where links are strong.
 template <class Executor>
 class DeviceMultigrid {
  public:
@@ -60,7 +60,7 @@ class DeviceMultigrid {
     single_grid_v_.zero();
   }
 
-  /// Discretizes on all grids. Whether there was room for all of it, the device knows; settle() asks.
+  /// Discretizes on all grids. Only the device knows whether the arrays are large enough: see check_capacity().
   void build(const LaplaceProblem& problem, const ProblemView& view) {
     prepare(problem, view);
     if (fits_) {
@@ -78,10 +78,10 @@ class DeviceMultigrid {
     if (!lacks_capacity()) coarsest_.factorize(problem, grids_.back().view(), required(levels() - 1));
   }
 
-  /// For settle(), before which the executor must have waited.
+  /// Starts the transfer for check_capacity(), before which the executor must have waited.
   void begin_capacity_check() { numbers_.begin_fetch(); }
-  /// Returns whether all that build() has made is there; if not, building again makes it. Throws Failure if the
-  /// coarsest grid's system is singular.
+  /// Returns whether the arrays were large enough; if not, enlarges them, and build() must be repeated. Throws Failure
+  /// if the coarsest grid's system is singular.
   bool check_capacity() {
     if (lacks_capacity()) {
       enlarge();
@@ -93,14 +93,14 @@ class DeviceMultigrid {
     solves_without_strong_links_ = required(0)[Items::strong_links] > 0 ? 0 : solves_without_strong_links_ + 1;
     return true;
   }
-  /// Changes whenever arrays have moved.
+  /// Number that changes when arrays move.
   int generation() const { return generation_; }
   bool on_device() const { return coarsest_.on_device(); }
   long fluid_cells() const { return finest().fluid_cells(required(0)); }
-  /// Whether the host has a part in the set-up: it finds the groups that are relaxed together.
+  /// Returns whether the host takes part in the set-up: it computes the groups that are relaxed together.
   bool clustered() const { return coupled() || finest().view().may_have(Items::strong_links); }
   bool coupled() const { return given_problem_.couplings.start; }
-  /// Of what a grid holds, as settle() found it.
+  /// Returns the required numbers of a grid's items, as known to check_capacity().
   Numbers required(int level) const {
     Numbers numbers;
     std::copy_n(required_.host + level * Items::kinds, Items::kinds, numbers.begin());
@@ -118,14 +118,14 @@ class DeviceMultigrid {
     apply(z);
   }
 
-  /// z = M r with the residual r that has been taken (StoreResidual). z holds zeros already where there are no cells.
+  /// Computes z = M r from the stored residual (StoreResidual). z must be 0 outside the cells.
   void apply(double* z) {
     if (on_device())
       run_.run(recordings_[z], [&] { cycle(z); });
     else
       cycle(z);
   }
-  /// The same, kernel by kernel.
+  /// Computes the same, kernel by kernel.
   void cycle(double* z) {
     double* z_of_groups = z + grids_[0].view().layout.size();
     if (first_solved_ > 0) down(0, z);
@@ -133,7 +133,7 @@ class DeviceMultigrid {
     solve_coarse();
     for (int l = first_solved_ - 1; l > 0; --l) up(l, grids_[l].view().cycle.v, nullptr);
     if (first_solved_ > 0) return up(0, z, z_of_groups);
-    // The finest grid is the coarsest: its potentials are double.
+    // There is one grid only, whose potentials are double.
     const GridView& grid = grids_[0].view();
     copy_potentials(run_, problem_, grid, single_grid_v_.data(), z);
     if (!grid.groups.clusters) return;
@@ -143,13 +143,13 @@ class DeviceMultigrid {
   }
 
  private:
-  /// Whether it is time to have set-ups without the host again.
+  /// Returns whether set-ups may do without the host again.
   bool may_forget_strong_links() const {
     return finest().view().may_have(Items::strong_links) && !coupled() &&
            solves_without_strong_links_ >= solves_to_forget_strong_links;
   }
 
-  /// Takes note of what has changed since the last build, and makes room for it.
+  /// Detects changes since the last build, and reserves memory for them.
   void prepare(const LaplaceProblem& problem, const ProblemView& view) {
     const SmallestDisks disks(problem);
     std::vector<bool> medium;
@@ -212,8 +212,8 @@ class DeviceMultigrid {
     return true;
   }
 
-  /// All grids at once; or, where groups are clustered, the finest one first: from its direct links the host finds what
-  /// coarse grids are to treat like one.
+  /// Discretizes all grids at once or, where groups are clustered, the finest one first: the host computes the coarse
+  /// grids' sets from its direct links.
   void discretize(const LaplaceProblem& problem) {
     if (!clustered()) return record(building_, [&] { build_from(0); });
     record(building_finest_, [&] {
@@ -247,7 +247,7 @@ class DeviceMultigrid {
     run_.copy(singular_.device, coarsest_.is_singular(), sizeof(int));
   }
 
-  /// The finest of the grids that one block has memory for, together with all coarser ones.
+  /// Returns the finest of the grids that fit into one block's memory together with all coarser ones.
   int first_small() const {
     int first = levels() - 1;
     while (first > 1 && levels() - first < SmallGrids::most &&
@@ -283,7 +283,7 @@ class DeviceMultigrid {
     ascend(run_, problem_, grids_[l].view(), coarse, v, z_of_groups);
   }
 
-  /// The small grids' part of the cycle; or the coarsest one's solution, by the host.
+  /// Solves on the small grids, or on the coarsest one by the host.
   void solve_coarse() {
     const GridView& grid = grids_.back().view();
     float* v = levels() > 1 ? grid.cycle.v : single_grid_v_.data();
@@ -298,10 +298,10 @@ class DeviceMultigrid {
   const Executor& run_;
   std::vector<DeviceGrid<Executor>> grids_;
   std::vector<bool> medium_;                 // by grid
-  ProblemView given_problem_{}, problem_{};  // the latter with sets of groups
+  ProblemView given_problem_{}, problem_{};  // problem_: with sets of groups
   Coarsest<Executor> coarsest_;
   parallel::Array<GridView, Executor> views_{run_};
-  int first_solved_ = 0;  ///< of the grids that are solved in one kernel, or of one by the host
+  int first_solved_ = 0;  ///< first of the grids that one kernel solves, or the host
   parallel::Array<int, Executor> number_{run_};
   parallel::Parcel<Executor> numbers_;
   typename parallel::Parcel<Executor>::template Part<int> required_, singular_;

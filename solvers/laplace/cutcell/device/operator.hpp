@@ -1,6 +1,6 @@
 #pragma once
 
-// The finest grid's system in double precision: operator.cpp's, and the first guess.
+// System of the finest grid in double precision, as operator.cpp, and the steps of a solve on it.
 
 #include <cmath>
 
@@ -19,7 +19,7 @@ struct SolveVectors {
   Iterations* iterations;
 };
 
-/// finish(g, what a group's links and direct links with floating groups bring).
+/// Calls finish(g, flux through links and through direct links with floating groups).
 template <class Executor, class Finish>
 void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, Finish finish) {
   run.sum_pieces(
@@ -28,8 +28,8 @@ void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const
       DirectFluxes<double>{problem, grid, x + grid.layout.size()}, finish);
 }
 
-/// y += what couplings carry, both by group, as fluxes: what leaves one group enters the other to the last digit,
-/// however strong the coupling and however much of the flux is rounding. Groups of given potential have 0 in x.
+/// Adds the fluxes of couplings to y, both by group: the flux that leaves one group enters the other to the last digit,
+/// however strong the coupling. Groups of given potential have 0 in x.
 template <class Executor>
 void add_couplings(const Executor& run, ProblemView problem, const double* x, double* y) {
   const CouplingView couplings = problem.couplings;
@@ -43,7 +43,7 @@ void add_couplings(const Executor& run, ProblemView problem, const double* x, do
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { y[g] += sum; });
 }
 
-/// y = A x but for couplings.
+/// Computes y = A x without couplings.
 template <class Executor>
 void apply_field(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -71,7 +71,7 @@ void apply_field(const Executor& run, ProblemView problem, GridView grid, const 
                    }
                  }
                  y[slot] = value;
-                 // Zero in what lies behind the last row of each colour, too.
+                 // The padding after the last row of each colour is 0, too.
                  if (row == 0 && column < Layout::pad)
                    y[colour * at.colour_size() + (at.ny + 2) * at.stride + column] = 0;
                });
@@ -81,14 +81,14 @@ void apply_field(const Executor& run, ProblemView problem, GridView grid, const 
   });
 }
 
-/// y = A x.
+/// Computes y = A x.
 template <class Executor>
 void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
   apply_field(run, problem, grid, x, y);
   add_couplings(run, problem, x + grid.layout.size(), y + grid.layout.size());
 }
 
-/// For the first guess x and q, what the field makes of it: how it is to be stretched (Iterations::set_guess_scale).
+/// Sums for the scale of the initial guess x, with q = A x without couplings (Iterations::set_guess_scale).
 struct GuessSums {
   double product = 0, energy = 0, largest = 0, of_couplings = 0;
   LICHTENBERG_HOST_DEVICE GuessSums& operator+=(const GuessSums& other) {
@@ -100,7 +100,7 @@ struct GuessSums {
   }
 };
 
-/// A group's share of what couplings have in x'A x.
+/// Returns a group's share of the couplings' part of x'A x.
 LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem, const double* x_group, int g) {
   const CouplingView& couplings = problem.couplings;
   double sum = 0;
@@ -111,7 +111,7 @@ LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem
   return sum;
 }
 
-/// Stretches the guess x, of which q is the field's part of the image; r = b - A x, taken for the V-cycle.
+/// Scales the initial guess x, with q = A x without couplings, and sets and stores r = b - A x.
 template <class Executor>
 void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -138,7 +138,7 @@ void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveV
   });
 }
 
-/// Conductance of a group's couplings to given potentials, times what value(group) says of them.
+/// Returns the sum over a group's couplings to given potentials of the conductance times value(other group).
 template <class Value>
 LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value value) {
   const CouplingView& couplings = problem.couplings;
@@ -148,7 +148,8 @@ LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value
   return sum;
 }
 
-/// CutCellOperator::level_out, for systems whose only ground are couplings: r, taken for the V-cycle, sums to zero.
+/// CutCellOperator::level_out, for systems grounded by couplings only: shifts x so that r, which is stored, sums to
+/// zero.
 template <class Executor>
 void fix_potential_level(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* level) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -167,7 +168,7 @@ void fix_potential_level(const Executor& run, ProblemView problem, GridView grid
   });
 }
 
-/// p = z + beta p; without reading p if beta is 0.
+/// Computes p = z + beta p, without reading p if beta is 0.
 template <class Executor>
 void update_direction(const Executor& run, SolveVectors v) {
   run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -176,7 +177,7 @@ void update_direction(const Executor& run, SolveVectors v) {
   });
 }
 
-/// x += alpha p, r -= alpha q, taken for the V-cycle.
+/// Computes x += alpha p and r -= alpha q, and stores r for the V-cycle.
 template <class Executor>
 void take_step(const Executor& run, GridView grid, SolveVectors v) {
   const StoreResidual take{grid};
@@ -194,7 +195,7 @@ void begin_iterations(const Executor& run, double tolerance, int most, Iteration
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) { iterations->begin(tolerance, most); });
 }
 
-/// How far to go along p; and `again`, whether another iteration follows.
+/// Computes the step length along p, and calls again(whether another iteration follows).
 template <class Executor, class Again>
 void compute_step(const Executor& run, SolveVectors v, Again again) {
   run.sum(
@@ -205,7 +206,7 @@ void compute_step(const Executor& run, SolveVectors v, Again again) {
       });
 }
 
-/// Whether the residual is small enough, and how the next direction turns.
+/// Tests convergence of the residual, and computes beta of the next direction.
 template <class Executor>
 void test_convergence(const Executor& run, SolveVectors v) {
   run.sum(
@@ -213,8 +214,8 @@ void test_convergence(const Executor& run, SolveVectors v) {
       [=] LICHTENBERG_HOST_DEVICE(double product) { v.iterations->test_convergence(product); });
 }
 
-/// Each floating group's potential from its own balance (CutCellOperator::balance does more). `next`: one a group,
-/// which is needed where groups see each other's potentials.
+/// Solves each floating group's equation for given potentials of the cells. `next`: scratch memory, one value per
+/// group, used if groups depend on each other.
 template <class Executor>
 void solve_group_potentials(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
                             double* next) {
@@ -236,7 +237,8 @@ void solve_group_potentials(const Executor& run, ProblemView problem, GridView g
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { x[cells + g] = next[g]; });
 }
 
-/// b: charges, and what groups and sides of given potential bring, potentials in units of `unit`, V.
+/// Computes the right-hand side b: charges, and fluxes from groups and sides of given potential; `unit`: potential unit
+/// (V).
 template <class Executor>
 void right_hand_side(const Executor& run, ProblemView problem, GridView grid, double* b, double unit = 1) {
   run.fill(b, 0, (grid.layout.size() + problem.groups) * sizeof(double));
@@ -250,7 +252,7 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
     }
     b[grid.boundary.slot[k]] = sum / unit;
   });
-  // The sides left and right, then bottom and top: a corner has one of either.
+  // Adds left and right sides, then bottom and top: a corner cell has one of each pair.
   for (int first = 0; first < 4; first += 2)
     run.for_each(2, problem.faces, [=] LICHTENBERG_HOST_DEVICE(int row, int face) {
       const int side = first + row;
@@ -274,14 +276,14 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
       });
 }
 
-/// v: 1 on every unknown.
+/// Sets v to 1 for every unknown, else 0.
 template <class Executor>
 void mark_unknowns(const Executor& run, ProblemView problem, GridView grid, double* v) {
   run.for_each(static_cast<long>(grid.layout.size()) + problem.groups,
                [=] LICHTENBERG_HOST_DEVICE(int k) { v[k] = grid.is_unknown(k) ? 1.0 : 0.0; });
 }
 
-/// A sum and how many it is of.
+/// Sum and number of its terms.
 struct Mean {
   double sum = 0, count = 0;
   LICHTENBERG_HOST_DEVICE Mean& operator+=(const Mean& other) {
@@ -292,7 +294,7 @@ struct Mean {
   LICHTENBERG_HOST_DEVICE double value() const { return count > 0 ? sum / count : 0.0; }
 };
 
-/// x - mean on every unknown.
+/// Subtracts the mean from every unknown.
 template <class Executor>
 void subtract(const Executor& run, ProblemView problem, GridView grid, const double* mean, double* x) {
   run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -300,7 +302,7 @@ void subtract(const Executor& run, ProblemView problem, GridView grid, const dou
   });
 }
 
-/// Takes from z, where nothing is grounded, what the operator takes to zero: its mean over all unknowns.
+/// Subtracts from z its mean over all unknowns, the null space if nothing is grounded.
 template <class Executor>
 void remove_mean(const Executor& run, ProblemView problem, GridView grid, double* z, double* mean) {
   run.sum(
@@ -312,7 +314,7 @@ void remove_mean(const Executor& run, ProblemView problem, GridView grid, double
   subtract(run, problem, grid, mean, z);
 }
 
-/// Where nothing is grounded the bodies' mean potential is zero.
+/// Shifts the potentials so that the bodies' mean potential is zero.
 template <class Executor>
 void fix_mean(const Executor& run, ProblemView problem, GridView grid, double* x, double* mean) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -325,7 +327,7 @@ void fix_mean(const Executor& run, ProblemView problem, GridView grid, double* x
   subtract(run, problem, grid, mean, x);
 }
 
-/// Of all groups, V.
+/// Computes the potentials of all groups (V).
 template <class Executor>
 void group_potentials(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
                       double* potential) {
@@ -335,13 +337,13 @@ void group_potentials(const Executor& run, ProblemView problem, GridView grid, c
   });
 }
 
-/// A past solution: by slot, covered cells filled with their conductor's potential; by body.
+/// Stored solution: by slot, with their conductor's potential in covered cells; by body.
 struct SolutionView {
   double* cell;
   double* body;
 };
 
-/// Of the unknowns' potentials, x by group: the mean of value(body) over a group's bodies.
+/// Sets x of each group to the mean of value(body) over its bodies.
 template <class Executor, class Value>
 void average_bodies(const Executor& run, ProblemView problem, GridView grid, double* x, Value value) {
   run.sum_segments(
@@ -352,8 +354,8 @@ void average_bodies(const Executor& run, ProblemView problem, GridView grid, dou
       });
 }
 
-/// The past solution on the present unknowns, less an older one (null: none): uncovered cells have their conductor's
-/// last potential, a new group the mean of its members'.
+/// Computes a stored solution on the present unknowns, less an older one (null: none). Uncovered cells have their
+/// conductor's last potential, a new group the mean of its members.
 template <class Executor>
 void difference_on_unknowns(const Executor& run, ProblemView problem, GridView grid, SolutionView solution,
                             SolutionView older, double* v) {

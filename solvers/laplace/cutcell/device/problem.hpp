@@ -14,13 +14,13 @@
 
 namespace lichtenberg::laplace::device {
 
-/// A problem's bodies, groups and sides on the device. What is there moves only when there is more of it.
+/// Bodies, groups and sides of a problem on the device. Arrays move only when they grow.
 template <class Executor>
 class DeviceProblem {
  public:
   explicit DeviceProblem(const Executor& run) : parcel_(run), couplings_(run), side_potential_(run) {}
 
-  /// nx, ny: the finest grid's, on whose faces the sides' potentials are taken.
+  /// `nx`, `ny`: size of the finest grid, whose faces sample the sides' potentials.
   void upload(const LaplaceProblem& problem, int nx, int ny) {
     reserve(problem);
     send_sides(problem, nx, ny);
@@ -42,7 +42,8 @@ class DeviceProblem {
     view_.permittivity = problem.permittivity;
     view_.grounded = problem.has_ground();
     if (view_.shape && static_cast<int>(bodies) == view_.bodies && static_cast<int>(groups) <= view_.groups) return;
-    // In motion they become more by and by, and making room anew takes as long as a hundred solves: once, for all.
+    // In motion the number of groups grows; reserving memory again takes as long as a hundred solves, so that the
+    // second reservation is for as many groups as bodies.
     const std::size_t capacity = view_.shape ? std::max(groups, bodies) : groups;
     view_.bodies = static_cast<int>(bodies);
     view_.groups = static_cast<int>(capacity);
@@ -118,7 +119,7 @@ class DeviceProblem {
                        problem.has_ground() && !problem.has_fixed_conductor()};
   }
 
-  /// Where they are what they were, they are there.
+  /// Skips the upload of unchanged sides.
   void send_sides(const LaplaceProblem& problem, int nx, int ny) {
     const int faces = std::max(nx, ny);
     bool same = view_.faces == faces;

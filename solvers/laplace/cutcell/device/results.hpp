@@ -1,12 +1,12 @@
 #pragma once
 
-// Charges, forces and energy: results.cpp's arithmetic, a sum a body and a sum a part of each side.
+// Charges, forces and energy, with the formulas of ../results.cpp; one sum per body and per part of a side.
 
 #include "solvers/laplace/cutcell/device/operator.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Charge (C/m) of a body and force (N/m) on it, by some of its links or by all.
+/// Charge of a body (C/m) and force on it (N/m), from some or all of its links.
 struct BodyResult {
   double charge = 0, force_x = 0, force_y = 0;
   LICHTENBERG_HOST_DEVICE BodyResult& operator+=(const BodyResult& other) {
@@ -30,7 +30,7 @@ struct SideResult {
   }
 };
 
-/// A solved grid: cell potentials in units of `scale` and the groups' in V.
+/// Solved grid: cell potentials in units of `scale` (V), group potentials in V.
 struct SolvedView {
   ProblemView problem;
   GridView grid;

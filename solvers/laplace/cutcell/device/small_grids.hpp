@@ -1,16 +1,16 @@
 #pragma once
 
-// The V-cycle's small grids, all by one block in its own fast memory: a loop of it takes less than a kernel. What
-// tiles.hpp computes anew for each tile stands in memory here.
+// Small grids of the V-cycle in one block and its fast memory: a loop takes less time than a kernel. Memory holds the
+// values that tiles.hpp computes again for each tile.
 
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// A small grid's cells in a block's memory, in the order of Layout.
+/// Cells of a small grid in a block's memory, in the order of Layout.
 struct SmallGrid {
   int nx = 0, ny = 0, stride = 0, colour_size = 0;
-  int begin = 0;  ///< of its arrays, in the memory
+  int begin = 0;  ///< start of its arrays in the memory
   bool medium = false;
 
   SmallGrid() = default;
@@ -22,7 +22,7 @@ struct SmallGrid {
         begin(begin_),
         medium(medium_) {}
   LICHTENBERG_HOST_DEVICE int size() const { return 2 * colour_size; }
-  /// One behind the last of its arrays.
+  /// End of its arrays.
   int end() const { return begin + (medium ? 5 : 3) * size(); }
 };
 
@@ -59,7 +59,7 @@ struct SmallGrids {
   }
 
  private:
-  /// Where things of a grid are.
+  /// Pointers to a grid's arrays.
   struct Cells {
     float *v, *f, *inverse, *east, *north;
     int nx, ny, stride, colour_size;
@@ -80,7 +80,7 @@ struct SmallGrids {
       return colour * colour_size + (j + 1) * stride + Layout::pad + m;
     }
     LICHTENBERG_HOST_DEVICE int slot_at(int i, int j) const { return slot((i + j) & 1, j, i >> 1); }
-    /// What the neighbours' potentials bring to it.
+    /// Returns the flux from the neighbours.
     LICHTENBERG_HOST_DEVICE float flux(int colour, int j, int m) const {
       const int own = slot(colour, j, m), beside = slot(1 - colour, j, m);
       const int to_east = beside + ((colour + j) & 1), to_west = to_east - 1;
@@ -88,19 +88,19 @@ struct SmallGrids {
       if (!medium) return v[to_west] + v[to_east] + v[south] + v[to_north];
       return east[to_west] * v[to_west] + east[own] * v[to_east] + north[south] * v[south] + north[own] * v[to_north];
     }
-    /// f(colour, row, number) of all cells.
+    /// Calls f(colour, row, number) for all cells.
     template <class Block, class F>
     LICHTENBERG_HOST_DEVICE void each(const Block& block, F of) const {
       block.each(2 * ny, nx / 2, [&](int row, int m) { of(row >= ny, row >= ny ? row - ny : row, m); });
     }
-    /// Of those of a colour.
+    /// Calls f(slot, row, number) for the cells of a colour.
     template <class Block, class F>
     LICHTENBERG_HOST_DEVICE void each_of(const Block& block, int colour, F of) const {
       block.each(ny, nx / 2, [&](int row, int m) { of(slot(colour, row, m), row, m); });
     }
   };
 
-  /// Puts what cells need into the block's memory.
+  /// Loads the cells' data into the block's memory.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void load(const Block& block, int l) const {
     const Cells here(block, *this, l);
@@ -125,9 +125,8 @@ struct SmallGrids {
     return grid[l].groups.clusters || has(l, Items::direct_links);
   }
 
-  /// The finer grid's groups' residuals, in `charge`: of those that are absorbed here to the four cells around, and
-  /// what a conductor's cells have got then to its charge. A conductor's charge spreads into its potential before the
-  /// cells see it.
+  /// Restricts the finer grid's group residuals (`charge`): those of groups absorbed here to the four cells around, and
+  /// those of covered cells to their group. Relaxes groups before the cells use their potentials.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void collect(const Block& block, int l) const {
     const GridView& here = grid[l];
@@ -161,7 +160,7 @@ struct SmallGrids {
     });
   }
 
-  /// As of a large grid (relax_clusters.hpp).
+  /// Solves clusters as on large grids (relax_clusters.hpp).
   template <class Block, class Real>
   LICHTENBERG_HOST_DEVICE void solve_clusters(const Block& block, const GridView& here, const Real* rhs,
                                               float* phi) const {
@@ -176,8 +175,8 @@ struct SmallGrids {
         });
   }
 
-  /// next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly, those of
-  /// a cluster as one.
+  /// Jacobi sweep over groups with direct links: next = (flux + flux through direct links) / diagonal; clusters are
+  /// relaxed as one.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void relax_direct_links(const Block& block, const GridView& here, const float* flux,
                                                   const float* phi, float* next) const {
@@ -201,7 +200,7 @@ struct SmallGrids {
         [&](int k, float sum) { next[own[k]] = (flux[own[k]] + sum) * here.groups.inverse_diagonal[own[k]]; });
   }
 
-  /// What groups bring to a cell, if a grid has any.
+  /// Flux from groups to a cell, if the grid has any.
   struct FromGroups {
     const Cover* cover;
     const Coupling* coupling;
@@ -242,7 +241,7 @@ struct SmallGrids {
     cells.each_of(block, 1, [&](int slot, int j, int m) {
       cells.v[slot] = (cells.f[slot] + cells.flux(1, j, m)) * cells.inverse[slot];
     });
-    // A red cell's residual, in place of its potential, is what its black neighbours have brought.
+    // A red cell's residual is the flux from its black neighbours; it replaces the cell's potential.
     cells.each_of(block, 0, [&](int slot, int j, int m) {
       cells.v[slot] = cells.inverse[slot] > 0 ? cells.flux(0, j, m) : 0.0f;
     });
@@ -267,7 +266,7 @@ struct SmallGrids {
                      });
   }
 
-  /// The coarse f by full weighting.
+  /// Computes the coarse f by full weighting.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void restrict_residual(const Block& block, int l) const {
     const Cells fine(block, *this, l), coarse(block, *this, l + 1);
@@ -278,7 +277,7 @@ struct SmallGrids {
     });
   }
 
-  /// v and phi of the coarsest grid's unknowns from f and charge.
+  /// Computes v and phi of the coarsest grid's unknowns from f and charge.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void solve(const Block& block) const {
     const Cells cells(block, *this, last);
@@ -299,7 +298,8 @@ struct SmallGrids {
     precise_inverse ? solve_by(precise_inverse) : solve_by(inverse);
   }
 
-  /// Covered cells take their group's potential: bilinear interpolation reads them. So do the groups absorbed here.
+  /// Sets covered cells to their group's potential for bilinear interpolation, and interpolates the potentials of
+  /// groups absorbed here.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void finish(const Block& block, int l) const {
     const GridView& here = grid[l];
@@ -318,7 +318,7 @@ struct SmallGrids {
   LICHTENBERG_HOST_DEVICE void ascend(const Block& block, int l) const {
     const Cells cells(block, *this, l), coarse(block, *this, l + 1);
     const FromGroups from_groups(*this, l, grid[l + 1].cycle.phi);
-    // What the coarse grid's groups bring comes after the red cells' f has been used.
+    // The flux from the coarse grid's groups is added after the red cells' f has been used.
     const auto add = [&](int slot, int colour, int j, int m) {
       cells.f[slot] += from_groups(slot, 2 * m + ((colour + j) & 1), j);
     };
@@ -364,7 +364,7 @@ struct SmallGrids {
     relax_direct_links(block, here, flux, next, phi);
   }
 
-  /// The potential of a cell; beyond the box are mirror images.
+  /// Returns the potential of a cell; beyond the box that of its mirror image.
   LICHTENBERG_HOST_DEVICE float beyond(const Cells& cells, int i, int j) const {
     const MirroredCell cell = MirroredCell::of(cells.nx, cells.ny, i, j, problem.electrode);
     return cell.sign * cells.v[cells.slot_at(cell.i, cell.j)];

@@ -12,17 +12,17 @@
 
 namespace lichtenberg::laplace::device {
 
-/// How a grid takes part in a V-cycle. `number`, `required`: on the device (GridView).
+/// Part of a grid in the V-cycle. `number`, `required`: on the device (GridView).
 struct GridRole {
   bool has_medium = false;  ///< some bodies are smaller than this grid resolves
-  bool is_small = false;    ///< its groups are listed
+  bool is_small = false;    ///< its groups with unknown potentials are listed
   bool binds = false;       ///< the cycle eliminates bound cells
   int *number = nullptr, *required = nullptr;
-  const ClusterView *clusters = nullptr, *exact_clusters = nullptr;  ///< where there may be any
+  const ClusterView *clusters = nullptr, *exact_clusters = nullptr;  ///< null: none
   const GridView* finest = nullptr;  ///< the grid whose direct links this coarse one inherits
 };
 
-/// One grid on the device: its memory and how it is filled.
+/// Grid on the device: its memory, and its discretization.
 template <class Executor>
 class DeviceGrid {
  public:
@@ -39,12 +39,12 @@ class DeviceGrid {
   }
 
   const GridView& view() const { return arrays_.view.grid; }
-  /// `numbers`: of this grid.
+  /// Returns the number of fluid cells from this grid's `numbers`.
   long fluid_cells(const Numbers& numbers) const {
     return static_cast<long>(view().layout.nx) * view().layout.ny - numbers[Items::covered];
   }
 
-  /// Memory for as many of each kind as `capacity` says. Arrays may move.
+  /// Reserves memory for `capacity` items of each kind. Arrays may move.
   void reserve(const ProblemView& problem, const GridRole& role) {
     GridView& grid = own();
     grid.has_medium = role.has_medium;
@@ -75,12 +75,13 @@ class DeviceGrid {
       if (required[kind] > view().capacity[kind]) return false;
     return true;
   }
-  /// For reserve(): so many and, in a scene in motion, half as many more, of all that may soon be too many: growing
-  /// costs as much as ten solves. The coarsest grid's matrix is to stay small, and changes by groups alone.
+  /// Raises the capacities for reserve() to the required numbers and, of items that may soon exceed them in motion,
+  /// half as many more: growing costs as much as ten solves. The coarsest grid's matrix must stay small, and changes
+  /// with groups only.
   void enlarge(const ProblemView& problem, const Numbers& required) {
     Numbers& capacity = own().capacity;
     if (view().has_medium && required[Items::strips] > 0) {
-      // Groups in motion become thin conductors on one grid after the other: there is room for all at once.
+      // Groups in motion become thin conductors on one grid after the other; reserves memory for all at once.
       for (const Items::Kind kind : {Items::newly_absorbed, Items::thin_conductors, Items::floating_thin_conductors})
         capacity[kind] = std::max(capacity[kind], problem.bodies);
       capacity[Items::strips] = std::max(capacity[Items::strips], required[Items::strips] + problem.bodies);
@@ -93,10 +94,11 @@ class DeviceGrid {
     }
   }
 
-  /// Until there is one again, which enlarge() has to be told of; reserve() is to follow.
+  /// Sets the capacity of strong links to 0, until enlarge() raises it; reserve() must follow.
   void forget_strong_links() { own().capacity[Items::strong_links] = 0; }
 
-  /// `finer`: the next finer grid, whose outlines have been made; null for the finest.
+  /// Computes the bodies' outlines and the absorbed groups. `finer`: the next finer grid, with outlines; null for the
+  /// finest.
   void outline(const ProblemView& problem, const GridView* finer) {
     outline_bodies(run_, problem, view());
     if (view().has_medium)
@@ -104,7 +106,7 @@ class DeviceGrid {
                     {scratch().sort.key, view().medium.absorbed_groups.item});
   }
 
-  /// The rest, for which all outlines have been made.
+  /// Discretizes the grid; the outlines of all grids must exist.
   void build(const ProblemView& problem) {
     if (view().has_medium) homogenize(problem);
     cover(problem);
@@ -122,7 +124,7 @@ class DeviceGrid {
   /// Arrays of the set-up.
   struct Scratch {
     SortArrays sort;
-    PointsView points;            ///< without its key
+    PointsView points;            ///< without keys
     WithoutCells* without_cells;  ///< by body
     DirectLink *unsorted_direct, *unsorted_joined;
     int* joined_before;  ///< by boundary cell
@@ -246,7 +248,7 @@ class DeviceGrid {
     finalize_list_counts(run_, problem, grid, without_cells);
   }
 
-  /// With the list of direct links that is filled, which may have to be sorted.
+  /// Returns the view with the unsorted list of direct links, if they are to be sorted.
   GridView filled() const {
     GridView grid = view();
     if (grid.may_have(Items::without_cells)) grid.direct.link = arrays_.view.scratch.unsorted_direct;

@@ -7,10 +7,10 @@
 
 namespace lichtenberg::laplace::device {
 
-/// The rectangle around a group's disks.
+/// Bounding rectangle of a group's disks.
 struct Extent {
   double low_x = infinite, low_y = infinite, high_x = -infinite, high_y = -infinite;
-  double resolved = 0;  // how many are
+  double resolved = 0;  // number of resolved disks
   static constexpr double infinite = 1e300;
   LICHTENBERG_HOST_DEVICE Extent& operator+=(const Extent& other) {
     low_x = other.low_x < low_x ? other.low_x : low_x;
@@ -27,7 +27,7 @@ struct SortArrays {
   int *key, *index;  ///< of the items
 };
 
-/// Whether a group has no potential of its own: `extent` is its set's.
+/// Decides whether a group has no unknown potential; `extent`: of its set.
 struct Absorb {
   ProblemView problem;
   GridView grid;
@@ -45,8 +45,8 @@ struct Absorb {
   }
 };
 
-/// Which groups have no potential of their own. `finer_absorbed`: on the next finer grid; null: none. `sort`: the bins
-/// of the groups that this grid is the first to absorb.
+/// Finds the groups without an unknown potential. `finer_absorbed`: on the next finer grid; null: none. `sort`: the
+/// bins of the groups that this grid absorbs first.
 template <class Executor>
 void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed,
                    SortArrays sort) {
@@ -80,8 +80,8 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { absorb(g, of_set[sets.of_group[g]]); });
 }
 
-/// For sorting: bins of the bodies that are absorbed, then those of thin conductors. Group by group, so that bodies of
-/// one group lie side by side in each bin.
+/// Makes sort keys: bins of absorbed bodies, then bins of thin conductors. Items are in the order of groups, so that
+/// bodies of one group are contiguous in each bin.
 template <class Executor>
 void homogenized_keys(const Executor& run, ProblemView problem, GridView grid, SortArrays sort) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -92,15 +92,15 @@ void homogenized_keys(const Executor& run, ProblemView problem, GridView grid, S
   });
 }
 
-/// For making points of bodies that have been sorted by `key`.
+/// Data for merging bodies, sorted by `key`, to points.
 struct PointsView {
   const int* key;
-  int* before;              ///< by item, and one behind the last: how many points begin before it
-  int* first;               ///< by point, and one behind the last: its first item
-  HomogenizedPoint* share;  ///< by item: a body's alone
+  int* before;              ///< by item, with one more at the end: number of points that begin before it
+  int* first;               ///< by point, with one more at the end: its first item
+  HomogenizedPoint* share;  ///< by item: shares of one body
 };
 
-/// Bodies of one group in one bin become one point: however many they are, a cell or a group has one more to sum.
+/// Merges bodies of one group in one bin to one point, so that sums have one term for them.
 template <class Executor>
 void number_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
   const int* item = grid.medium.absorbed_bodies.item;
@@ -121,7 +121,7 @@ void number_points(const Executor& run, ProblemView problem, GridView grid, Poin
   });
 }
 
-/// Share of a point in a cell: its interpolation weights, a mirrored one counted with or without its sign.
+/// Returns a point's share in a cell: its interpolation weights, mirrored ones with or without sign.
 LICHTENBERG_HOST_DEVICE inline float weight_in(const Interpolation& around, int slot, bool sign) {
   float sum = 0;
   for (int k = 0; k < 4; ++k)
@@ -129,7 +129,7 @@ LICHTENBERG_HOST_DEVICE inline float weight_in(const Interpolation& around, int 
   return sum;
 }
 
-/// A point's shares in the cells of its bin, each so many times.
+/// Returns a point's shares in the cells of its bin, multiplied by `times`.
 LICHTENBERG_HOST_DEVICE inline HomogenizedPoint homogenized_point(const ProblemView& problem, const Layout& at, Vec2 p,
                                                                   int group, bool sign, float times) {
   const Interpolation around = interpolate(at, p, problem.electrode);
@@ -141,7 +141,8 @@ LICHTENBERG_HOST_DEVICE inline HomogenizedPoint homogenized_point(const ProblemV
   return point;
 }
 
-/// Shares of homogenized bodies: of their areas, or of the conductances of thin conductors; and of absorbed groups.
+/// Computes the shares of homogenized bodies (of their areas, or of the conductances of thin conductors) and of
+/// absorbed groups.
 template <class Executor>
 void distribute_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
   const int* item = grid.medium.absorbed_bodies.item;
@@ -172,7 +173,7 @@ void distribute_points(const Executor& run, ProblemView problem, GridView grid, 
   });
 }
 
-/// The points that bring something to a cell: those of four bins.
+/// Points with a share in a cell: those of four bins.
 struct CellBins {
   const Bins& bins;
   int below, above;  // first bin of either row
@@ -181,7 +182,7 @@ struct CellBins {
       : bins(b), below(j * (at.nx + 1) + i), above(below + at.nx + 1) {}
   LICHTENBERG_HOST_DEVICE int below_count() const { return bins.start[below + 2] - bins.start[below]; }
   LICHTENBERG_HOST_DEVICE int count() const { return below_count() + bins.start[above + 2] - bins.start[above]; }
-  /// value(a point's group, its share in the cell) of the t-th of them.
+  /// Returns value(group, share in the cell) of the t-th point.
   template <class Value>
   LICHTENBERG_HOST_DEVICE auto value(int t, Value of) const {
     const int n = below_count(), first = t < n ? below : above;
@@ -190,7 +191,7 @@ struct CellBins {
   }
 };
 
-/// The sum of value(group, share) over the points around a cell.
+/// Returns the sum of value(group, share) over the points around a cell.
 template <class Value>
 LICHTENBERG_HOST_DEVICE float gathered(const Layout& at, const Bins& bins, int i, int j, Value value) {
   const CellBins around(at, bins, i, j);
@@ -199,7 +200,7 @@ LICHTENBERG_HOST_DEVICE float gathered(const Layout& at, const Bins& bins, int i
   return sum;
 }
 
-/// Effective permittivity of cells, from the area of the absorbed disks in them.
+/// Computes the effective permittivity of cells from the area of absorbed disks in them.
 template <class Executor>
 void make_permittivity(const Executor& run, GridView grid) {
   run.sum_segments(

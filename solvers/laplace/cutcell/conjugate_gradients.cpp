@@ -43,7 +43,7 @@ class Iteration {
     return 0;
   }
 
-  PetscErrorCode turn(double beta, double* curvature) {
+  PetscErrorCode update_direction(double beta, double* curvature) {
     ++context_.applications;
     const float* z = multigrid_.cells();
     const double* z_group = multigrid_.groups();

@@ -33,14 +33,14 @@ Change change_between(const Potentials& before, const Potentials& now, const Lap
 }
 
 /// Position of a finer grid's cell centre between two centres of a coarser grid.
-struct Between {
+struct InterpolationPoint {
   int low;
   double share_of_high;
 };
 
-Between between(int fine, int of_fine, int of_coarse) {
-  const double place = (fine + 0.5) * of_coarse / of_fine - 0.5, low = std::floor(place);
-  return {static_cast<int>(low), place - low};
+InterpolationPoint interpolation_point(int fine, int of_fine, int of_coarse) {
+  const double position = (fine + 0.5) * of_coarse / of_fine - 0.5, low = std::floor(position);
+  return {static_cast<int>(low), position - low};
 }
 
 }  // namespace
@@ -50,10 +50,10 @@ void add_change(const Potentials& before, const Potentials& now, const LaplacePr
   const Change change = change_between(before, now, problem, scale);
   const Level& level = op.level();
   const Layout& at = level.layout;
-  std::vector<Between> column;
-  for (int i = 0; i < at.nx; ++i) column.push_back(between(i, at.nx, change.nx));
+  std::vector<InterpolationPoint> column;
+  for (int i = 0; i < at.nx; ++i) column.push_back(interpolation_point(i, at.nx, change.nx));
   for_each_row(op.team(), at, [&](int j) {
-    const auto [J, high] = between(j, at.ny, change.ny);
+    const auto [J, high] = interpolation_point(j, at.ny, change.ny);
     thread_local std::vector<double> line;
     line.resize(change.nx + 2);
     for (int I = -1; I <= change.nx; ++I) line[I + 1] = (1 - high) * change.row(J)[I] + high * change.row(J + 1)[I];

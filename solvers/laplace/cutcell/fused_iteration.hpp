@@ -45,7 +45,7 @@ inline PetscErrorCode predict_end(KSP ksp, const CgScalars& scalars) {
 }
 
 /// Preconditioned conjugate gradients, for vectors of any kind. Parts of the iteration: precondition(&r'z) sets z = M
-/// r, turn(beta, &p'A p) sets p = z + beta p, step(alpha) adds alpha p to x and subtracts alpha A p from r.
+/// r, update_direction(beta, &p'A p) sets p = z + beta p, step(alpha) adds alpha p to x and subtracts alpha A p from r.
 template <class Iteration>
 PetscErrorCode iterate(KSP ksp, Iteration& iteration) {
   CgScalars scalars;
@@ -55,7 +55,7 @@ PetscErrorCode iterate(KSP ksp, Iteration& iteration) {
   scalars.add(product);
   PetscCall(report_norm(ksp, product));
   while (!ksp->reason && ksp->its < ksp->max_it) {
-    PetscCall(iteration.turn(scalars.beta, &curvature));
+    PetscCall(iteration.update_direction(scalars.beta, &curvature));
     if (!(curvature > 0)) {
       ksp->reason = KSP_DIVERGED_INDEFINITE_MAT;
       break;

@@ -148,13 +148,13 @@ void Krylov::choose_norm() {
 
 namespace {
 
-/// Returns sqrt(r' M r) of the residual r of the iterate (`of_iterate`) or of x.
-double natural_norm(const Krylov& krylov, bool of_iterate) {
+/// Returns sqrt(r' M r) of the residual r of the iterate (`uses_iterate`) or of x.
+double natural_norm(const Krylov& krylov, bool uses_iterate) {
   ::Vec work = nullptr, residual = nullptr, preconditioned = nullptr;
   parallel::check_petsc(VecDuplicate(krylov.b, &work));
   parallel::check_petsc(VecDuplicate(krylov.b, &residual));
   parallel::check_petsc(VecDuplicate(krylov.b, &preconditioned));
-  if (of_iterate) {
+  if (uses_iterate) {
     ::Vec built = nullptr;
     parallel::check_petsc(KSPBuildResidual(krylov.ksp, work, residual, &built));
   } else {

@@ -64,12 +64,12 @@ struct StallTest {
   void start(double norm) { best = norm, iterations = 0; }
   bool is_stalled(double norm) {
     constexpr double progress = 0.9;
-    constexpr int patience = 10;
+    constexpr int most_slow_iterations = 10;
     if (norm < progress * best)
       start(norm);
     else
       ++iterations;
-    return iterations >= patience;
+    return iterations >= most_slow_iterations;
   }
 };
 

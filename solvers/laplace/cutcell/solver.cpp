@@ -38,12 +38,12 @@ int team_size(const CutCellOptions& options) {
 }
 
 /// Waits for a system's worker thread at the end of a solve, whatever is thrown: the thread reads the problem.
-class Finished {
+class FinishGuard {
  public:
-  explicit Finished(const std::unique_ptr<LinearSystem>& system) : system_(system) {}
-  Finished(const Finished&) = delete;
-  Finished& operator=(const Finished&) = delete;
-  ~Finished() {
+  explicit FinishGuard(const std::unique_ptr<LinearSystem>& system) : system_(system) {}
+  FinishGuard(const FinishGuard&) = delete;
+  FinishGuard& operator=(const FinishGuard&) = delete;
+  ~FinishGuard() {
     try {
       if (system_) system_->finish();
     } catch (...) {
@@ -68,7 +68,7 @@ class CpuSolver : public CutCellBackend {
 
   LaplaceSolution solve(const LaplaceProblem& problem) override {
     if (assembled()) announce_solve(number, options_, problem);
-    const Finished finished(system);
+    const FinishGuard guard(system);
     return CutCellBackend::solve(problem);
   }
   void forget() override {

@@ -50,7 +50,7 @@ struct Known {
       for (int i = 0; i < found.nx; ++i) cell[layout(i, j)] = found.cell[j * found.nx + i] / scale;
     for (double& value : body) value /= scale;
   }
-  device::Found view() { return {layout, static_cast<int>(body.size()), {cell.data(), body.data()}, scale}; }
+  device::CoarseSolution view() { return {layout, static_cast<int>(body.size()), {cell.data(), body.data()}, scale}; }
   Layout layout;
   std::vector<double> cell, body;
   double scale;
@@ -74,15 +74,15 @@ TEST_CASE("a guess that follows a coarser grid's change is the CPU's") {
   // coarse solutions in V, the finer one's potentials in units of 2 V
   const double scale = 2;
   const Potentials before{24, 16, some(24 * 16), some(bodies)}, now{24, 16, some(24 * 16), some(bodies)};
-  History history;
+  SolutionHistory history;
   std::vector<double> newest = random_unknowns(op, random);
   const std::vector<double> of_bodies = some(bodies);
   std::vector<double> past_cell(newest.begin(), newest.begin() + level.layout.size()), past_body = of_bodies;
   for (const std::ptrdiff_t slot : level.covered) past_cell[slot] = past_body[level.cover[slot].body()];
   for (const std::ptrdiff_t slot : level.covered) newest[slot] = past_cell[slot];
-  history.remember(newest, of_bodies);
+  history.store(newest, of_bodies);
   std::vector<double> x(op.size());
-  history.newest_guess(problem, op, x);
+  history.newest_as_guess(problem, op, x);
   add_change(before, now, problem, scale, op, x);
 
   parallel::HostExecutor run;
@@ -93,7 +93,7 @@ TEST_CASE("a guess that follows a coarser grid's change is the CPU's") {
   device::Follower<parallel::HostExecutor> follower(run);
   Known then(before, 7), later(now, 0.3);  // in whatever units they were found
   follower.keep(then.view());
-  REQUIRE(follower.knows(later.view()));
+  REQUIRE(follower.is_comparable(later.view()));
   follower.compare(later.view(), scale);
   std::vector<double> device_x(op.size(), -7.0);
   device::follow_change(run, on_device.view(), grids.finest().view(), {past_cell.data(), past_body.data()},
@@ -135,14 +135,14 @@ TEST_CASE("only the same bodies are followed, after something was found") {
   parallel::HostExecutor run;
   device::Follower<parallel::HostExecutor> follower(run);
   Known two({8, 8, std::vector<double>(64), {1, 2}}, 1), one({8, 8, std::vector<double>(64), {1}}, 1);
-  CHECK_FALSE(follower.knows({}));
-  CHECK_FALSE(follower.knows(two.view()));
+  CHECK_FALSE(follower.is_comparable({}));
+  CHECK_FALSE(follower.is_comparable(two.view()));
   follower.keep(two.view());
-  CHECK(follower.knows(two.view()));
-  CHECK_FALSE(follower.knows(one.view()));
-  CHECK_FALSE(follower.knows({}));
+  CHECK(follower.is_comparable(two.view()));
+  CHECK_FALSE(follower.is_comparable(one.view()));
+  CHECK_FALSE(follower.is_comparable({}));
   follower.keep({});
-  CHECK_FALSE(follower.knows(two.view()));
+  CHECK_FALSE(follower.is_comparable(two.view()));
 }
 
 TEST_CASE("a device's solver that follows one on a coarser grid takes the CPU's iterations, after mergers fewer") {

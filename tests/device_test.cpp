@@ -96,15 +96,15 @@ struct Discretized {
       : on_device(run), grid(run, nx, ny, problem.size.x / nx, formula, true) {
     on_device.upload(problem, nx, ny);
     do {  // until there is room for all
-      grid.enlarge(on_device.view(), wanted);
-      grid.make_room(on_device.view(), {.has_medium = false, .number = number.data(), .wanted = wanted.data()});
+      grid.enlarge(on_device.view(), required);
+      grid.reserve(on_device.view(), {.has_medium = false, .number = number.data(), .required = required.data()});
       grid.outline(on_device.view(), nullptr);
       grid.build(on_device.view());
-    } while (!grid.fits(wanted));
+    } while (!grid.fits(required));
   }
-  int number_of(device::Of::Kind kind) const { return number[kind]; }
+  int number_of(device::Items::Kind kind) const { return number[kind]; }
   parallel::HostExecutor run;
-  device::Numbers number{}, wanted{};
+  device::Numbers number{}, required{};
   device::DeviceProblem<parallel::HostExecutor> on_device;
   device::DeviceGrid<parallel::HostExecutor> grid;
 };
@@ -161,10 +161,10 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       CHECK(different == 0);
       CHECK(device.grid.fluid_cells(device.number) == level.fluid_cells);
 
-      REQUIRE(device.number_of(device::Of::links) == static_cast<int>(level.links.size()));
+      REQUIRE(device.number_of(device::Items::links) == static_cast<int>(level.links.size()));
       std::map<std::pair<std::ptrdiff_t, int>, std::vector<FluidLink>> expected;
       for (const FluidLink& link : level.links) expected[{link.cell, link.body}].push_back(link);
-      for (int m = 0; m < device.number_of(device::Of::links); ++m) {
+      for (int m = 0; m < device.number_of(device::Items::links); ++m) {
         auto& links = expected[{view.links.slot[m], view.links.end[m].body()}];
         const auto found = std::find_if(links.begin(), links.end(), [&](const FluidLink& link) {
           const double share = rounding_of(link, c.problem, level);
@@ -178,7 +178,7 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
         links.erase(found);
       }
       const std::vector<double> rounding = rounding_of_sums(c.problem, level);
-      for (int k = 0; k < device.number_of(device::Of::boundary); ++k) {
+      for (int k = 0; k < device.number_of(device::Items::boundary); ++k) {
         const double exact = level.diagonal[view.boundary.slot[k]];
         // the CPU adds c - 1 to 4 face by face: rounding of at most 4 such sums of terms not larger than the sum + 4
         REQUIRE(std::abs(view.boundary.diagonal[k] - exact) <= 16 * 1.1e-16 * exact + rounding[view.boundary.slot[k]]);
@@ -192,12 +192,12 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       // Each pair is a direct link of either body, each side link of a body one.
       std::size_t side_links = 0;
       for (const SideLink& link : level.side_links) side_links += link.body >= 0;
-      CHECK(static_cast<std::size_t>(device.number_of(device::Of::direct_links)) ==
+      CHECK(static_cast<std::size_t>(device.number_of(device::Items::direct_links)) ==
             2 * level.pairs.size() + side_links);
       double sum = 0, device_sum = 0;
       for (const PairLink& pair : level.pairs) sum += 2 * pair.conductance;
       for (const SideLink& link : level.side_links) sum += link.body >= 0 ? link.conductance : 0;
-      for (int m = 0; m < device.number_of(device::Of::direct_links); ++m)
+      for (int m = 0; m < device.number_of(device::Items::direct_links); ++m)
         device_sum += view.direct.link[m].conductance;
       CHECK(device_sum == doctest::Approx(sum).epsilon(1e-13));  // rounding of a sum of some 100 terms
     }
@@ -241,8 +241,7 @@ TEST_CASE("the device's operator and right-hand side are the CPU's") {
     for (std::size_t g = 0; g < c.problem.groups.size(); ++g)
       if (!c.problem.groups[g].floating) x[cells + g] = 0;
     op.apply(x.data(), y.data());
-    device::apply_operator(device.run, device.on_device.view(), device.grid.view(), x.data(), device_y.data(),
-                           device.grid.partial());
+    device::apply_operator(device.run, device.on_device.view(), device.grid.view(), x.data(), device_y.data());
     op.right_hand_side(c.problem, b.data());
     device::right_hand_side(device.run, device.on_device.view(), device.grid.view(), device_b.data());
     const std::vector<double> of_links = rounding_of_sums(c.problem, level);
@@ -442,12 +441,12 @@ TEST_CASE("without CUDA in the build the device is refused in one sentence") {
 TEST_CASE("a step that is foreseen to be the last is the last") {
   device::Iterations iterations{};
   iterations.begin(1e-2, 100);
-  iterations.energy_norm = 1;
-  iterations.judge(1e-2);  // r'z: the norm is .1, more than .01 sqrt(1 + .01)
+  iterations.criterion.energy_norm = 1;
+  iterations.test_convergence(1e-2);  // r'z: the norm is .1, more than .01 sqrt(1 + .01)
   CHECK(iterations.go_on == 1);
   iterations.set_step(1);
-  CHECK(iterations.go_on == 1);  // nothing is foreseen of the first
-  iterations.judge(3e-4);        // to .17 of it: the next one is foreseen to take it to a half, .0087
+  CHECK(iterations.go_on == 1);       // nothing is foreseen of the first
+  iterations.test_convergence(3e-4);  // to .17 of it: the next one is foreseen to take it to a half, .0087
   CHECK(iterations.go_on == 1);
   iterations.set_step(1);
   CHECK(iterations.go_on == 0);

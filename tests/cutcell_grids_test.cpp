@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solvers/laplace/cutcell/agglomerates.hpp"
 #include "solvers/laplace/cutcell/edge_cells.hpp"
 #include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
@@ -11,7 +12,6 @@
 #include "solvers/laplace/cutcell/medium.hpp"
 #include "solvers/laplace/cutcell/multigrid.hpp"
 #include "solvers/laplace/cutcell/operator.hpp"
-#include "solvers/laplace/cutcell/sets.hpp"
 #include "solvers/laplace/cutcell/system.hpp"
 #include "tests/cutcell_problems.hpp"
 
@@ -133,7 +133,7 @@ TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
   multigrid.build_finest(problem, level);
   multigrid.finish();
   REQUIRE(multigrid.levels() > 2);
-  REQUIRE(level.bound.cells.size() > 10);
+  REQUIRE(level.eliminated.cells.size() > 10);
   crowds::Random random(7);
   std::vector<double> x(op.size()), y(op.size()), mx(op.size()), my(op.size());
   for (std::size_t k = 0; k < op.size(); ++k) {
@@ -177,7 +177,7 @@ LaplaceProblem lattice(int n, double radius) {
 TEST_CASE("a coarse grid takes floating disks that it does not resolve for a medium") {
   const double radius = 0.3, fill = pi * radius * radius;
   Level level(lattice(8, radius), 8, 8);
-  LevelBuilder().build_coarse(lattice(8, radius), LinkFormula::log_fitted, strongly_coupled(lattice(8, radius), {}),
+  LevelBuilder().build_coarse(lattice(8, radius), LinkFormula::log_fitted, find_agglomerates(lattice(8, radius), {}),
                               nullptr, level);
   const double permittivity = (1 + fill) / (1 - fill);  // Maxwell Garnett
   CHECK(level.fluid_cells == 64);
@@ -195,7 +195,7 @@ TEST_CASE("a coarse grid takes small disks whose potential is not their own for 
   LaplaceProblem problem = lattice(8, 0.1);
   for (Group& group : problem.groups) group.floating = false;
   Level level(problem, 8, 8);
-  LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr, level);
+  LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, find_agglomerates(problem, {}), nullptr, level);
   CHECK(level.fluid_cells == 64);
   CHECK(level.absorbed.empty());
   REQUIRE(level.links.size() == 64);  // centred in their cells
@@ -209,13 +209,14 @@ TEST_CASE("what a group's thin conductors exchange with a cell is one link") {
   const bool electrode[4] = {false, false, true, true};
   for (const int cells : {8, 4}) {  // four and sixteen disks a cell
     Level level(problem, cells, cells);
-    LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr, level);
+    LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, find_agglomerates(problem, {}), nullptr, level);
     std::vector<double> expected(2 * level.layout.size(), 0.0), found = expected;
     for (const Body& body : problem.bodies) {
       const Outline disk = outline_in_cells(body.shape, level.h);
       const Interpolation around = interpolate(level.layout, disk.centre, electrode);
       for (int k = 0; k < 4; ++k)
-        expected[2 * around.cell[k] + body.group] += std::abs(around.weight[k]) * thin_conductance(disk, level.layout);
+        expected[2 * around.cell[k] + body.group] +=
+            std::abs(around.weight[k]) * subgrid_conductance(disk, level.layout);
     }
     for (const FluidLink& link : level.links) {
       CHECK(link.body < 2);  // the first of its group
@@ -247,7 +248,8 @@ TEST_CASE("a thin conductor takes the flux that the square lattice's Green funct
   }
   const Outline disk{Outline::Kind::disk, {4, 4}, {}, 0.01};
   // 0.5 is 0.498, rounded
-  CHECK(2 * pi / thin_conductance(disk, box) == doctest::Approx(mean_logarithm - std::log(0.01)).epsilon(0.004 / 3.9));
+  CHECK(2 * pi / subgrid_conductance(disk, box) ==
+        doctest::Approx(mean_logarithm - std::log(0.01)).epsilon(0.004 / 3.9));
 }
 
 TEST_CASE("of a conductor on a side, what lies in the box takes flux") {
@@ -294,8 +296,8 @@ TEST_CASE("a group is absorbed once and for all when it fits into one and a half
   for (std::size_t k = 0; k < problem.bodies.size(); ++k) problem.bodies[k].group = k == 1 ? 0 : static_cast<int>(k);
   problem.groups[1].floating = false;  // nobody's
   Level finer(problem, 16, 16), coarser(problem, 8, 8);
-  LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr, finer);
-  LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), &finer, coarser);
+  LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, find_agglomerates(problem, {}), nullptr, finer);
+  LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, find_agglomerates(problem, {}), &finer, coarser);
   CHECK(finer.newly_absorbed == 255);  // the pair is 1.4 cells long
   CHECK_FALSE(finer.has_unknown(0));
   CHECK_FALSE(coarser.has_unknown(0));

@@ -78,8 +78,8 @@ TEST_CASE("links of disks a cell and less apart are link.hpp's, squeezed where g
             };
             if (covered_at(own, 1) || covered_at(other, 1)) continue;
             Conductance c = fluid_link(own, p + e, -e, LinkFormula::log_fitted);
-            Squeeze narrow;
-            if (!one_group && covered_at(other, 2)) narrow = squeeze(own, p, e, other, c);
+            OpposedSurfaceCorrection narrow;
+            if (!one_group && covered_at(other, 2)) narrow = correct_for_opposed_surface(own, p, e, other, c);
             REQUIRE(link < level.links.size());
             const FluidLink& found = level.links[link];
             // As where links are taken several at a time: the rounding of R^2 over the cut and R.

@@ -78,7 +78,7 @@ TEST_CASE("a guess that follows a coarser grid's change is the CPU's") {
   std::vector<double> newest = random_unknowns(op, random);
   const std::vector<double> of_bodies = some(bodies);
   std::vector<double> past_cell(newest.begin(), newest.begin() + level.layout.size()), past_body = of_bodies;
-  for (const std::ptrdiff_t slot : level.covered) past_cell[slot] = past_body[level.cover[slot].body()];
+  for (const std::ptrdiff_t slot : level.covered) past_cell[slot] = past_body[level.owner[slot].body()];
   for (const std::ptrdiff_t slot : level.covered) newest[slot] = past_cell[slot];
   history.store(newest, of_bodies);
   std::vector<double> x(op.size());

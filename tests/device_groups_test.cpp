@@ -375,7 +375,8 @@ TEST_CASE("thin conductors of one group between the same four cells are one") {
     const Outline disk = outline_in_cells(body.shape, grid.h);
     const Interpolation around = interpolate(grid.layout, disk.centre, electrode);
     for (int k = 0; k < 4; ++k)
-      expected[body.group * cells + around.cell[k]] += std::abs(around.weight[k]) * thin_conductance(disk, grid.layout);
+      expected[body.group * cells + around.cell[k]] +=
+          std::abs(around.weight[k]) * subgrid_conductance(disk, grid.layout);
   }
   std::vector<int> of_cell(3 * cells, 0);
   for (int m = 0; m < grid.number[device::Items::links]; ++m) {

@@ -141,7 +141,7 @@ std::vector<double> rounding_of_sums(const LaplaceProblem& problem, const Level&
 }
 
 /// -1: fluid.
-int body_at(Cover cover) { return cover.is_fluid() ? -1 : cover.body(); }
+int body_at(CellOwner cover) { return cover.is_fluid() ? -1 : cover.body(); }
 
 }  // namespace
 
@@ -157,7 +157,7 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       const Layout& at = level.layout;
       int different = 0;
       for (std::ptrdiff_t slot = 0; slot < at.size(); ++slot)
-        different += body_at(view.cells.cover[slot]) != body_at(level.cover[slot]);
+        different += body_at(view.cells.cover[slot]) != body_at(level.owner[slot]);
       CHECK(different == 0);
       CHECK(device.grid.fluid_cells(device.number) == level.fluid_cells);
 
@@ -272,7 +272,7 @@ LaplaceProblem bars(double farther) {
 std::size_t bound_cells(const LaplaceProblem& problem, int nx, int ny) {
   Level level(problem, nx, ny);
   LevelBuilder().build(problem, LinkFormula::log_fitted, level);
-  return level.bound.cells.size();
+  return level.eliminated.cells.size();
 }
 
 /// How far the device's V-cycle for random residuals is from the CPU's, of the largest potential.

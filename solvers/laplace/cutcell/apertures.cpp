@@ -95,14 +95,14 @@ class Faces {
 /// A cell without an open face belongs to the body that its centre lies in, the first one where bodies overlap.
 void cover_cells(const std::vector<Round>& bodies, Faces& faces, Level& level) {
   const Layout& at = level.layout;
-  std::fill(level.cover.begin(), level.cover.end(), Cover());
+  std::fill(level.owner.begin(), level.owner.end(), CellOwner());
   level.covered.clear();
   level.covered_start.assign(1, 0);
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     for_cells(bodies[body], at.nx, at.ny, [&](int i, int j) {
       const std::ptrdiff_t slot = at(i, j);
-      if (faces.all(i, j) > 0 || bodies[body].distance(cell_centre(i, j)) > 0 || !level.cover[slot].is_fluid()) return;
-      level.cover[slot] = Cover::by(static_cast<int>(body));
+      if (faces.all(i, j) > 0 || bodies[body].distance(cell_centre(i, j)) > 0 || !level.owner[slot].is_fluid()) return;
+      level.owner[slot] = CellOwner::by(static_cast<int>(body));
       level.covered.push_back(slot);
     });
     level.covered_start.push_back(static_cast<int>(level.covered.size()));
@@ -133,7 +133,7 @@ std::vector<int> link_bodies(const std::vector<Round>& bodies, Level& level) {
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     for_cells(bodies[body], level.layout.nx, level.layout.ny, [&](int i, int j) {
       const std::ptrdiff_t slot = level.layout(i, j);
-      if (!level.cover[slot].is_fluid()) return;
+      if (!level.owner[slot].is_fluid()) return;
       const Vec2 corner{static_cast<double>(i), static_cast<double>(j)};
       const Arc arc = arc_inside(bodies[body].circle, corner, corner + Vec2{1, 1});
       if (arc.length == 0) return;

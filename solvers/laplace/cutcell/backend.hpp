@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-#include "solvers/laplace/cutcell/cover.hpp"
+#include "solvers/laplace/cutcell/cell_owner.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
 #include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
@@ -47,7 +47,7 @@ class CutCellBackend : public LaplaceSolver {
   virtual Field last_field() const = 0;
 
   /// The field of a grid with cells of h m, from potentials by slot in units of the potential unit.
-  Field field_on(const Layout& at, double h, const double* cell, const Cover* cover) const;
+  Field field_on(const Layout& at, double h, const double* cell, const CellOwner* cover) const;
   /// Wall time since the begin of the solve (s).
   double seconds() const;
 

@@ -17,7 +17,7 @@ void CellAssignment::assign(const GridBodies& bodies, Level& level, parallel::Te
   const int chunks = 4 * team.size();
   team.for_each(chunks, [&](int k) {
     const std::ptrdiff_t size = level.layout.size();
-    std::fill(level.cover.begin() + size * k / chunks, level.cover.begin() + size * (k + 1) / chunks, Cover());
+    std::fill(level.owner.begin() + size * k / chunks, level.owner.begin() + size * (k + 1) / chunks, CellOwner());
   });
   team.for_each(parts(), [&](int part) {
     for (const BodyPiece& piece : pieces(part))
@@ -65,15 +65,15 @@ void CellAssignment::claim(const BodyPiece& piece, const Outline& outline, bool 
     while (convex && from <= to && !covers(outline, to, j)) --to;
     for (int i = from; i <= to; ++i) {
       if (!convex && !covers(outline, i, j)) continue;
-      Cover& cell = level.cover[level.layout(i, j)];
+      CellOwner& cell = level.owner[level.layout(i, j)];
       if (is_alone) {
-        if (cell.is_fluid()) cell = Cover::by(piece.body);
+        if (cell.is_fluid()) cell = CellOwner::by(piece.body);
         continue;
       }
-      const std::atomic_ref<Cover> shared(cell);
-      Cover current = shared.load(std::memory_order_relaxed);
+      const std::atomic_ref<CellOwner> shared(cell);
+      CellOwner current = shared.load(std::memory_order_relaxed);
       while ((current.is_fluid() || piece.body < current.body()) &&
-             !shared.compare_exchange_weak(current, Cover::by(piece.body), std::memory_order_relaxed)) {
+             !shared.compare_exchange_weak(current, CellOwner::by(piece.body), std::memory_order_relaxed)) {
       }
     }
   }
@@ -88,11 +88,11 @@ CellIndex cell_of_centre(const Outline& outline, const Layout& layout) {
 bool has_cell(int body, const Outline& outline, const Level& level) {
   const Layout& layout = level.layout;
   const auto [i_centre, j_centre] = cell_of_centre(outline, layout);
-  if (level.cover[layout(i_centre, j_centre)].is(body)) return true;
+  if (level.owner[layout(i_centre, j_centre)].is(body)) return true;
   const CellRange range = cells_around(outline, layout.nx, layout.ny);
   for (int j = range.from_j; j <= range.to_j; ++j)
     for (int i = range.from_i; i <= range.to_i; ++i)
-      if (level.cover[layout(i, j)].is(body)) return true;
+      if (level.owner[layout(i, j)].is(body)) return true;
   return false;
 }
 
@@ -107,9 +107,9 @@ void CellAssignment::assign_small_disks(const GridBodies& bodies, Level& level) 
     const Outline& outline = bodies.outlines[body];
     if (outline.kind != Outline::Kind::disk || !bodies.resolves(body) || has_cell(body, outline, level)) continue;
     const CellIndex index = cell_of_centre(outline, level.layout);
-    Cover& cell = level.cover[level.layout(index.i, index.j)];
+    CellOwner& cell = level.owner[level.layout(index.i, index.j)];
     if (cell.is_fluid()) {
-      cell = Cover::by(body);
+      cell = CellOwner::by(body);
       extend_columns(body, index);
     } else {
       shared_cells_.push_back({body, cell.body()});

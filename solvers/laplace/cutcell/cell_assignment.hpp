@@ -31,7 +31,7 @@ struct SharedCell {
 /// parts of approximately equal work, for the computation of the links.
 class CellAssignment {
  public:
-  /// Sets `level.cover`. If several bodies cover a cell's centre, the first in the problem's order gets the cell.
+  /// Sets `level.owner`. If several bodies cover a cell's centre, the first in the problem's order gets the cell.
   void assign(const GridBodies& bodies, Level& level, parallel::Team& team);
 
   int parts() const { return static_cast<int>(part_start_.size()) - 1; }

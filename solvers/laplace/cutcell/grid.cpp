@@ -83,9 +83,9 @@ void Grid::build(const LaplaceProblem& problem, const Level& level, parallel::Te
   });
   links_.build(problem, level, team);
   covered_.build(problem, level);
-  links_.leave_out(level, level.bound.link_of_level);
+  links_.leave_out(level, level.eliminated.link_of_level);
   std::vector<float> group_diagonal = group_diagonals(problem, level, links_, team);
-  eliminated_.build(level.bound, layout, group_diagonal);
+  eliminated_.build(level.eliminated, layout, group_diagonal);
   groups_.build(problem, level, group_diagonal);
   phi.assign(groups, 0.0f);
   charge.assign(groups, 0.0f);
@@ -114,7 +114,7 @@ void Grid::relax(int colour, int j) {
   });
 }
 
-float Grid::flux_from_neighbours(const BoundCells::Cell& cell) const {
+float Grid::flux_from_neighbours(const EliminatedCells::Cell& cell) const {
   const int colour = cell.slot < layout.colour_size() ? 0 : 1;
   const std::ptrdiff_t number = cell.slot - layout.row(colour, cell.row);
   const std::ptrdiff_t west = layout.row(1 - colour, cell.row) + Layout::parity(colour, cell.row) - 1 + number;
@@ -127,7 +127,7 @@ float Grid::flux_from_neighbours(const BoundCells::Cell& cell) const {
 
 /// To be called after each relaxation of a row's cells of a colour.
 void Grid::update_eliminated(int colour, int j) {
-  eliminated_.update(colour, j, [this](const BoundCells::Cell& cell) { return flux_from_neighbours(cell); });
+  eliminated_.update(colour, j, [this](const EliminatedCells::Cell& cell) { return flux_from_neighbours(cell); });
 }
 
 /// Adds the fluxes from cells to their groups. Fluxes from eliminated cells do not contain the part that returns to
@@ -186,7 +186,7 @@ void Grid::smooth_from_zero() {
           residual_row(n, &residual_[at], &f[at], &v[at], &inverse_diagonal_[at], around);
         });
         eliminated_.set_red_residuals(
-            j, [this](const BoundCells::Cell& cell) { return flux_from_neighbours(cell); }, residual_);
+            j, [this](const EliminatedCells::Cell& cell) { return flux_from_neighbours(cell); }, residual_);
       }
     });
   }

@@ -55,7 +55,7 @@ class Grid {
   template <class Effect>
   void with_neighbours(int colour, int j, const Effect& effect) const;
   void relax(int colour, int j);
-  float flux_from_neighbours(const BoundCells::Cell& cell) const;
+  float flux_from_neighbours(const EliminatedCells::Cell& cell) const;
   void update_eliminated(int colour, int j);
   void relax_groups_again(bool forward);
   void add_link_fluxes(int j, const std::vector<float>& potential);

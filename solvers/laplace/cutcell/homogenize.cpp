@@ -28,28 +28,28 @@ struct Extent {
 };
 
 /// Sets `is_resolved`; it stays empty if the grid resolves all bodies.
-void choose_resolved(const LaplaceProblem& problem, const Sets& sets, GridBodies& bodies) {
+void choose_resolved(const LaplaceProblem& problem, const Agglomerates& agglomerates, GridBodies& bodies) {
   std::vector<int> members(problem.groups.size(), 0);
-  for (const Body& body : problem.bodies) ++members[sets.of_group[body.group]];
+  for (const Body& body : problem.bodies) ++members[agglomerates.of_group[body.group]];
   bodies.is_resolved.assign(problem.bodies.size(), 1);
   for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
-    const int set = sets.of_group[problem.bodies[body].group];
-    bodies.is_resolved[body] = is_resolved(bodies.outlines[body], members[set] == 1 && !sets.is_held[set]);
+    const int set = agglomerates.of_group[problem.bodies[body].group];
+    bodies.is_resolved[body] = is_resolved(bodies.outlines[body], members[set] == 1 && !agglomerates.is_grounded[set]);
   }
   if (std::ranges::find(bodies.is_resolved, 0) == bodies.is_resolved.end()) bodies.is_resolved.clear();
 }
 
 /// Absorbs the groups of a set that has no resolved body and no given potential and lies within `least_extent` cells.
-void absorb_groups(const LaplaceProblem& problem, const Sets& sets, const Level* finer, const GridBodies& bodies,
-                   Level& level) {
+void absorb_groups(const LaplaceProblem& problem, const Agglomerates& agglomerates, const Level* finer,
+                   const GridBodies& bodies, Level& level) {
   level.absorbed.clear();
   level.newly_absorbed = 0;
   level.is_absorbed.clear();
   if (bodies.is_resolved.empty()) return;
   std::vector<Extent> extent(problem.groups.size());  // of sets
-  std::vector<char> is_kept = sets.is_held;
+  std::vector<char> is_kept = agglomerates.is_grounded;
   for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
-    const int set = sets.of_group[problem.bodies[body].group];
+    const int set = agglomerates.of_group[problem.bodies[body].group];
     if (bodies.is_resolved[body])
       is_kept[set] = 1;
     else
@@ -57,7 +57,7 @@ void absorb_groups(const LaplaceProblem& problem, const Sets& sets, const Level*
   }
   level.is_absorbed.assign(problem.groups.size(), 0);
   for (std::size_t g = 0; g < problem.groups.size(); ++g) {
-    const int set = sets.of_group[g];
+    const int set = agglomerates.of_group[g];
     level.is_absorbed[g] = !is_kept[set] && extent[set].size() <= least_extent;
     if (!level.is_absorbed[g]) continue;
     const Interpolation at_centre = interpolate(level.layout, extent[set].centre(), electrodes(problem).data());
@@ -106,13 +106,13 @@ void fill_row(int j, const std::vector<float>& permittivity, const GridBodies& b
   const auto face = [&](std::ptrdiff_t a, int i_b, int j_b) {
     if (!inside(layout, i_b, j_b)) return 0.0f;
     const std::ptrdiff_t b = layout(i_b, j_b);
-    return !level.cover[b].is_fluid() ? 0.0f : face_conductance(permittivity[a], permittivity[b]);
+    return !level.owner[b].is_fluid() ? 0.0f : face_conductance(permittivity[a], permittivity[b]);
   };
   std::vector<float>&east = level.faces.east, &north = level.faces.north;
   for (int i = 0; i < layout.nx; ++i) {
     const std::ptrdiff_t slot = layout(i, j);
     level.diagonal[slot] = 0;
-    if (!level.cover[slot].is_fluid()) continue;
+    if (!level.owner[slot].is_fluid()) continue;
     east[slot] = face(slot, i + 1, j);
     north[slot] = face(slot, i, j + 1);
     level.diagonal[slot] = east[slot] + north[slot] + face(slot, i - 1, j) + face(slot, i, j - 1);
@@ -126,10 +126,10 @@ void fill_row(int j, const std::vector<float>& permittivity, const GridBodies& b
 
 }  // namespace
 
-void choose_unknowns(const LaplaceProblem& problem, const Sets& sets, const Level* finer, GridBodies& bodies,
-                     Level& level) {
-  choose_resolved(problem, sets, bodies);
-  absorb_groups(problem, sets, finer, bodies, level);
+void choose_unknowns(const LaplaceProblem& problem, const Agglomerates& agglomerates, const Level* finer,
+                     GridBodies& bodies, Level& level) {
+  choose_resolved(problem, agglomerates, bodies);
+  absorb_groups(problem, agglomerates, finer, bodies, level);
   list_subgrid_conductors(problem, level, bodies);
 }
 
@@ -143,9 +143,10 @@ void inherit_pairs(const LaplaceProblem& problem, const Level& finer, const Grid
     if (is_kept(pair.body_a) && is_kept(pair.body_b)) level.pairs.push_back(pair);
   };
   for (const PairLink& pair : finer.pairs) inherit(pair);
-  finer.bound.for_each_joined([&](const BoundCells::Link& a, const BoundCells::Link& b, double conductance) {
-    inherit({a.body, b.body, conductance, {}, {}});
-  });
+  finer.eliminated.for_each_pair(
+      [&](const EliminatedCells::Link& a, const EliminatedCells::Link& b, double conductance) {
+        inherit({a.body, b.body, conductance, {}, {}});
+      });
 }
 
 void homogenize_fluid(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team) {

@@ -2,17 +2,17 @@
 
 namespace lichtenberg::laplace {
 
-void KronReduction::build(const BoundCells& cells, const Layout& layout, std::vector<float>& group_diagonal) {
+void KronReduction::build(const EliminatedCells& cells, const Layout& layout, std::vector<float>& group_diagonal) {
   cells_ = cells;
   colour_size_ = layout.colour_size();
   row_start_.assign(layout.ny + 1, 0);
   share_.clear();
   for (std::size_t k = 0; k < cells_.cells.size(); ++k) {
-    const BoundCells::Cell& cell = cells_.cells[k];
+    const EliminatedCells::Cell& cell = cells_.cells[k];
     ++row_start_[cell.row + 1];
     for (int m = cells_.start[k]; m < cells_.start[k + 1]; ++m) {
       const auto& [body, group, conductance] = cells_.links[m];
-      group_diagonal[group] += static_cast<float>(BoundCells::kept(conductance, cell.diagonal));
+      group_diagonal[group] += static_cast<float>(EliminatedCells::schur_diagonal(conductance, cell.diagonal));
       share_.push_back(conductance / cell.diagonal);
     }
   }
@@ -42,7 +42,7 @@ void KronReduction::add_fluxes(std::vector<float>& sum) const {
 void KronReduction::substitute(const std::vector<float>& phi, const double* r, double* row_product,
                                std::vector<float>& v) const {
   for (std::size_t k = 0; k < cells_.cells.size(); ++k) {
-    const BoundCells::Cell& cell = cells_.cells[k];
+    const EliminatedCells::Cell& cell = cells_.cells[k];
     double flux = flux_[k];
     for (int m = cells_.start[k]; m < cells_.start[k + 1]; ++m)
       flux += cells_.links[m].conductance * phi[cells_.links[m].group];

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "solvers/laplace/cutcell/bound_cells.hpp"
+#include "solvers/laplace/cutcell/eliminated_cells.hpp"
 #include "solvers/laplace/cutcell/layout.hpp"
 
 namespace lichtenberg::laplace {
@@ -16,7 +16,7 @@ class KronReduction {
  public:
   /// `group_diagonal` [groups]: sums of conductances without links to these cells; the diagonal of the Schur complement
   /// is added.
-  void build(const BoundCells& cells, const Layout& layout, std::vector<float>& group_diagonal);
+  void build(const EliminatedCells& cells, const Layout& layout, std::vector<float>& group_diagonal);
 
   /// Starts a cycle with right-hand side f and potentials zero.
   void start(const std::vector<float>& f);
@@ -34,7 +34,7 @@ class KronReduction {
   template <class Flux>
   void set_red_residuals(int j, const Flux& flux_from_neighbours, std::vector<float>& residual) const {
     for (int k = row_start_[j]; k < row_start_[j + 1]; ++k)
-      if (const BoundCells::Cell& cell = cells_.cells[k]; is_red(cell))
+      if (const EliminatedCells::Cell& cell = cells_.cells[k]; is_red(cell))
         residual[cell.slot] = static_cast<float>(f_[k] + flux_from_neighbours(cell) - flux_[k]);
   }
   /// Adds the flux from the cells to each group to `sum` [groups].
@@ -44,9 +44,9 @@ class KronReduction {
   void substitute(const std::vector<float>& phi, const double* r, double* row_product, std::vector<float>& v) const;
 
  private:
-  bool is_red(const BoundCells::Cell& cell) const { return cell.slot < colour_size_; }
+  bool is_red(const EliminatedCells::Cell& cell) const { return cell.slot < colour_size_; }
 
-  BoundCells cells_;
+  EliminatedCells cells_;
   std::ptrdiff_t colour_size_ = 0;
   // [rows + 1] a row's first cell.
   std::vector<int> row_start_;

@@ -5,7 +5,7 @@
 namespace lichtenberg::laplace {
 
 Level::Level(const LaplaceProblem& problem, int nx, int ny) : layout(nx, ny), h(problem.size.x / nx) {
-  parallel::resize_in_huge_pages(cover, layout.size());
+  parallel::resize_in_huge_pages(owner, layout.size());
   parallel::resize_in_huge_pages(diagonal, layout.size());
 }
 
@@ -13,7 +13,7 @@ std::vector<NetworkLink> Level::direct_links(const LaplaceProblem& problem) cons
   std::vector<NetworkLink> direct;
   for (const PairLink& pair : pairs)
     direct.push_back({problem.bodies[pair.body_a].group, problem.bodies[pair.body_b].group, pair.conductance});
-  bound.for_each_joined([&](const BoundCells::Link& a, const BoundCells::Link& b, double conductance) {
+  eliminated.for_each_pair([&](const EliminatedCells::Link& a, const EliminatedCells::Link& b, double conductance) {
     direct.push_back({a.group, b.group, conductance});
   });
   return direct;

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "solvers/laplace/cutcell/bound_cells.hpp"
-#include "solvers/laplace/cutcell/cover.hpp"
+#include "solvers/laplace/cutcell/cell_owner.hpp"
+#include "solvers/laplace/cutcell/eliminated_cells.hpp"
 #include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
 #include "solvers/laplace/network_factors.hpp"
@@ -36,7 +36,7 @@ struct RowLink {
 };
 
 /// Derivative of a link's conductance with respect to the position of a body at the other side of the link's cell
-/// (squeeze in surface_links.hpp).
+/// (correct_for_opposed_surface in surface_links.hpp).
 struct CrossGradient {
   /// Index in Level::links.
   int link;
@@ -72,7 +72,7 @@ struct FixedCoupling {
   double potential;
   /// Conductance in the preconditioner, which has a lower bound if only such couplings ground the field: a cycle in
   /// single precision needs a ground of sufficient strength. A sole one may have any value, because the residuals then
-  /// sum to zero (CutCellOperator::level_out).
+  /// sum to zero (CutCellOperator::fix_potential_level).
   double conductance_in_cycle;
 };
 
@@ -108,7 +108,7 @@ struct Level {
   double h = 0;
 
   /// Body at each cell's centre, by slot.
-  std::vector<Cover> cover;
+  std::vector<CellOwner> owner;
   /// Slots of the covered cells, by body. [bodies + 1]: a body's first in `covered`.
   std::vector<std::ptrdiff_t> covered;
   std::vector<int> covered_start;
@@ -124,7 +124,7 @@ struct Level {
   /// Between bodies of different groups.
   std::vector<PairLink> pairs;
   std::vector<SideLink> side_links;
-  BoundCells bound;
+  EliminatedCells eliminated;
 
   /// Sum of each fluid cell's conductances, by slot; 0 in covered cells and padding.
   std::vector<double> diagonal;

@@ -23,18 +23,18 @@ void LevelBuilder::build(const LaplaceProblem& problem, LinkFormula formula, Lev
   if (formula == LinkFormula::aperture) return build_by_apertures(problem, level);
   bodies_.assign(problem, level.h);
   discretize(problem, formula, level, team);
-  find_bound_cells(problem, bodies_, level, team);
+  find_eliminated_cells(problem, bodies_, level, team);
 }
 
-void LevelBuilder::build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Sets& sets,
+void LevelBuilder::build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Agglomerates& agglomerates,
                                 const Level* finer, Level& level, parallel::Team& team) {
   bodies_.assign(problem, level.h);
-  choose_unknowns(problem, sets, finer, bodies_, level);
+  choose_unknowns(problem, agglomerates, finer, bodies_, level);
   discretize(problem, formula, level, team);
   if (finer) inherit_pairs(problem, *finer, bodies_, level);
   set_couplings(problem, largest_coarse_coupling, level);
   homogenize_fluid(problem, bodies_, level, team);
-  find_bound_cells(problem, bodies_, level, team);
+  find_eliminated_cells(problem, bodies_, level, team);
 }
 
 void set_couplings(const LaplaceProblem& problem, double largest, Level& level) {
@@ -62,7 +62,7 @@ void sum_diagonal(Level& level, parallel::Team& team) {
     for (int colour = 0; colour < 2; ++colour) {
       const std::ptrdiff_t row = layout.row(colour, j);
       for (int k = 0; k < layout.row_length(colour, j); ++k)
-        level.diagonal[row + k] = level.cover[row + k].is_fluid() ? 4.0 : 0.0;
+        level.diagonal[row + k] = level.owner[row + k].is_fluid() ? 4.0 : 0.0;
     }
     // Each link replaces the conductance 1 to a fluid neighbour.
     for (int m = level.row_start[j]; m < level.row_start[j + 1]; ++m)
@@ -84,7 +84,7 @@ void link_sides(const LaplaceProblem& problem, const GridBodies& bodies, Level& 
     for (int k = 0; k < faces_of(level.layout, side); ++k) {
       const CellIndex cell = cell_at_face(level.layout, side, k);
       const std::ptrdiff_t slot = level.layout(cell.i, cell.j);
-      const bool fluid = level.cover[slot].is_fluid();
+      const bool fluid = level.owner[slot].is_fluid();
       if (!electrode) {
         if (fluid) level.diagonal[slot] -= 1.0;
         continue;
@@ -95,8 +95,8 @@ void link_sides(const LaplaceProblem& problem, const GridBodies& bodies, Level& 
         level.diagonal[slot] += 1.0;  // half a cell to the wall: conductance 2 instead of 1
         level.side_links.push_back({slot, -1, side, 2.0, potential, {}});
       } else {
-        const int body = level.cover[slot].body();
-        const PairConductance c = channel_between(bodies.outlines[body], centre, e, 0.5, nullptr);
+        const int body = level.owner[slot].body();
+        const PairConductance c = conductor_link(bodies.outlines[body], centre, e, 0.5, nullptr);
         level.side_links.push_back({-1, body, side, c.value, potential, c.gradient_a});
       }
     }

@@ -3,11 +3,11 @@
 #include <span>
 #include <vector>
 
+#include "solvers/laplace/cutcell/agglomerates.hpp"
 #include "solvers/laplace/cutcell/cell_assignment.hpp"
 #include "solvers/laplace/cutcell/grid_bodies.hpp"
 #include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/cutcell/part_links.hpp"
-#include "solvers/laplace/cutcell/sets.hpp"
 #include "solvers/parallel/team.hpp"
 
 namespace lichtenberg::laplace {
@@ -21,8 +21,8 @@ class LevelBuilder {
   /// Discretizes the problem on a coarse grid of the preconditioner, which has unknowns only for conductors that it
   /// resolves: smaller ones are homogenized (homogenize.hpp). `finer`: the grid of cells half as large; null if there
   /// is none.
-  void build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Sets& sets, const Level* finer,
-                    Level& level, parallel::Team& team = parallel::Team::single());
+  void build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Agglomerates& agglomerates,
+                    const Level* finer, Level& level, parallel::Team& team = parallel::Team::single());
 
  private:
   void discretize(const LaplaceProblem& problem, LinkFormula formula, Level& level, parallel::Team& team);

@@ -58,7 +58,7 @@ LICHTENBERG_HOST_DEVICE inline double share_in_box(Vec2 centre, double radius, c
 /// for their weighted mean is 0.198 exp(2 pi s), with s = sum of w_k w_l (G(0) - G(k - l)). The square lattice's G(0) -
 /// G is 1/4 for neighbours and 1/pi across a diagonal. With the mean of s over positions between the cells this is 0.5
 /// cells. A lower bound keeps the logarithm from zero for larger disks. Only the part in the box takes flux.
-LICHTENBERG_HOST_DEVICE inline double thin_conductance(const Outline& disk, const Layout& box) {
+LICHTENBERG_HOST_DEVICE inline double subgrid_conductance(const Outline& disk, const Layout& box) {
   return 2 * std::numbers::pi / std::log(at_least(0.5 / disk.size, 1.5)) * share_in_box(disk.centre, disk.size, box);
 }
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "solvers/laplace/cutcell/agglomerates.hpp"
 #include "solvers/laplace/cutcell/coarse.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
-#include "solvers/laplace/cutcell/sets.hpp"
 #include "solvers/laplace/cutcell/wavefront.hpp"
 
 namespace lichtenberg::laplace {
@@ -45,10 +45,10 @@ void Multigrid::build_coarse(const LaplaceProblem& problem, const Level& finest)
 }
 
 void Multigrid::discretize_coarse(const LaplaceProblem& problem, const Level& finest, parallel::Team& team) {
-  const Sets sets = strongly_coupled(problem, finest.direct_links(problem));
+  const Agglomerates agglomerates = find_agglomerates(problem, finest.direct_links(problem));
   for (std::size_t l = 0; l < coarse_levels_.size(); ++l) {
     const Level* finer = l > 0 ? coarse_levels_[l - 1].get() : &finest;
-    coarse_builders_[l].build_coarse(problem, formula_, sets, finer, *coarse_levels_[l], team);
+    coarse_builders_[l].build_coarse(problem, formula_, agglomerates, finer, *coarse_levels_[l], team);
     grids_[l + 1]->build(problem, *coarse_levels_[l], team);
   }
 }

@@ -68,7 +68,7 @@ void CutCellOperator::subtract_closed_faces(int j, const double* x, double* y) c
   const std::vector<float>&east = level_->faces.east, &north = level_->faces.north;
   for (int i = 0; i < at.nx; ++i) {
     const std::ptrdiff_t slot = at(i, j);
-    if (!level_->cover[slot].is_fluid()) continue;
+    if (!level_->owner[slot].is_fluid()) continue;
     const auto closed = [&](float open, std::ptrdiff_t neighbour) { y[slot] += (1.0 - open) * x[neighbour]; };
     if (i > 0) closed(east[at(i - 1, j)], at(i - 1, j));
     if (i + 1 < at.nx) closed(east[slot], at(i + 1, j));
@@ -169,7 +169,7 @@ void CutCellOperator::shift_cells(double value, double* x) const {
   });
 }
 
-void CutCellOperator::level_out(double* x, double* r) const {
+void CutCellOperator::fix_potential_level(double* x, double* r) const {
   const Layout& at = level_->layout;
   std::vector<double> row_sum(at.ny);
   for_each_row(*team_, at, [&](int j) {

@@ -31,7 +31,7 @@ class CutCellOperator {
   void right_hand_side(const LaplaceProblem& problem, double* b, double scale = 1) const;
   /// Shifts all potentials by the value that makes the residuals r sum to zero, and updates r. For systems that are
   /// grounded by couplings only.
-  void level_out(double* x, double* r) const;
+  void fix_potential_level(double* x, double* r) const;
   /// Shifts the floating groups' potentials, and all potentials by a common value, such that every group's charge and
   /// the sum of all charges are exact except for rounding. The shifts, of the order of CG's tolerance, are a Galerkin
   /// correction and reduce the error in the energy norm. `scale`: that of b.

@@ -39,7 +39,7 @@ PartLinker::PartLinker(const LinkInputs& inputs, PartLinks& links)
       formula_(inputs.formula),
       bodies_(inputs.bodies),
       assignment_(inputs.assignment),
-      cover_(inputs.level.cover),
+      owner_(inputs.level.owner),
       layout_(inputs.level.layout),
       links_(links) {}
 
@@ -77,7 +77,7 @@ void PartLinker::link_piece(const BodyPiece& piece) {
     const auto [from, to] = assignment_.columns(piece, j);
     cells += std::max(0, to - from + 1);
     for (int i = from; i <= to; ++i)
-      if (const std::ptrdiff_t slot = layout_(i, j); cover_[slot].is(body_)) links_.covered.push_back(slot);
+      if (const std::ptrdiff_t slot = layout_(i, j); owner_[slot].is(body_)) links_.covered.push_back(slot);
   }
   const bool has_all = static_cast<int>(links_.covered.size() - before) == cells;
   for (int j = piece.range.from_j; j <= piece.range.to_j; ++j) {
@@ -92,9 +92,9 @@ void PartLinker::link_piece(const BodyPiece& piece) {
 /// Links the body's cells in these columns of row j that have a neighbour outside the body.
 void PartLinker::link_columns(int j, Columns columns) {
   for (int i = columns.from; i <= columns.to; ++i) {
-    if (!cover_[layout_(i, j)].is(body_)) continue;
+    if (!owner_[layout_(i, j)].is(body_)) continue;
     const std::array<std::ptrdiff_t, 4> neighbours = neighbours_of(layout_, i, j);
-    if (std::ranges::all_of(neighbours, [&](std::ptrdiff_t next) { return cover_[next].is(body_); })) continue;
+    if (std::ranges::all_of(neighbours, [&](std::ptrdiff_t next) { return owner_[next].is(body_); })) continue;
     link_cell({i, j}, neighbours);
   }
 }
@@ -108,7 +108,7 @@ bool PartLinker::uses_batches() const {
 /// `neighbours`: their slots, by SideIndex.
 void PartLinker::link_cell(CellIndex cell, const std::array<std::ptrdiff_t, 4>& neighbours) {
   for (int side = 0; side < 4; ++side) {
-    const Cover owner = cover_[neighbours[side]];
+    const CellOwner owner = owner_[neighbours[side]];
     if (owner.is(body_) || !is_inside(next_cell(cell, side))) continue;
     if (owner.is_fluid())
       link_fluid_cell(cell, side, neighbours[side]);
@@ -122,7 +122,7 @@ void PartLinker::link_fluid_cell(CellIndex cell, int side, std::ptrdiff_t slot) 
   const Outline& outline = bodies_.outlines[body_];
   const Vec2 e = direction(side);
   const CellIndex fluid = next_cell(cell, side), beyond = next_cell(fluid, side);
-  const Cover opposed = is_inside(beyond) ? cover_[layout_(beyond.i, beyond.j)] : Cover();
+  const CellOwner opposed = is_inside(beyond) ? owner_[layout_(beyond.i, beyond.j)] : CellOwner();
   const int link = static_cast<int>(links_.links.size());
   if (!opposed.is_fluid() && group_of(opposed.body()) != group_of(body_))
     opposed_.push_back({link, cell, e, opposed.body()});
@@ -134,7 +134,7 @@ void PartLinker::link_fluid_cell(CellIndex cell, int side, std::ptrdiff_t slot) 
 }
 
 void PartLinker::link_conductor(CellIndex cell, Vec2 e, int other) {
-  const PairConductance c = channel_between(bodies_.outlines[body_], centre_of(cell), e, 1.0, &bodies_.outlines[other]);
+  const PairConductance c = conductor_link(bodies_.outlines[body_], centre_of(cell), e, 1.0, &bodies_.outlines[other]);
   links_.pairs.push_back({body_, other, c.value, c.gradient_a, c.gradient_b});
 }
 
@@ -169,8 +169,8 @@ void PartLinker::couple_opposed_surfaces() {
   for (const OpposedLink& opposed : opposed_) {
     FluidLink& link = links_.links[opposed.link];
     Conductance c{link.conductance, link.gradient};
-    const Squeeze squeezed =
-        squeeze(bodies_.outlines[body_], centre_of(opposed.cell), opposed.e, bodies_.outlines[opposed.other], c);
+    const OpposedSurfaceCorrection squeezed = correct_for_opposed_surface(
+        bodies_.outlines[body_], centre_of(opposed.cell), opposed.e, bodies_.outlines[opposed.other], c);
     if (!squeezed.close) continue;
     link.conductance = c.value;
     link.gradient = c.gradient;
@@ -201,15 +201,15 @@ void PartLinker::link_subgrid_conductors(int group) {
   };
   for (const int body : subgrid) {
     const Outline& disk = bodies_.outlines[body];
-    const double whole = thin_conductance(disk, layout_);
+    const double whole = subgrid_conductance(disk, layout_);
     const Interpolation around = interpolate(layout_, disk.centre, is_electrode.data());
     for (int n = 0; n < 4; ++n) {
       const std::ptrdiff_t slot = around.cell[n];
       const double c = std::abs(around.weight[n]) * whole;
       if (c == 0) continue;
-      if (cover_[slot].is_fluid())
+      if (owner_[slot].is_fluid())
         add_to_cell(slot, around.row[n], c);
-      else if (const int other = cover_[slot].body(); group_of(other) != group)
+      else if (const int other = owner_[slot].body(); group_of(other) != group)
         links_.pairs.push_back({body, other, c, {}, {}});
     }
   }

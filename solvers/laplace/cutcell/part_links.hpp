@@ -79,7 +79,7 @@ class PartLinker {
   const LinkFormula formula_;
   const GridBodies& bodies_;
   const CellAssignment& assignment_;
-  const std::vector<Cover>& cover_;
+  const std::vector<CellOwner>& owner_;
   const Layout layout_;
   PartLinks& links_;
   // The body whose links are being computed.

@@ -142,7 +142,7 @@ void CpuSolver::iterate(LaplaceSolution& solution) {
   solution.work += op.relax_edges(b.data(), x.data(), edge_sweeps);
   const double guess_norm = op.stretch(b.data(), x.data(), residual.data());
   solution.work += 1;
-  if (op.grounded_by_couplings()) op.level_out(x.data(), residual.data());
+  if (op.grounded_by_couplings()) op.fix_potential_level(x.data(), residual.data());
   system->finish();
   system->solve(b, x, residual, {options_.tolerance, guess_norm, 0, 0, rounding_of_residual()}, solution);
   op.balance(order.sorted(), unit_, b.data(), x.data());
@@ -188,7 +188,7 @@ void CpuSolver::finish(const LaplaceProblem& problem, LaplaceSolution& solution)
 void CpuSolver::store(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   std::vector<double> body_potential;
   for (const Body& body : problem.bodies) body_potential.push_back(solution.group_potential[body.group] / unit_);
-  for (const std::ptrdiff_t slot : level->covered) x[slot] = body_potential[order.index(level->cover[slot].body())];
+  for (const std::ptrdiff_t slot : level->covered) x[slot] = body_potential[order.index(level->owner[slot].body())];
   history.store(x, std::move(body_potential));
 }
 
@@ -204,7 +204,7 @@ Potentials CpuSolver::potentials() const {
 }
 
 Field CpuSolver::last_field() const {
-  Field field = field_on(level->layout, level->h, history.newest().data(), level->cover.data());
+  Field field = field_on(level->layout, level->h, history.newest().data(), level->owner.data());
   for (int& body : field.body)
     if (body >= 0) body = order.index(body);
   return field;
@@ -280,7 +280,7 @@ Field CutCellBackend::field() const {
   return last_field();
 }
 
-Field CutCellBackend::field_on(const Layout& at, double h, const double* cell, const Cover* cover) const {
+Field CutCellBackend::field_on(const Layout& at, double h, const double* cell, const CellOwner* cover) const {
   Field field{at.nx, at.ny, h, {}, {}};
   for (int j = 0; j < at.ny; ++j)
     for (int i = 0; i < at.nx; ++i) {

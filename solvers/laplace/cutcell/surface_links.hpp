@@ -227,8 +227,8 @@ LICHTENBERG_HOST_DEVICE inline SurfaceCircle surface_circle(const Outline& body,
 
 /// Returns the conductance between a body with the covered centre p and another conductor at a distance of `length` in
 /// direction e, or an electrode side (`other` null). If one of the two is a disk, it is the integral over the gap.
-LICHTENBERG_HOST_DEVICE inline PairConductance channel_between(const Outline& body, Vec2 p, Vec2 e, double length,
-                                                               const Outline* other) {
+LICHTENBERG_HOST_DEVICE inline PairConductance conductor_link(const Outline& body, Vec2 p, Vec2 e, double length,
+                                                              const Outline* other) {
   const Vec2 q = p + length * e;
   const bool disk = body.kind == Outline::Kind::disk, to_disk = other && other->kind == Outline::Kind::disk;
   if (to_disk || (disk && other)) {
@@ -242,7 +242,7 @@ LICHTENBERG_HOST_DEVICE inline PairConductance channel_between(const Outline& bo
 }
 
 /// Correction of a fluid cell's link to one conductor for a second conductor on the opposite side of the cell.
-struct Squeeze {
+struct OpposedSurfaceCorrection {
   /// Whether the gap is at most a cell wide. Otherwise the two links resolve it without a correction.
   bool close = false;
   /// Derivative of the link's conductance with respect to the second conductor's position.
@@ -253,8 +253,9 @@ struct Squeeze {
 /// series and give 1 / gap along the line through the cell's centre. Both are multiplied by the ratio of the integral
 /// over the cell's width to this value. The ratio also depends on the other conductor's position. p: centre of the
 /// body's cell. The fluid cell is next to it in direction e, followed by the partner's cell.
-LICHTENBERG_HOST_DEVICE inline Squeeze squeeze(const Outline& body, Vec2 p, Vec2 e, const Outline& partner,
-                                               Conductance& c) {
+LICHTENBERG_HOST_DEVICE inline OpposedSurfaceCorrection correct_for_opposed_surface(const Outline& body, Vec2 p, Vec2 e,
+                                                                                    const Outline& partner,
+                                                                                    Conductance& c) {
   if (body.kind != Outline::Kind::disk && partner.kind != Outline::Kind::disk) return {};
   const SurfaceCircle a = surface_circle(body, p, e, partner), b = surface_circle(partner, p + 2.0 * e, -e, body);
   const Exit in_a = circle_exit(p, e, a), in_b = circle_exit(p + 2.0 * e, -e, b);

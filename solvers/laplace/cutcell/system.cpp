@@ -139,7 +139,7 @@ SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level) 
   SparseSystem system;
   for (int j = 0; j < level.layout.ny; ++j)
     for (int i = 0; i < level.layout.nx; ++i)
-      if (const std::ptrdiff_t slot = level.layout(i, j); level.cover[slot].is_fluid()) system.slot.push_back(slot);
+      if (const std::ptrdiff_t slot = level.layout(i, j); level.owner[slot].is_fluid()) system.slot.push_back(slot);
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
     if (problem.groups[g].floating && level.has_unknown(static_cast<int>(g)))
       system.group.push_back(static_cast<int>(g));

@@ -1,13 +1,14 @@
 #pragma once
 
-// Bound cells (../bound_cells.hpp) on grids that have their own kernels in the V-cycle: their detection, the Schur
-// complement that their elimination leaves in groups' equations, and the elimination in the cycle (../kron_reduction.hpp).
-// Tiles store in a bound cell, on the way down and until groups have been relaxed on the way up, the flux from its
-// neighbours divided by its diagonal. A group's sum over all its links then equals the result of the elimination.
+// Bound cells (../eliminated_cells.hpp) on grids that have their own kernels in the V-cycle: their detection, the Schur
+// complement that their elimination leaves in groups' equations, and the elimination in the cycle
+// (../kron_reduction.hpp). Tiles store in a bound cell, on the way down and until groups have been relaxed on the way
+// up, the flux from its neighbours divided by its diagonal. A group's sum over all its links then equals the result of
+// the elimination.
 
-#include "solvers/laplace/cutcell/bound_cells.hpp"
 #include "solvers/laplace/cutcell/device/direct_links.hpp"
 #include "solvers/laplace/cutcell/device/pieces.hpp"
+#include "solvers/laplace/cutcell/eliminated_cells.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -30,7 +31,7 @@ struct LinksOfCell {
       conductance[side] = 0;
       if (link[side] < 0) continue;
       const double c = grid.links.conductance[link[side]];
-      is_close = is_close || c >= BoundCells::least_conductance;
+      is_close = is_close || c >= EliminatedCells::least_conductance;
       const int g = grid.links.group[link[side]];
       if (!problem.floating[g]) continue;
       floats = true;
@@ -74,9 +75,10 @@ void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, i
       if (of.group[side] < 0) continue;
       const double c = grid.links.conductance[of.link[side]], all = of.conductance[of.first_of(side)];
       grid.bound.share[of.link[side]] = static_cast<float>(c / of.diagonal);
-      grid.bound.kept[of.link[side]] = c / all * BoundCells::kept(all, of.diagonal);
+      grid.bound.kept[of.link[side]] = c / all * EliminatedCells::schur_diagonal(all, of.diagonal);
       for (int other = 0; other < side; ++other)
-        if (grid.finest && BoundCells::joined(of.conductance[side], of.conductance[other], of.diagonal) > strong_link)
+        if (grid.finest &&
+            EliminatedCells::schur_offdiagonal(of.conductance[side], of.conductance[other], of.diagonal) > strong_link)
           grid.required[Items::strong_links] = 1;  // all write the same
     }
   });
@@ -99,7 +101,7 @@ void list_joined(const Executor& run, ProblemView problem, GridView grid, const 
     for (int a = 0; a < 4; ++a)
       for (int b = 0; b < a; ++b) {
         if (of.conductance[a] == 0 || of.conductance[b] == 0) continue;
-        const double c = BoundCells::joined(of.conductance[a], of.conductance[b], of.diagonal);
+        const double c = EliminatedCells::schur_offdiagonal(of.conductance[a], of.conductance[b], of.diagonal);
         const int body_a = grid.links.end[of.link[a]].body(), body_b = grid.links.end[of.link[b]].body();
         list[at++] = {.own = body_a, .other = body_b, .kind = DirectLink::Kind::bound_cell, .conductance = c};
         list[at++] = {.own = body_b, .other = body_a, .kind = DirectLink::Kind::bound_cell, .conductance = c};

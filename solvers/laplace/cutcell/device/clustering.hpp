@@ -12,9 +12,9 @@
 #include <tuple>
 #include <vector>
 
+#include "solvers/laplace/cutcell/agglomerates.hpp"
 #include "solvers/laplace/cutcell/device/clusters.hpp"
 #include "solvers/laplace/cutcell/device/relax_clusters.hpp"
-#include "solvers/laplace/cutcell/sets.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace::device {

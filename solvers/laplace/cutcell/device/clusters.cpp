@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "solvers/disjoint_sets.hpp"
+#include "solvers/laplace/cutcell/agglomerates.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
-#include "solvers/laplace/cutcell/sets.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -107,7 +107,7 @@ void invert(Clusters& clusters, const GroupNetwork& network) {
 
 /// Returns the number of groups, in sets of several, that are unknowns of a grid with cells of h m: their set is too
 /// wide, or has a given potential.
-int unknowns(const LaplaceProblem& problem, const Sets& sets, double h) {
+int unknowns(const LaplaceProblem& problem, const Agglomerates& sets, double h) {
   struct Several {
     int set, members;
     Vec2 low{1e300, 1e300}, high{-1e300, -1e300};
@@ -135,7 +135,7 @@ int unknowns(const LaplaceProblem& problem, const Sets& sets, double h) {
   int count = 0;
   for (const Several& of : several) {
     const Vec2 extent = of.high - of.low;
-    if (sets.is_held[of.set] || std::max(extent.x, extent.y) > least_extent) count += of.members;
+    if (sets.is_grounded[of.set] || std::max(extent.x, extent.y) > least_extent) count += of.members;
   }
   return count;
 }
@@ -144,12 +144,12 @@ int unknowns(const LaplaceProblem& problem, const Sets& sets, double h) {
 
 SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h, int groups) {
   constexpr int most_unknowns = 300;
-  Sets sets = strongly_coupled(problem, links);
+  Agglomerates sets = find_agglomerates(problem, links);
   // Discards links too weak to join groups.
   std::erase_if(links, [](const NetworkLink& link) { return link.conductance <= least_joining; });
   for (double least = 4 * least_joining; !links.empty() && unknowns(problem, sets, h) > most_unknowns; least *= 4) {
     std::erase_if(links, [&](const NetworkLink& link) { return link.conductance < least; });
-    sets = strongly_coupled(problem, links);
+    sets = find_agglomerates(problem, links);
   }
   std::vector<int> bodies(groups, 0);
   for (const Body& body : problem.bodies) ++bodies[sets.of_group[body.group]];
@@ -159,7 +159,7 @@ SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links
   for (int g = 0; g < groups; ++g) {
     const bool is_own = g < static_cast<int>(problem.groups.size());
     const int set = is_own ? sets.of_group[g] : g;
-    const bool held = !is_own || sets.is_held[set];
+    const bool held = !is_own || sets.is_grounded[set];
     lists.of_group[g] = set;
     lists.held[g] = held;
     lists.is_alone[g] = !held && bodies[set] == 1;

@@ -44,12 +44,12 @@ void couple(const LaplaceProblem& problem, double largest, double least, GroupNe
 /// do not interact.
 Clusters clusters_of(GroupNetwork network, int most, bool all = false);
 
-/// Sets of groups that coarse grids treat as one (../sets.hpp), for `groups` groups, of which the problem has the
-/// first.
+/// Sets of groups that coarse grids treat as one (../agglomerates.hpp), for `groups` groups, of which the problem has
+/// the first.
 struct SetLists {
   std::vector<int> of_group;        ///< a set's first group
   std::vector<int> start, group;    ///< by first group: its set's groups
-  std::vector<int> is_alone, held;  ///< by group: whether its set is one body that floats; Sets::is_held
+  std::vector<int> is_alone, held;  ///< by group: whether its set is one body that floats; Agglomerates::is_grounded
 };
 
 /// Makes sets by couplings and the finest grid's direct links. Weaker links are left out until few groups of sets

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <vector>
 
+#include "solvers/laplace/cutcell/agglomerates.hpp"
 #include "solvers/laplace/cutcell/coarse.hpp"
 #include "solvers/laplace/cutcell/device/clustering.hpp"
 #include "solvers/laplace/cutcell/device/coarsest_system.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
-#include "solvers/laplace/cutcell/sets.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace::device {

@@ -24,13 +24,13 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
     int partner = -1;
     Vec2 partner_gradient;
     const int bi = cell.i + step_i(side ^ 1), bj = cell.j + step_j(side ^ 1);
-    const Cover behind = inside(grid.layout, bi, bj) ? grid.cells.cover[slot_of(grid.layout, bi, bj)] : Cover();
+    const CellOwner behind = inside(grid.layout, bi, bj) ? grid.cells.cover[slot_of(grid.layout, bi, bj)] : CellOwner();
     if (!behind.is_fluid() && problem.group_of[behind.body()] != problem.group_of[body]) {
       const int other = behind.body();
       const Outline& beyond = grid.bodies.outline[other];
       Conductance back = fluid_link(beyond, p, onward, grid.formula);
-      squeeze(outline, p + to_body, onward, beyond, c);
-      const Squeeze squeezed = squeeze(beyond, p + onward, to_body, outline, back);
+      correct_for_opposed_surface(outline, p + to_body, onward, beyond, c);
+      const OpposedSurfaceCorrection squeezed = correct_for_opposed_surface(beyond, p + onward, to_body, outline, back);
       if (squeezed.close) {
         partner = problem.group_of[other];
         partner_gradient = squeezed.partner_gradient;
@@ -71,7 +71,7 @@ void make_medium_diagonals(const Executor& run, ProblemView problem, GridView gr
     const Layout& at = grid.layout;
     const int slot = slot_of(at, i, j);
     double sum = 0;
-    const Cover cover = grid.cells.cover[slot];
+    const CellOwner cover = grid.cells.cover[slot];
     if (cover.is_fluid()) {
       const Neighbours n = neighbours(at, slot);
       sum = static_cast<double>(grid.medium.east[n.west]) + grid.medium.east[slot] + grid.medium.north[n.south] +

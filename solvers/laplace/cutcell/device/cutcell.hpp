@@ -181,9 +181,9 @@ class CutCell : public DeviceSolver {
   Field last_field() const override {
     const GridView& grid = finest().view();
     std::vector<double> cell(grid.layout.size());
-    std::vector<Cover> cover(grid.layout.size());
+    std::vector<CellOwner> cover(grid.layout.size());
     run_->to_host(cell.data(), history_[0].view.cell, cell.size() * sizeof(double));
-    run_->to_host(cover.data(), grid.cells.cover, cover.size() * sizeof(Cover));
+    run_->to_host(cover.data(), grid.cells.cover, cover.size() * sizeof(CellOwner));
     return field_on(grid.layout, grid.h, cell.data(), cover.data());
   }
 

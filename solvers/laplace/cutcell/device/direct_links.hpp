@@ -40,7 +40,7 @@ LICHTENBERG_HOST_DEVICE void for_each_owner(const ProblemView& problem, const Gr
   if (!grid.has_medium || !is_thin(problem, grid, body)) return;
   const Interpolation around = interpolate(grid.layout, grid.bodies.outline[body].centre, problem.electrode);
   for (int k = 0; k < 4; ++k) {
-    const Cover cover = grid.cells.cover[around.cell[k]];
+    const CellOwner cover = grid.cells.cover[around.cell[k]];
     if (around.weight[k] != 0 && !cover.is_fluid() && problem.group_of[cover.body()] != group)
       f(cover.body(), DirectLink::Kind::thin_conductor, k);
   }
@@ -99,7 +99,7 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
       if (link.kind == DirectLink::Kind::thin_conductor) {
         const Outline& disk = own_has_cell ? other : own;
         const Interpolation around = interpolate(grid.layout, disk.centre, problem.electrode);
-        link.conductance = std::abs(around.weight[link.corner]) * thin_conductance(disk, grid.layout);
+        link.conductance = std::abs(around.weight[link.corner]) * subgrid_conductance(disk, grid.layout);
         return;
       }
       const PairConductance c = own_has_cell ? shared_cell_link(other, own) : shared_cell_link(own, other);
@@ -110,7 +110,7 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
     const CellIndex cell = cell_of(grid.layout, link.slot);
     const Vec2 p = cell_centre(cell.i, cell.j), e = direction(link.side);
     if (link.is_to_electrode()) {
-      const PairConductance c = channel_between(own, p, e, 0.5, nullptr);
+      const PairConductance c = conductor_link(own, p, e, 0.5, nullptr);
       link.conductance = c.value;
       link.gradient = c.gradient_a;
       return;
@@ -119,7 +119,7 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
     const Outline& other = grid.bodies.outline[link.other];
     const bool first = link.own < link.other;
     const PairConductance c =
-        first ? channel_between(own, p, e, 1.0, &other) : channel_between(other, p + e, -e, 1.0, &own);
+        first ? conductor_link(own, p, e, 1.0, &other) : conductor_link(other, p + e, -e, 1.0, &own);
     link.conductance = c.value;
     link.gradient = first ? c.gradient_a : c.gradient_b;
     if (grid.finest && c.value > strong_link) grid.required[Items::strong_links] = 1;  // all write the same

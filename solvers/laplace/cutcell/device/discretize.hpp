@@ -122,19 +122,19 @@ void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
   });
   const auto own_cell = [=] LICHTENBERG_HOST_DEVICE(int body) {
     const Outline& outline = grid.bodies.outline[body];
-    if (outline.kind != Outline::Kind::disk || grid.bodies.present[body]) return static_cast<Cover*>(nullptr);
+    if (outline.kind != Outline::Kind::disk || grid.bodies.present[body]) return static_cast<CellOwner*>(nullptr);
     const Layout& at = grid.layout;
     return &grid.cells.cover[slot_of(at, cell_at(outline.centre.x, at.nx), cell_at(outline.centre.y, at.ny))];
   };
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    if (Cover* cover = own_cell(body)) claim(cover, problem.bodies + body);  // behind all bodies of the first round
+    if (CellOwner* cover = own_cell(body)) claim(cover, problem.bodies + body);  // behind all bodies of the first round
   });
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    if (Cover* cover = own_cell(body)) {
+    if (CellOwner* cover = own_cell(body)) {
       const int had = cover->body();  // read once: the winner may be writing it
       const int winner = had < problem.bodies ? had : had - problem.bodies;
       if (winner == body)
-        *cover = Cover::by(body);
+        *cover = CellOwner::by(body);
       else
         grid.bodies.cell_owner[body] = winner;
     }
@@ -168,7 +168,7 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
         continue;
       }
       const int next = slot_of(at, ni, nj);
-      const Cover beside = grid.cells.cover[next];
+      const CellOwner beside = grid.cells.cover[next];
       if (!beside.is_fluid()) {
         const int other = beside.body();
         if (other != strip.body && problem.group_of[other] != problem.group_of[strip.body])
@@ -216,7 +216,7 @@ struct FillVisitor {
     grid.links.group[at.links] = group;
     grid.links.end[at.links++] = end;
     if (!first) return;
-    grid.cells.cover[slot] = Cover::boundary_cell(at.boundary);
+    grid.cells.cover[slot] = CellOwner::boundary_cell(at.boundary);
     grid.boundary.slot[at.boundary] = slot;
     for (int side = 0; side < 4; ++side) {
       grid.boundary.link[side * grid.capacity[Items::boundary] + at.boundary] = -1;

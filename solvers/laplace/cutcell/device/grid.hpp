@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "solvers/laplace/cutcell/cover.hpp"
+#include "solvers/laplace/cutcell/cell_owner.hpp"
 #include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
@@ -12,11 +12,11 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Sets of groups that coarse grids treat as one (../sets.hpp); null: each group is its own set.
+/// Sets of groups that coarse grids treat as one (../agglomerates.hpp); null: each group is its own set.
 struct SetsView {
   const int* of_group;         ///< a set's first group
   const int *start, *group;    ///< by first group: its set's groups
-  const int *is_alone, *held;  ///< by group: whether its set is one floating body; Sets::is_held
+  const int *is_alone, *held;  ///< by group: whether its set is one floating body; Agglomerates::is_grounded
   bool operator==(const SetsView&) const = default;
 };
 
@@ -205,7 +205,7 @@ struct MediumArrays {
 
 /// Arrays by slot. A boundary cell is a fluid cell with a link.
 struct CellArrays {
-  Cover* cover;
+  CellOwner* cover;
   float* inverse_diagonal;  ///< 0 in covered cells and padding
 };
 
@@ -403,11 +403,11 @@ LICHTENBERG_HOST_DEVICE inline int segment_of(const int* start, int n, int value
 }
 
 /// Assigns a cell to a body: the lowest index wins; fluid, -1, counts as the highest.
-LICHTENBERG_HOST_DEVICE inline void claim(Cover* cover, int body) {
+LICHTENBERG_HOST_DEVICE inline void claim(CellOwner* cover, int body) {
 #ifdef __CUDA_ARCH__
   atomicMin(reinterpret_cast<unsigned*>(cover), static_cast<unsigned>(body));
 #else
-  if (cover->is_fluid() || body < cover->body()) *cover = Cover::by(body);
+  if (cover->is_fluid() || body < cover->body()) *cover = CellOwner::by(body);
 #endif
 }
 

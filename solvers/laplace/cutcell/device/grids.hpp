@@ -234,7 +234,7 @@ class DeviceGrid {
     count_strips(run_, problem, grid);
     run_.exclusive_scan(grid.strips.start, problem.bodies + 1);
     finalize_strip_count(run_, problem, grid);
-    run_.fill(grid.cells.cover, 0xff, grid.layout.size() * sizeof(Cover));  // fluid
+    run_.fill(grid.cells.cover, 0xff, grid.layout.size() * sizeof(CellOwner));  // fluid
     cover_cells(run_, problem, grid);
   }
 

@@ -151,7 +151,7 @@ void distribute_points(const Executor& run, ProblemView problem, GridView grid, 
     if (points.key[k] == 2 * bins) return;  // resolved
     const Outline& disk = grid.bodies.outline[body];
     const bool thin = points.key[k] >= bins;
-    const double times = thin ? thin_conductance(disk, grid.layout) : std::numbers::pi * disk.size * disk.size;
+    const double times = thin ? subgrid_conductance(disk, grid.layout) : std::numbers::pi * disk.size * disk.size;
     points.share[k] =
         homogenized_point(problem, grid.layout, disk.centre, problem.group_of[body], false, static_cast<float>(times));
   });

@@ -55,7 +55,7 @@ void apply_field(const Executor& run, ProblemView problem, GridView grid, const 
                      colour * static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
                  const int j = row - 1, i = 2 * (column - Layout::pad) + Layout::parity(colour, j);
                  double value = 0;
-                 const Cover cover = grid.cells.cover[slot];
+                 const CellOwner cover = grid.cells.cover[slot];
                  if (column >= Layout::pad && inside(at, i, j) && cover.is_fluid()) {
                    const Neighbours n = neighbours(at, colour, row, column);
                    const double around = x[n.west] + x[n.east] + x[n.south] + x[n.north];
@@ -148,8 +148,8 @@ LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value
   return sum;
 }
 
-/// CutCellOperator::level_out, for systems grounded by couplings only: shifts x so that r, which is stored, sums to
-/// zero.
+/// CutCellOperator::fix_potential_level, for systems grounded by couplings only: shifts x so that r, which is stored,
+/// sums to zero.
 template <class Executor>
 void fix_potential_level(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* level) {
   const int cells = static_cast<int>(grid.layout.size());

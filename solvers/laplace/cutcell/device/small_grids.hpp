@@ -202,7 +202,7 @@ struct SmallGrids {
 
   /// Flux from groups to a cell, if the grid has any.
   struct FromGroups {
-    const Cover* cover;
+    const CellOwner* cover;
     const Coupling* coupling;
     Bins thin;
     Layout layout;
@@ -220,7 +220,7 @@ struct SmallGrids {
     LICHTENBERG_HOST_DEVICE float operator()(int slot, int i, int j) const {
       float sum = 0;
       if (!any) return sum;
-      if (const Cover own = cover[slot]; own.is_boundary_cell())
+      if (const CellOwner own = cover[slot]; own.is_boundary_cell())
         for (int k = 4 * own.boundary_number(), end = k + 4; k < end; ++k)
           sum += coupling[k].conductance * phi[coupling[k].group];
       if (any_thin) sum += gathered(layout, thin, i, j, [&](int g, float conductance) { return conductance * phi[g]; });

@@ -26,7 +26,7 @@ LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int sl
     if (other) sum.other += conductance * other[group];
     return 0.0f;
   };
-  if (const Cover cover = grid.cells.cover[slot]; cover.is_boundary_cell()) {
+  if (const CellOwner cover = grid.cells.cover[slot]; cover.is_boundary_cell()) {
     const Coupling* coupling = grid.boundary.coupling + 4 * cover.boundary_number();
     for (int side = 0; side < 4; ++side) add(coupling[side].group, coupling[side].conductance);
   }
@@ -36,7 +36,7 @@ LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int sl
 
 /// Returns whether the cycle eliminates a fluid cell.
 LICHTENBERG_HOST_DEVICE inline bool is_bound(const GridView& grid, int slot) {
-  const Cover cover = grid.cells.cover[slot];
+  const CellOwner cover = grid.cells.cover[slot];
   return cover.is_boundary_cell() && grid.bound.is_bound[cover.boundary_number()];
 }
 
@@ -180,7 +180,7 @@ struct Descend {
 
 /// Returns a coarse cell's potential, or its conductor's, for bilinear interpolation.
 LICHTENBERG_HOST_DEVICE inline float potential_at(const ProblemView& problem, const GridView& grid, int slot) {
-  const Cover cover = grid.cells.cover[slot];
+  const CellOwner cover = grid.cells.cover[slot];
   return cover.is_fluid() ? grid.cycle.v[slot] : grid.cycle.phi[problem.group_of[cover.body()]];
 }
 

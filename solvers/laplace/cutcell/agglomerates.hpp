@@ -20,11 +20,11 @@ inline double least_in_cycle(const LaplaceProblem& problem) {
 
 /// Agglomerates: sets of groups that a coarse grid resolves or absorbs together. Their couplings are stronger than the
 /// links of small disks to the surrounding field; weaker couplings hardly matter compared with the field.
-struct Sets {
+struct Agglomerates {
   /// First group of each group's set.
   std::vector<int> of_group;
   /// By a set's first group: whether a group of the set has a given potential or is coupled to the field's only ground.
-  std::vector<char> is_held;
+  std::vector<char> is_grounded;
 };
 
 /// Minimum conductance of direct links between groups of one set. A gap that conducts four times as much as a face
@@ -34,6 +34,6 @@ constexpr double least_joining = 4;
 
 /// Returns the sets connected by strong couplings and by those of the finest grid's direct links that exceed
 /// `least_joining`, which are links of conductors that nearly touch.
-Sets strongly_coupled(const LaplaceProblem& problem, const std::vector<NetworkLink>& direct_links);
+Agglomerates find_agglomerates(const LaplaceProblem& problem, const std::vector<NetworkLink>& direct_links);
 
 }  // namespace lichtenberg::laplace

@@ -16,13 +16,15 @@ struct Level;
 /// surface. The cycle eliminates them (Kron reduction). If such a cell and the groups were
 /// relaxed alternately, a sweep would leave c / d of their common error (c: conductance to a group; d: the cell's sum).
 /// Elimination changes a group's conductance from c to c - c^2 / d, and adds c_a c_b / d between two groups.
-struct BoundCells {
+struct EliminatedCells {
   /// Minimum link conductance for the elimination of a cell; a face between two cells has 1. Table in README.md.
   static constexpr double least_conductance = 8;
   /// Schur complement of a cell: conductance of a group to the rest, and between two groups. `all`: sum of the cell's
   /// conductances.
-  LICHTENBERG_HOST_DEVICE static constexpr double kept(double c, double all) { return c * (all - c) / all; }
-  LICHTENBERG_HOST_DEVICE static constexpr double joined(double a, double b, double all) { return a * b / all; }
+  LICHTENBERG_HOST_DEVICE static constexpr double schur_diagonal(double c, double all) { return c * (all - c) / all; }
+  LICHTENBERG_HOST_DEVICE static constexpr double schur_offdiagonal(double a, double b, double all) {
+    return a * b / all;
+  }
 
   struct Cell {
     std::ptrdiff_t slot;
@@ -45,18 +47,18 @@ struct BoundCells {
 
   void clear();
   /// Appends the cells of another list.
-  void append(const BoundCells& more);
+  void append(const EliminatedCells& more);
   /// Calls effect(link, link, conductance) for each pair of groups with links to the same cell.
   template <class Effect>
-  void for_each_joined(const Effect& effect) const {
+  void for_each_pair(const Effect& effect) const {
     for (std::size_t k = 0; k < cells.size(); ++k)
       for (int m = start[k]; m < start[k + 1]; ++m)
         for (int n = m + 1; n < start[k + 1]; ++n)
-          effect(links[m], links[n], joined(links[m].conductance, links[n].conductance, cells[k].diagonal));
+          effect(links[m], links[n], schur_offdiagonal(links[m].conductance, links[n].conductance, cells[k].diagonal));
   }
 };
 
-/// Sets `level.bound` from its links to resolved bodies and its diagonal.
-void find_bound_cells(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team);
+/// Sets `level.eliminated` from its links to resolved bodies and its diagonal.
+void find_eliminated_cells(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team);
 
 }  // namespace lichtenberg::laplace

@@ -9,12 +9,12 @@ namespace lichtenberg::laplace {
 /// Owner of a cell: the body that covers the cell's centre, or the fluid. On a device, fluid cells with links are
 /// numbered (boundary cells), and this class stores the number. The code is a single integer, -1 for fluid. Memory
 /// filled with one bits is thus fluid, and an atomic minimum assigns a cell to the first body (device/grid.hpp).
-class Cover {
+class CellOwner {
  public:
   /// Fluid.
-  Cover() = default;
-  LICHTENBERG_HOST_DEVICE static constexpr Cover by(int body) { return Cover(body); }
-  LICHTENBERG_HOST_DEVICE static constexpr Cover boundary_cell(int number) { return Cover(-2 - number); }
+  CellOwner() = default;
+  LICHTENBERG_HOST_DEVICE static constexpr CellOwner by(int body) { return CellOwner(body); }
+  LICHTENBERG_HOST_DEVICE static constexpr CellOwner boundary_cell(int number) { return CellOwner(-2 - number); }
 
   LICHTENBERG_HOST_DEVICE constexpr bool is_fluid() const { return code_ < 0; }
   LICHTENBERG_HOST_DEVICE constexpr bool is_boundary_cell() const { return code_ <= -2; }
@@ -25,7 +25,7 @@ class Cover {
   LICHTENBERG_HOST_DEVICE constexpr int boundary_number() const { return -2 - code_; }
 
  private:
-  LICHTENBERG_HOST_DEVICE constexpr explicit Cover(std::int32_t code) : code_(code) {}
+  LICHTENBERG_HOST_DEVICE constexpr explicit CellOwner(std::int32_t code) : code_(code) {}
   std::int32_t code_ = -1;
 };
 

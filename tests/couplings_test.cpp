@@ -7,7 +7,7 @@
 #include <random>
 
 #include "solvers/laplace/circuit.hpp"
-#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/network_factors.hpp"
 #include "tests/dense_algebra.hpp"
@@ -99,7 +99,7 @@ std::vector<double> group_charges(const LaplaceProblem& problem, const LaplaceSo
 /// carries this times its conductance. The largest conductances belong to cells whose centre nearly lies on a surface.
 double rounding_of_charges(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   Level level(problem, 64, 64);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   double conductance = 0, largest = 0;
   for (const FluidLink& link : level.links) conductance += link.conductance;
   for (const PairLink& link : level.pairs) conductance += link.conductance;

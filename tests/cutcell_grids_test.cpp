@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solvers/laplace/cutcell/agglomerates.hpp"
 #include "solvers/laplace/cutcell/edge_cells.hpp"
-#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
 #include "solvers/laplace/cutcell/link_batch.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
 #include "solvers/laplace/cutcell/multigrid.hpp"
 #include "solvers/laplace/cutcell/operator.hpp"
-#include "solvers/laplace/cutcell/sets.hpp"
 #include "solvers/laplace/cutcell/system.hpp"
 #include "tests/cutcell_problems.hpp"
 
@@ -24,7 +24,7 @@ using namespace lichtenberg::cutcell_problems;
 TEST_CASE("operator: it equals the assembled matrix") {
   const LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   Level level(problem, 64, 64);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   const SparseSystem sparse = assemble(problem, level, false, false);
@@ -53,7 +53,7 @@ TEST_CASE("link lists: they contain the links of floating groups") {
   LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   for (const int body : {3, 5, 8}) problem.groups[problem.bodies[body].group].floating = false;
   Level level(problem, 1024, 1024);  // A disk has more links than one block of them.
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   REQUIRE(level.link_start[5] - level.link_start[4] > 512);
   LinkLists<double> lists;
   lists.build(problem, level, parallel::Team::single());
@@ -94,7 +94,7 @@ TEST_CASE("edge cells: each cell at a conductor once, with its floating links") 
   LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   for (const int body : {3, 5}) problem.groups[problem.bodies[body].group].floating = false;
   Level level(problem, 64, 64);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   LinkLists<double> lists;
   lists.build(problem, level, parallel::Team::single());
   EdgeCells edges;
@@ -125,7 +125,7 @@ TEST_CASE("multigrid preconditioner: it is symmetric and positive definite") {
   problem.bodies[2].group = problem.bodies[9].group;
   REQUIRE(gap(std::get<Disk>(problem.bodies[2].shape), problem.bodies[9].shape) > 40);
   Level level(problem, 128, 128);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   Multigrid multigrid(LinkFormula::log_fitted);
@@ -134,7 +134,7 @@ TEST_CASE("multigrid preconditioner: it is symmetric and positive definite") {
   multigrid.build_finest(problem, level);
   multigrid.finish();
   REQUIRE(multigrid.levels() > 2);
-  REQUIRE(level.bound.cells.size() > 10);
+  REQUIRE(level.eliminated.cells.size() > 10);
   crowds::Random random(7);
   std::vector<double> x(op.size()), y(op.size()), mx(op.size()), my(op.size());
   for (std::size_t k = 0; k < op.size(); ++k) {
@@ -178,14 +178,15 @@ LaplaceProblem lattice(int n, double radius) {
 TEST_CASE("coarse grid: unresolved floating disks form an effective medium") {
   const double radius = 0.3, fill = pi * radius * radius;
   Level level(lattice(8, radius), 8, 8);
-  level.build_coarse(lattice(8, radius), LinkFormula::log_fitted, strongly_coupled(lattice(8, radius), {}), nullptr);
+  LevelBuilder().build_coarse(lattice(8, radius), LinkFormula::log_fitted, find_agglomerates(lattice(8, radius), {}),
+                              nullptr, level);
   const double permittivity = (1 + fill) / (1 - fill);  // Maxwell Garnett.
   CHECK(level.fluid_cells == 64);
   CHECK(level.links.empty());
   CHECK(level.absorbed.size() == 64);
   const double single = 6e-8 * 10;
-  CHECK(level.east[level.layout(3, 4)] == doctest::Approx(permittivity).epsilon(single));
-  CHECK(level.north[level.layout(7, 0)] == doctest::Approx(permittivity).epsilon(single));
+  CHECK(level.faces.east[level.layout(3, 4)] == doctest::Approx(permittivity).epsilon(single));
+  CHECK(level.faces.north[level.layout(7, 0)] == doctest::Approx(permittivity).epsilon(single));
   CHECK(level.diagonal[level.layout(3, 4)] == doctest::Approx(4 * permittivity).epsilon(single));
   // In a corner there are two faces, and half a cell of the medium to the electrode.
   CHECK(level.diagonal[level.layout(0, 0)] == doctest::Approx((2 + 2) * permittivity).epsilon(single));
@@ -195,7 +196,7 @@ TEST_CASE("coarse grid: small disks at given potentials are subgrid conductors")
   LaplaceProblem problem = lattice(8, 0.1);
   for (Group& group : problem.groups) group.floating = false;
   Level level(problem, 8, 8);
-  level.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr);
+  LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, find_agglomerates(problem, {}), nullptr, level);
   CHECK(level.fluid_cells == 64);
   CHECK(level.absorbed.empty());
   REQUIRE(level.links.size() == 64);  // The disks are centred in their cells.
@@ -209,13 +210,14 @@ TEST_CASE("coarse grid: a group's subgrid conductors in a cell form one link") {
   const bool electrode[4] = {false, false, true, true};
   for (const int cells : {8, 4}) {  // Four and sixteen disks per cell.
     Level level(problem, cells, cells);
-    level.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr);
+    LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, find_agglomerates(problem, {}), nullptr, level);
     std::vector<double> expected(2 * level.layout.size(), 0.0), found = expected;
     for (const Body& body : problem.bodies) {
       const Outline disk = outline_in_cells(body.shape, level.h);
       const Interpolation around = interpolate(level.layout, disk.centre, electrode);
       for (int k = 0; k < 4; ++k)
-        expected[2 * around.cell[k] + body.group] += std::abs(around.weight[k]) * thin_conductance(disk, level.layout);
+        expected[2 * around.cell[k] + body.group] +=
+            std::abs(around.weight[k]) * subgrid_conductance(disk, level.layout);
     }
     for (const FluidLink& link : level.links) {
       CHECK(link.body < 2);  // The first body of its group.
@@ -248,7 +250,8 @@ TEST_CASE("subgrid conductor: its mean flux follows the lattice Green function")
   }
   const Outline disk{Outline::Kind::disk, {4, 4}, {}, 0.01};
   // 0.5 is 0.498, rounded.
-  CHECK(2 * pi / thin_conductance(disk, box) == doctest::Approx(mean_logarithm - std::log(0.01)).epsilon(0.004 / 3.9));
+  CHECK(2 * pi / subgrid_conductance(disk, box) ==
+        doctest::Approx(mean_logarithm - std::log(0.01)).epsilon(0.004 / 3.9));
 }
 
 TEST_CASE("conductor on a side: only its part inside the box takes flux") {
@@ -271,7 +274,7 @@ TEST_CASE("multigrid cycle: a small grounded half-disk sets the potential level"
   problem.bodies.push_back({Disk{{8, 0}, 0.15}, 256});
   const LaplaceSolution exact = CutCellSolver(options(256)).solve(problem);
   Level level(problem, 256, 256);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   Multigrid multigrid(LinkFormula::log_fitted);
@@ -296,8 +299,8 @@ TEST_CASE("coarse grids: a group that fits into 1.5 cells is absorbed permanentl
   for (std::size_t k = 0; k < problem.bodies.size(); ++k) problem.bodies[k].group = k == 1 ? 0 : static_cast<int>(k);
   problem.groups[1].floating = false;  // No body belongs to this group.
   Level finer(problem, 16, 16), coarser(problem, 8, 8);
-  finer.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr);
-  coarser.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), &finer);
+  LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, find_agglomerates(problem, {}), nullptr, finer);
+  LevelBuilder().build_coarse(problem, LinkFormula::log_fitted, find_agglomerates(problem, {}), &finer, coarser);
   CHECK(finer.newly_absorbed == 255);  // The pair is 1.4 cells long.
   CHECK_FALSE(finer.has_unknown(0));
   CHECK_FALSE(coarser.has_unknown(0));

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
 #include "solvers/laplace/cutcell/link_batch.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
@@ -64,7 +64,7 @@ TEST_CASE("links in gaps below a cell: those of link.hpp, with opposed surfaces"
     // The gap is 0.66 cells.
     problem.bodies = {{Disk{{9.8, 15.9}, 5}, 0}, {Disk{{20.45, 16.3}, 5}, one_group ? 0 : 1}};
     Level level(problem, 32, 32);
-    level.build(problem, LinkFormula::log_fitted);
+    LevelBuilder().build(problem, LinkFormula::log_fitted, level);
     std::size_t link = 0, squeezed = 0;
     for (int body = 0; body < 2; ++body) {
       const Outline own = outline_in_cells(problem.bodies[body].shape, 1),
@@ -78,8 +78,8 @@ TEST_CASE("links in gaps below a cell: those of link.hpp, with opposed surfaces"
             };
             if (covered_at(own, 1) || covered_at(other, 1)) continue;
             Conductance c = fluid_link(own, p + e, -e, LinkFormula::log_fitted);
-            Squeeze narrow;
-            if (!one_group && covered_at(other, 2)) narrow = squeeze(own, p, e, other, c);
+            OpposedSurfaceCorrection narrow;
+            if (!one_group && covered_at(other, 2)) narrow = correct_for_opposed_surface(own, p, e, other, c);
             REQUIRE(link < level.links.size());
             const FluidLink& found = level.links[link];
             // As for batches: the rounding of R^2 divided by the cut and R.
@@ -122,16 +122,16 @@ TEST_CASE("link gradients: they are the derivatives of the values") {
     for (const double gap : {0.7, 0.05, 1e-3}) {
       const Vec2 p{0.1, 0.2}, e{1, 0}, a{-7.6, 0.9}, b{a.x + 16 + gap, 0.6};
       const double tiny = 1e-3 * gap;  // The integrand varies over the gap.
-      const auto value = [&](Vec2 x, Vec2 y) { return channel(p, e, 1, x, 8, y, 8).value; };
-      const PairConductance c = channel(p, e, 1, a, 8, b, 8);
+      const auto value = [&](Vec2 x, Vec2 y) { return gap_conductance(p, e, 1, {x, 8}, {y, 8}).value; };
+      const PairConductance c = gap_conductance(p, e, 1, {a, 8}, {b, 8});
       const Vec2 dx{tiny, 0}, dy{0, tiny};
       // The truncation error is (tiny/gap)^2 = 1e-6.
       CHECK(c.gradient_a.x == doctest::Approx((value(a + dx, b) - value(a - dx, b)) / (2 * tiny)).epsilon(1e-5));
       CHECK(c.gradient_b.x == doctest::Approx((value(a, b + dx) - value(a, b - dx)) / (2 * tiny)).epsilon(1e-5));
       CHECK(c.gradient_a.y == doctest::Approx((value(a + dy, b) - value(a - dy, b)) / (2 * tiny)).epsilon(1e-3));
-      const auto to_rim = [&](Vec2 x, Vec2 y) { return channel(p, e, 1, x, 8, y, -24).value; };
+      const auto to_rim = [&](Vec2 x, Vec2 y) { return gap_conductance(p, e, 1, {x, 8}, {y, -24}).value; };
       const Vec2 rim{b.x - 32, 0.6};
-      const PairConductance r = channel(p, e, 1, a, 8, rim, -24);
+      const PairConductance r = gap_conductance(p, e, 1, {a, 8}, {rim, -24});
       CHECK(r.gradient_a.x == doctest::Approx((to_rim(a + dx, rim) - to_rim(a - dx, rim)) / (2 * tiny)).epsilon(1e-5));
       CHECK(r.gradient_b.x == doctest::Approx((to_rim(a, rim + dx) - to_rim(a, rim - dx)) / (2 * tiny)).epsilon(1e-5));
       CHECK(r.gradient_b.y == doctest::Approx((to_rim(a, rim + dy) - to_rim(a, rim - dy)) / (2 * tiny)).epsilon(1e-3));
@@ -143,12 +143,13 @@ TEST_CASE("channel between two circles: it is the integral of ds / gap") {
   // Parabolic channel: gap(s) = g + s^2 (1/R_a + 1/R_b) / 2 up to terms s^4/(4 R^3) = 3e-5 for s = 1/2, R = 8.
   for (const double g : {1e-5, 1e-3, 0.1}) {
     const double k = 0.125, exact = 2 / std::sqrt(g * k) * std::atan(0.5 * std::sqrt(k / g));
-    CHECK(channel({0, 0}, {1, 0}, 1, {-7.7, 0}, 8, {8.3 + g, 0}, 8).value == doctest::Approx(exact).epsilon(1e-3));
+    CHECK(gap_conductance({0, 0}, {1, 0}, 1, {{-7.7, 0}, 8}, {{8.3 + g, 0}, 8}).value ==
+          doctest::Approx(exact).epsilon(1e-3));
   }
   // Channel at the rim of a dish of radius 24, with curvature 1/8 - 1/24.
   for (const double g : {1e-5, 1e-3, 0.1}) {
     const double k = 0.5 * (1.0 / 8 - 1.0 / 24), exact = 2 / std::sqrt(g * k) * std::atan(0.5 * std::sqrt(k / g));
-    CHECK(channel({0, 0}, {1, 0}, 1, {-7.7, 0}, 8, {0.3 + g - 24, 0}, -24).value ==
+    CHECK(gap_conductance({0, 0}, {1, 0}, 1, {{-7.7, 0}, 8}, {{0.3 + g - 24, 0}, -24}).value ==
           doctest::Approx(exact).epsilon(1e-3));
   }
 }
@@ -184,7 +185,7 @@ TEST_CASE("two disks of half a cell: centres on faces give positive links") {
   problem.bodies = {{Disk{{16.91, 18}, 0.545}, 0}, {Disk{{19.09, 18}, 0.545}, 1}};
   problem.groups = {{false, 0, 0}, {true, 1, 0}};
   Level level(problem, 36, 36);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   for (const FluidLink& link : level.links) CHECK(link.conductance > 0);
   CutCellSolver solver(options(36));
   const LaplaceSolution solution = solver.solve(problem);

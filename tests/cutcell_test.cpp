@@ -10,7 +10,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/follow.hpp"
-#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/parallel/petsc.hpp"
@@ -250,7 +250,7 @@ TEST_CASE("link: a cell centre on a surface has a finite conductance") {
           problem.bodies = {{Disk{{(column + 0.5) * h, 30.5 * h}, radius * h}, 0}};
           problem.groups = {{true, 1, 0}};
           Level level(problem, 100, 100);
-          level.build(problem, formula);
+          LevelBuilder().build(problem, formula, level);
           bool positive = true;
           for (const FluidLink& link : level.links)
             positive = positive && link.conductance > 0 && std::isfinite(link.conductance) &&
@@ -366,7 +366,7 @@ TEST_CASE("follow: coarse changes are interpolated bilinearly and mirrored at si
   problem.bodies = {{Disk{{20, 16}, 5}, 0}};
   problem.groups = {{true, 1, 0}};
   Level level(problem, 32, 32);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   // The change is odd about the electrode on the left. Bilinear interpolation is exact except within half a coarse cell
@@ -437,7 +437,7 @@ TEST_CASE("work: it counts residual evaluations on the finest grid") {
   problem.groups = {{true, 1, 0}};
   CutCellSolver solver(options(16));
   Level level(problem, 16, 16);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   std::set<std::ptrdiff_t> with_links;
   for (const FluidLink& link : level.links) with_links.insert(link.cell);
   const double edge_sweeps = 4.0 * static_cast<double>(with_links.size()) / (16 * 16);

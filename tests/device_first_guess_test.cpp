@@ -11,6 +11,7 @@
 #include "solvers/laplace/cutcell/device/follow.hpp"
 #include "solvers/laplace/cutcell/follow.hpp"
 #include "solvers/laplace/cutcell/history.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/parallel/host_executor.hpp"
 #include "tests/device_scenes.hpp"
 
@@ -49,7 +50,7 @@ struct Known {
       for (int i = 0; i < found.nx; ++i) cell[layout(i, j)] = found.cell[j * found.nx + i] / scale;
     for (double& value : body) value /= scale;
   }
-  device::Found view() { return {layout, static_cast<int>(body.size()), {cell.data(), body.data()}, scale}; }
+  device::CoarseSolution view() { return {layout, static_cast<int>(body.size()), {cell.data(), body.data()}, scale}; }
   Layout layout;
   std::vector<double> cell, body;
   double scale;
@@ -61,7 +62,7 @@ TEST_CASE("initial guess from a coarser grid's change: it is the CPU's") {
   const LaplaceProblem problem = with_merged(crowd(25, 0.6), 3, 7);
   const int nx = 96, ny = 64, bodies = static_cast<int>(problem.bodies.size());
   Level level(problem, nx, ny);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   crowds::Random random(5);
@@ -73,15 +74,15 @@ TEST_CASE("initial guess from a coarser grid's change: it is the CPU's") {
   // Coarse solutions are in V, the finer one's potentials in units of 2 V.
   const double scale = 2;
   const Potentials before{24, 16, some(24 * 16), some(bodies)}, now{24, 16, some(24 * 16), some(bodies)};
-  History history;
+  SolutionHistory history;
   std::vector<double> newest = random_unknowns(op, random);
   const std::vector<double> of_bodies = some(bodies);
   std::vector<double> past_cell(newest.begin(), newest.begin() + level.layout.size()), past_body = of_bodies;
-  for (const std::ptrdiff_t slot : level.covered) past_cell[slot] = past_body[level.cover[slot].body()];
+  for (const std::ptrdiff_t slot : level.covered) past_cell[slot] = past_body[level.owner[slot].body()];
   for (const std::ptrdiff_t slot : level.covered) newest[slot] = past_cell[slot];
-  history.remember(newest, of_bodies);
+  history.store(newest, of_bodies);
   std::vector<double> x(op.size());
-  history.newest_guess(problem, op, x);
+  history.newest_as_guess(problem, op, x);
   add_change(before, now, problem, scale, op, x);
 
   parallel::HostExecutor run;
@@ -92,7 +93,7 @@ TEST_CASE("initial guess from a coarser grid's change: it is the CPU's") {
   device::Follower<parallel::HostExecutor> follower(run);
   Known then(before, 7), later(now, 0.3);  // The units of the solutions are arbitrary.
   follower.keep(then.view());
-  REQUIRE(follower.knows(later.view()));
+  REQUIRE(follower.is_comparable(later.view()));
   follower.compare(later.view(), scale);
   std::vector<double> device_x(op.size(), -7.0);
   device::follow_change(run, on_device.view(), grids.finest().view(), {past_cell.data(), past_body.data()},
@@ -134,14 +135,14 @@ TEST_CASE("follower: it requires the same bodies and an earlier solution") {
   parallel::HostExecutor run;
   device::Follower<parallel::HostExecutor> follower(run);
   Known two({8, 8, std::vector<double>(64), {1, 2}}, 1), one({8, 8, std::vector<double>(64), {1}}, 1);
-  CHECK_FALSE(follower.knows({}));
-  CHECK_FALSE(follower.knows(two.view()));
+  CHECK_FALSE(follower.is_comparable({}));
+  CHECK_FALSE(follower.is_comparable(two.view()));
   follower.keep(two.view());
-  CHECK(follower.knows(two.view()));
-  CHECK_FALSE(follower.knows(one.view()));
-  CHECK_FALSE(follower.knows({}));
+  CHECK(follower.is_comparable(two.view()));
+  CHECK_FALSE(follower.is_comparable(one.view()));
+  CHECK_FALSE(follower.is_comparable({}));
   follower.keep({});
-  CHECK_FALSE(follower.knows(two.view()));
+  CHECK_FALSE(follower.is_comparable(two.view()));
 }
 
 TEST_CASE("device follower: fewer iterations after group merges") {

@@ -349,14 +349,14 @@ struct CoarseGrid {
       : on_device(run), grid(run, n, n, problem.size.x / n, LinkFormula::log_fitted, false) {
     on_device.upload(problem, n, n);
     do {
-      grid.enlarge(on_device.view(), wanted);
-      grid.make_room(on_device.view(), {.has_medium = true, .number = number.data(), .wanted = wanted.data()});
+      grid.enlarge(on_device.view(), required);
+      grid.reserve(on_device.view(), {.has_medium = true, .number = number.data(), .required = required.data()});
       grid.outline(on_device.view(), nullptr);
       grid.build(on_device.view());
-    } while (!grid.fits(wanted));
+    } while (!grid.fits(required));
   }
   parallel::HostExecutor run;
-  device::Numbers number{}, wanted{};
+  device::Numbers number{}, required{};
   device::DeviceProblem<parallel::HostExecutor> on_device;
   device::DeviceGrid<parallel::HostExecutor> grid;
 };
@@ -375,10 +375,11 @@ TEST_CASE("device: a group's subgrid conductors between four cells form one") {
     const Outline disk = outline_in_cells(body.shape, grid.h);
     const Interpolation around = interpolate(grid.layout, disk.centre, electrode);
     for (int k = 0; k < 4; ++k)
-      expected[body.group * cells + around.cell[k]] += std::abs(around.weight[k]) * thin_conductance(disk, grid.layout);
+      expected[body.group * cells + around.cell[k]] +=
+          std::abs(around.weight[k]) * subgrid_conductance(disk, grid.layout);
   }
   std::vector<int> of_cell(3 * cells, 0);
-  for (int m = 0; m < grid.number[device::Of::links]; ++m) {
+  for (int m = 0; m < grid.number[device::Items::links]; ++m) {
     const int at = grid.links.group[m] * cells + grid.links.slot[m];
     links[at] += grid.links.conductance[m];
     CHECK(++of_cell[at] <= 4);  // From the four bins around a cell; 600 disks would have about ten.
@@ -402,8 +403,9 @@ TEST_CASE("device: a coarsest grid beyond one block's memory is inverted in pane
   crowds::Random random(3);
   for (const int n : {1, 32, 33, 200}) {
     CAPTURE(n);
-    const int room = n + 7;
-    std::vector<double> matrix(room * room, 7.0), inverse(room * room, 7.0), scratch(device::Panel::scratch(room));
+    const int capacity = n + 7;
+    std::vector<double> matrix(capacity * capacity, 7.0), inverse(capacity * capacity, 7.0),
+        scratch(device::Panel::scratch(capacity));
     for (int a = 0; a < n; ++a) matrix[a * n + a] = 0.5;  // Conductance to the ground.
     for (int a = 0; a < n; ++a)
       for (int b = 0; b < a; ++b) {
@@ -413,7 +415,7 @@ TEST_CASE("device: a coarsest grid beyond one block's memory is inverted in pane
         matrix[b * n + b] += conductance;
       }
     device::Numbers number{};
-    number[device::Of::coarse_unknowns] = n;
+    number[device::Items::coarse_unknowns] = n;
     device::GridView grid{};
     grid.number = number.data();
     int is_singular = 0;
@@ -423,7 +425,7 @@ TEST_CASE("device: a coarsest grid beyond one block's memory is inverted in pane
     coarsest.is_singular = &is_singular;
     coarsest.scratch = scratch.data();
     for (const bool pin : {false, true}) {
-      device::invert_in_panels(run, grid, coarsest, room, pin);
+      device::invert_in_panels(run, grid, coarsest, capacity, pin);
       CHECK(is_singular == 0);
       double worst = 0;
       for (int a = 0; a < n; ++a)
@@ -438,7 +440,7 @@ TEST_CASE("device: a coarsest grid beyond one block's memory is inverted in pane
     }
     matrix[0] = 0;  // The first node has no connection.
     for (int b = 1; b < n; ++b) matrix[b] = matrix[b * n] = 0;
-    device::invert_in_panels(run, grid, coarsest, room, false);
+    device::invert_in_panels(run, grid, coarsest, capacity, false);
     CHECK(is_singular == 1);
   }
 }

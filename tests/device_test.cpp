@@ -10,6 +10,7 @@
 #include "solvers/laplace/cutcell/device/cutcell.hpp"
 #include "solvers/laplace/cutcell/device/grids.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/multigrid.hpp"
 #include "solvers/laplace/cutcell/operator.hpp"
 #include "solvers/parallel/host_executor.hpp"
@@ -96,15 +97,15 @@ struct Discretized {
       : on_device(run), grid(run, nx, ny, problem.size.x / nx, formula, true) {
     on_device.upload(problem, nx, ny);
     do {  // Repeats until the capacity suffices.
-      grid.enlarge(on_device.view(), wanted);
-      grid.make_room(on_device.view(), {.has_medium = false, .number = number.data(), .wanted = wanted.data()});
+      grid.enlarge(on_device.view(), required);
+      grid.reserve(on_device.view(), {.has_medium = false, .number = number.data(), .required = required.data()});
       grid.outline(on_device.view(), nullptr);
       grid.build(on_device.view());
-    } while (!grid.fits(wanted));
+    } while (!grid.fits(required));
   }
-  int number_of(device::Of::Kind kind) const { return number[kind]; }
+  int number_of(device::Items::Kind kind) const { return number[kind]; }
   parallel::HostExecutor run;
-  device::Numbers number{}, wanted{};
+  device::Numbers number{}, required{};
   device::DeviceProblem<parallel::HostExecutor> on_device;
   device::DeviceGrid<parallel::HostExecutor> grid;
 };
@@ -141,7 +142,7 @@ std::vector<double> rounding_of_sums(const LaplaceProblem& problem, const Level&
 }
 
 /// Body index; -1 for fluid.
-int body_at(Cover cover) { return cover.is_fluid() ? -1 : cover.body(); }
+int body_at(CellOwner cover) { return cover.is_fluid() ? -1 : cover.body(); }
 
 }  // namespace
 
@@ -151,20 +152,20 @@ TEST_CASE("device: cells and links are the CPU's") {
       CAPTURE(std::string(c.name));
       const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
       Level level(c.problem, nx, ny);
-      level.build(c.problem, formula);
+      LevelBuilder().build(c.problem, formula, level);
       Discretized device(c.problem, nx, ny, formula);
       const device::GridView& view = device.grid.view();
       const Layout& at = level.layout;
       int different = 0;
       for (std::ptrdiff_t slot = 0; slot < at.size(); ++slot)
-        different += body_at(view.cells.cover[slot]) != body_at(level.cover[slot]);
+        different += body_at(view.cells.cover[slot]) != body_at(level.owner[slot]);
       CHECK(different == 0);
       CHECK(device.grid.fluid_cells(device.number) == level.fluid_cells);
 
-      REQUIRE(device.number_of(device::Of::links) == static_cast<int>(level.links.size()));
+      REQUIRE(device.number_of(device::Items::links) == static_cast<int>(level.links.size()));
       std::map<std::pair<std::ptrdiff_t, int>, std::vector<FluidLink>> expected;
       for (const FluidLink& link : level.links) expected[{link.cell, link.body}].push_back(link);
-      for (int m = 0; m < device.number_of(device::Of::links); ++m) {
+      for (int m = 0; m < device.number_of(device::Items::links); ++m) {
         auto& links = expected[{view.links.slot[m], view.links.end[m].body()}];
         const auto found = std::find_if(links.begin(), links.end(), [&](const FluidLink& link) {
           const double share = rounding_of(link, c.problem, level);
@@ -178,7 +179,7 @@ TEST_CASE("device: cells and links are the CPU's") {
         links.erase(found);
       }
       const std::vector<double> rounding = rounding_of_sums(c.problem, level);
-      for (int k = 0; k < device.number_of(device::Of::boundary); ++k) {
+      for (int k = 0; k < device.number_of(device::Items::boundary); ++k) {
         const double exact = level.diagonal[view.boundary.slot[k]];
         // The CPU adds c - 1 to 4 for each face: rounding of at most four such sums of terms not larger than the sum +
         // 4.
@@ -193,12 +194,12 @@ TEST_CASE("device: cells and links are the CPU's") {
       // Each pair is a gap conductance of both bodies, and each side link of a body is one.
       std::size_t side_links = 0;
       for (const SideLink& link : level.side_links) side_links += link.body >= 0;
-      CHECK(static_cast<std::size_t>(device.number_of(device::Of::direct_links)) ==
+      CHECK(static_cast<std::size_t>(device.number_of(device::Items::direct_links)) ==
             2 * level.pairs.size() + side_links);
       double sum = 0, device_sum = 0;
       for (const PairLink& pair : level.pairs) sum += 2 * pair.conductance;
       for (const SideLink& link : level.side_links) sum += link.body >= 0 ? link.conductance : 0;
-      for (int m = 0; m < device.number_of(device::Of::direct_links); ++m)
+      for (int m = 0; m < device.number_of(device::Items::direct_links); ++m)
         device_sum += view.direct.link[m].conductance;
       CHECK(device_sum == doctest::Approx(sum).epsilon(1e-13));  // Rounding of a sum of about 100 terms.
     }
@@ -209,7 +210,7 @@ TEST_CASE("test cases: they contain the intended situations") {
   for (const Case& c : cases()) {
     const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
     Level level(c.problem, nx, ny);
-    level.build(c.problem, LinkFormula::log_fitted);
+    LevelBuilder().build(c.problem, LinkFormula::log_fitted, level);
     Discretized device(c.problem, nx, ny, LinkFormula::log_fitted);
     pairs = pairs || !level.pairs.empty();
     cross = cross || !level.cross_gradients.empty();
@@ -231,7 +232,7 @@ TEST_CASE("device: operator and right-hand side are the CPU's") {
     CAPTURE(std::string(c.name));
     const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
     Level level(c.problem, nx, ny);
-    level.build(c.problem, LinkFormula::log_fitted);
+    LevelBuilder().build(c.problem, LinkFormula::log_fitted, level);
     CutCellOperator op;
     op.build(c.problem, level);
     Discretized device(c.problem, nx, ny, LinkFormula::log_fitted);
@@ -242,8 +243,7 @@ TEST_CASE("device: operator and right-hand side are the CPU's") {
     for (std::size_t g = 0; g < c.problem.groups.size(); ++g)
       if (!c.problem.groups[g].floating) x[cells + g] = 0;
     op.apply(x.data(), y.data());
-    device::apply_operator(device.run, device.on_device.view(), device.grid.view(), x.data(), device_y.data(),
-                           device.grid.partial());
+    device::apply_operator(device.run, device.on_device.view(), device.grid.view(), x.data(), device_y.data());
     op.right_hand_side(c.problem, b.data());
     device::right_hand_side(device.run, device.on_device.view(), device.grid.view(), device_b.data());
     const std::vector<double> of_links = rounding_of_sums(c.problem, level);
@@ -273,14 +273,14 @@ LaplaceProblem bars(double farther) {
 
 std::size_t bound_cells(const LaplaceProblem& problem, int nx, int ny) {
   Level level(problem, nx, ny);
-  level.build(problem, LinkFormula::log_fitted);
-  return level.bound.cells.size();
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
+  return level.eliminated.cells.size();
 }
 
 /// Largest difference between the V-cycles of device and CPU for random residuals, relative to the largest potential.
 double difference_of_cycles(const LaplaceProblem& problem, int nx, int ny) {
   Level level(problem, nx, ny);
-  level.build(problem, LinkFormula::log_fitted);
+  LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   Multigrid multigrid(LinkFormula::log_fitted, parallel::Team::single(),
@@ -445,12 +445,12 @@ TEST_CASE("device: without CUDA in the build it is refused with a message") {
 TEST_CASE("iterations: one predicted to reach the tolerance is the last") {
   device::Iterations iterations{};
   iterations.begin(1e-2, 100);
-  iterations.energy_norm = 1;
-  iterations.judge(1e-2);  // From r'z the norm is 0.1, more than 0.01 sqrt(1 + 0.01).
+  iterations.criterion.energy_norm = 1;
+  iterations.test_convergence(1e-2);  // From r'z the norm is 0.1, more than 0.01 sqrt(1 + 0.01).
   CHECK(iterations.go_on == 1);
   iterations.set_step(1);
-  CHECK(iterations.go_on == 1);  // The first step makes no prediction.
-  iterations.judge(3e-4);        // The norm falls to 0.17 of it; the next step is predicted to halve this, to 0.0087.
+  CHECK(iterations.go_on == 1);       // The first step makes no prediction.
+  iterations.test_convergence(3e-4);  // The norm falls to 0.17 of it; the next step is predicted to halve this, to 0.0087.
   CHECK(iterations.go_on == 1);
   iterations.set_step(1);
   CHECK(iterations.go_on == 0);

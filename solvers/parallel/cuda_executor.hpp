@@ -113,7 +113,7 @@ class CudaExecutor {
   template <class Sum, class Value, class More, class Finish>
   void sum_pieces(const Pieces& pieces, Sum* partial, Value value, More more, Finish finish) const {
     constexpr int lanes = 8, threads = 128;
-    const long all = static_cast<long>(lanes) * (pieces.room + pieces.segments);
+    const long all = static_cast<long>(lanes) * (pieces.capacity + pieces.segments);
     if (all == 0) return;
     launch(pieces_kernel<lanes, Sum, Value, More, Finish>, static_cast<unsigned>((all + threads - 1) / threads),
            threads, 0, pieces, partial, value, more, finish);

@@ -86,13 +86,13 @@ __global__ void pieces_kernel(Pieces pieces, Sum* partial, Value value, More mor
   const int lane = threadIdx.x % lanes, first = pieces.start[0], piece = first + item;
   int s = -1, count = 0;
   Sum sum{};
-  if (item < pieces.room && piece < pieces.start[pieces.segments]) {
+  if (item < pieces.capacity && piece < pieces.start[pieces.segments]) {
     s = pieces.of[piece] - pieces.first_segment;
     count = pieces.count(s);
     const int end = pieces.end[piece];
     for (int k = pieces.begin[piece] + lane; k < end; k += lanes) sum += value(k);
-  } else if (item >= pieces.room && item - pieces.room < pieces.segments) {
-    s = item - pieces.room;
+  } else if (item >= pieces.capacity && item - pieces.capacity < pieces.segments) {
+    s = item - pieces.capacity;
     if (pieces.count(s) > 0) s = -1;
   }
   sum = sum_of_lanes<lanes>(sum);
@@ -226,20 +226,20 @@ class CudaBlock {
 #endif
   }
   template <class Sum, class Value, class More, class Finish>
-  __host__ __device__ void sum_pieces(const Pieces& pieces, const int* listed, int n, Sum* partial, Value value,
-                                      More more, Finish finish) const {
+  __host__ __device__ void sum_pieces(const Pieces& pieces, SegmentList listed, Sum* partial, Value value, More more,
+                                      Finish finish) const {
     const int first = pieces.start[0];
     sum_segments(
         pieces.start[pieces.segments] - first, [&](int p) { return pieces.end[first + p] - pieces.begin[first + p]; },
         [&](int p, int t) { return value(pieces.begin[first + p] + t); },
         [&](int p, Sum sum) { partial[first + p] = sum; });
     sum_segments(
-        n, [&](int k) { return pieces.count(listed[k]) + more.count(listed[k]); },
+        listed.count, [&](int k) { return pieces.count(listed.segment[k]) + more.count(listed.segment[k]); },
         [&](int k, int t) {
-          const int s = listed[k], count = pieces.count(s);
+          const int s = listed.segment[k], count = pieces.count(s);
           return t < count ? partial[pieces.start[s] + t] : more.value(s, t - count);
         },
-        [&](int k, Sum sum) { finish(listed[k], sum); });
+        [&](int k, Sum sum) { finish(listed.segment[k], sum); });
   }
   template <class Sum, class Finish>
   __host__ __device__ void sum(const Sum& mine, Finish finish) const {

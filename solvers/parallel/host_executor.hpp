@@ -77,13 +77,19 @@ LICHTENBERG_HOST_DEVICE void enlarge_atomically(T* to, T value) {
 /// start[s + 1] - 1. `begin`, `end` and `of` are indexed by piece; begin and end are indices of values.
 struct Pieces {
   int segments = 0;
-  int room = 0;  ///< Capacity in pieces
+  int capacity = 0;  ///< Capacity in pieces
   const int* start = nullptr;
   const int *begin = nullptr, *end = nullptr;
   const int* of = nullptr;  ///< Segment of a piece, relative to `first_segment`
   int first_segment = 0;
   int* done = nullptr;  ///< Counter per segment: 0 before and after use
   LICHTENBERG_HOST_DEVICE int count(int s) const { return start[s + 1] - start[s]; }
+};
+
+/// Numbers of the segments to be summed.
+struct SegmentList {
+  const int* segment;
+  int count;
 };
 
 /// Additional values of segments: none.
@@ -125,15 +131,16 @@ class HostExecutor {
       for (int row = 0; row < rows; ++row)
         for (int column = 0; column < columns; ++column) f(row, column);
     }
-    /// Like HostExecutor::sum_segments and sum_pieces; the latter only for the n segments in `listed`.
+    /// Like HostExecutor::sum_segments and sum_pieces; the latter only for the listed segments.
     template <int lanes = 8, class Count, class Value, class Finish>
     void sum_segments(int n, Count count, Value value, Finish finish) const {
       HostExecutor().sum_segments(n, count, value, finish);
     }
     template <class Sum, class Value, class More, class Finish>
-    void sum_pieces(const Pieces& pieces, const int* listed, int n, Sum* /*partial*/, Value value, More more,
+    void sum_pieces(const Pieces& pieces, SegmentList listed, Sum* /*partial*/, Value value, More more,
                     Finish finish) const {
-      for (int k = 0; k < n; ++k) HostExecutor::sum_of_segment<Sum>(pieces, listed[k], value, more, finish);
+      for (int k = 0; k < listed.count; ++k)
+        HostExecutor::sum_of_segment<Sum>(pieces, listed.segment[k], value, more, finish);
     }
     /// Calls finish(sum over the threads of `mine`).
     template <class Sum, class Finish>

@@ -308,8 +308,7 @@ void require_order_in_double(const MeshRequest& request) {
 MeshChoice in_double(double accuracy, const MeshRequest& request, int lowest_order) {
   require_sensible(accuracy, request.lengths, request.contact);
   const double most = 0.5 * accuracy * accuracy * force2(request.contact);
-  Way way = in_double_precision(request.lengths, lowest_order);
-  way.longest_cutoff = std::min(way.longest_cutoff, request.longest_cutoff);
+  const Way way = in_double_precision(request.lengths, lowest_order);
   auto best = choose(most, request, way);
   if (!best)
     throw InputError(

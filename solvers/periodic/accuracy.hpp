@@ -57,10 +57,7 @@ struct MeshRequest {
   double contact = 1;
   std::optional<double> polarizability{};  ///< Polarizability (length^3) of induced dipoles; empty: no dipoles.
   ByHand by_hand{};
-  double longest_cutoff = INFINITY;  ///< Upper bound of the cut-off of a ParticleMesh, besides half of the shortest
-                                     ///< side.
-  bool on_device = false;            ///< True for a DeviceMesh, which also has prolate windows for charges without
-                                     ///< dipoles.
+  bool on_device = false;  ///< True for a DeviceMesh, which also has prolate windows for charges without dipoles.
   // The following options serve comparisons only.
   bool gauss = false;        ///< True: Ewald's Gaussian splitting in place of the prolate one.
   bool splines = false;      ///< True: spline windows for a SingleMesh and a DeviceMesh too.

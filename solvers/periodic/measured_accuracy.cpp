@@ -40,7 +40,7 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
   if (sources.size() > few && finer >= 1e-8) {
     try {
       MeshRequest exact = request;
-      exact.accuracy = finer, exact.only_double = true, exact.by_hand = {}, exact.longest_cutoff = INFINITY;
+      exact.accuracy = finer, exact.only_double = true, exact.by_hand = {};
       const MeshChoice choice = choose_quick_mesh(exact);
       return {spread_over(sources.size(), sources.size()), evaluated(*make_mesh_sum(choice), sources).force};
     } catch (const InputError&) {  // No mesh reaches this accuracy: use Ewald's sum

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/parallel/petsc.hpp"
 #include "src/commands/commands.hpp"
@@ -106,7 +106,7 @@ ExplainedGrid make_grid(const Scene& scene, const laplace::LaplaceProblem& probl
       static_cast<int>(std::lround(problem.size.x / h)), static_cast<int>(std::lround(problem.size.y / h)), h, {}};
   if (grid.cells() > most_to_count) return grid;
   laplace::Level level(problem, grid.nx, grid.ny);
-  level.build(problem, laplace::LinkFormula::log_fitted);
+  laplace::LevelBuilder().build(problem, laplace::LinkFormula::log_fitted, level);
   grid.fluid_cells = level.fluid_cells;
   return grid;
 }

@@ -34,7 +34,7 @@ double force_accuracy(const Scene& scene) {
 
 periodic::MeshChoice mesh_on_device(const Scene& scene) {
   periodic::MeshRequest request = mesh_request(scene);
-  request.by_hand = {}, request.longest_cutoff = INFINITY, request.on_device = true;
+  request.by_hand = {}, request.on_device = true;
   return periodic::choose_quick_mesh(request);
 }
 

@@ -35,8 +35,7 @@ periodic::MeshRequest mesh_request(const Scene& scene) {
           .lengths = lengths_of(scene),
           .contact = 2 * scene.smallest_radius(),
           .polarizability = dipoles ? std::optional(dipoles->polarizability) : std::nullopt,
-          .by_hand = {options.cutoff, options.alpha, options.mesh, options.order},
-          .longest_cutoff = longest_cutoff(scene)};
+          .by_hand = {options.cutoff, options.alpha, options.mesh, options.order}};
 }
 
 periodic::MeshChoice mesh_for(const Scene& scene) {

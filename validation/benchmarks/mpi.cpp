@@ -53,7 +53,7 @@ void benchmark(int cells, const LaplaceProblem& problem, const std::string& name
     CutCellOperator op;
     AssembledSystem system(LinkFormula::log_fitted, tolerance);
     const double discretization = seconds([&] {
-      level.build(problem, LinkFormula::log_fitted);
+      LevelBuilder().build(problem, LinkFormula::log_fitted, level);
       op.build(problem, level);
     });
     const double assembly = seconds([&] { system.assemble_matrix(problem, level); });

@@ -5,31 +5,32 @@
 
 #include "solvers/error.hpp"
 #include "solvers/geometry/circle_cell.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 
 namespace lichtenberg::laplace {
 
 namespace {
 
-/// Distances below this many cells are taken as this: where a centre all but lies on the surface, its distance says
-/// nothing about how far the fluid of its cell is from it.
+/// Lower bound of distances (cells). The distance of a centre close to the surface is no measure of the distance of the
+/// cell's fluid.
 constexpr double least_distance = 0.25;
 
-/// Faces are closed if less than this of them is open: rounding, in single precision.
+/// Open fraction below which a face is closed: the rounding error in single precision.
 constexpr float rounding = 1e-6f;
 
-/// A round body as the circle that is its surface, in cells.
+/// Surface of a round body in units of cells.
 struct Round {
   Disk circle;
   bool fluid_inside;
 
-  /// Cells of which it may cover some or a face: beyond, there is none of it.
+  /// Range of cells of which the body may cover a part or a face.
   CellRange around(int nx, int ny) const {
     if (fluid_inside) return {0, nx - 1, 0, ny - 1};
     const Vec2 low = circle.centre - Vec2{circle.radius + 1, circle.radius + 1};
     const Vec2 high = circle.centre + Vec2{circle.radius + 1, circle.radius + 1};
     return {cell_at(low.x, nx), cell_at(high.x, nx), cell_at(low.y, ny), cell_at(high.y, ny)};
   }
-  /// How much of a face it covers.
+  /// Length of the face from a to b that the body covers.
   double covers(Vec2 a, Vec2 b) const {
     const double inside = length_inside(circle, a, b);
     return fluid_inside ? 1.0 - inside : inside;
@@ -56,7 +57,7 @@ std::vector<Round> round_bodies(const LaplaceProblem& problem, double h) {
   return bodies;
 }
 
-/// How much of each cell's faces is open.
+/// Open fractions of all cells' faces.
 class Faces {
  public:
   Faces(const std::vector<Round>& bodies, int nx, int ny)
@@ -71,7 +72,7 @@ class Faces {
       });
   }
 
-  /// 0 to 1; single precision, as the level holds it
+  /// From 0 to 1, in single precision as in the level.
   float& open(int i, int j, int side) {
     if (side == left || side == right) return upright_[j * (nx_ + 1) + i + (side == right)];
     return level_[(j + (side == top)) * nx_ + i];
@@ -94,36 +95,35 @@ class Faces {
 /// A cell without an open face belongs to the body that its centre lies in, the first one where bodies overlap.
 void cover_cells(const std::vector<Round>& bodies, Faces& faces, Level& level) {
   const Layout& at = level.layout;
-  std::fill(level.cover.begin(), level.cover.end(), Cover());
+  std::fill(level.owner.begin(), level.owner.end(), CellOwner());
   level.covered.clear();
   level.covered_start.assign(1, 0);
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     for_cells(bodies[body], at.nx, at.ny, [&](int i, int j) {
       const std::ptrdiff_t slot = at(i, j);
-      if (faces.all(i, j) > 0 || bodies[body].distance(cell_centre(i, j)) > 0 || !level.cover[slot].is_fluid()) return;
-      level.cover[slot] = Cover::by(static_cast<int>(body));
+      if (faces.all(i, j) > 0 || bodies[body].distance(cell_centre(i, j)) > 0 || !level.owner[slot].is_fluid()) return;
+      level.owner[slot] = CellOwner::by(static_cast<int>(body));
       level.covered.push_back(slot);
     });
     level.covered_start.push_back(static_cast<int>(level.covered.size()));
   }
-  level.rim = level.covered;  // all of them: which ones lie beside others does not matter to what needs it
   level.fluid_cells = static_cast<long>(at.nx) * at.ny - static_cast<long>(level.covered.size());
 }
 
 void link_cells(Faces& faces, Level& level) {
   const Layout& at = level.layout;
-  level.east.assign(at.size(), 0.0f);
-  level.north.assign(at.size(), 0.0f);
+  level.faces.east.assign(at.size(), 0.0f);
+  level.faces.north.assign(at.size(), 0.0f);
   for (int j = 0; j < at.ny; ++j)
     for (int i = 0; i < at.nx; ++i) {
       const std::ptrdiff_t slot = at(i, j);
       level.diagonal[slot] = faces.all(i, j);
-      if (i + 1 < at.nx) level.east[slot] = faces.open(i, j, right);
-      if (j + 1 < at.ny) level.north[slot] = faces.open(i, j, top);
+      if (i + 1 < at.nx) level.faces.east[slot] = faces.open(i, j, right);
+      if (j + 1 < at.ny) level.faces.north[slot] = faces.open(i, j, top);
     }
 }
 
-/// Also returns the row of each link.
+/// Returns the row of each link.
 std::vector<int> link_bodies(const std::vector<Round>& bodies, Level& level) {
   std::vector<int> row;
   level.links.clear();
@@ -133,14 +133,14 @@ std::vector<int> link_bodies(const std::vector<Round>& bodies, Level& level) {
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     for_cells(bodies[body], level.layout.nx, level.layout.ny, [&](int i, int j) {
       const std::ptrdiff_t slot = level.layout(i, j);
-      if (!level.cover[slot].is_fluid()) return;
+      if (!level.owner[slot].is_fluid()) return;
       const Vec2 corner{static_cast<double>(i), static_cast<double>(j)};
       const Arc arc = arc_inside(bodies[body].circle, corner, corner + Vec2{1, 1});
       if (arc.length == 0) return;
       const double distance = std::max(std::abs(bodies[body].distance(cell_centre(i, j))), least_distance);
       const double outward = bodies[body].fluid_inside ? -1 : 1;
-      // Not the derivative of the conductance, which means nothing here, but what makes the link's force the pressure
-      // eps/2 (dV/dn)^2 on the arc.
+      // Not the derivative of the conductance, which is meaningless here: this value gives the pressure
+      // eps/2 (dV/dn)^2 on the arc as the link's force.
       const Vec2 gradient = (outward / (distance * distance)) * arc.normal;
       level.links.push_back({slot, static_cast<int>(body), arc.length / distance, gradient});
       level.diagonal[slot] += arc.length / distance;
@@ -163,7 +163,7 @@ void link_sides(const LaplaceProblem& problem, Faces& faces, Level& level) {
         level.diagonal[at(i, j)] -= open;
         continue;
       }
-      level.diagonal[at(i, j)] += open;  // half a cell to the wall: conductance 2 in place of 1
+      level.diagonal[at(i, j)] += open;  // half a cell to the wall: conductance 2 instead of 1
       const double potential = problem.sides[side].potential_at(level.h * (cell_centre(i, j) + 0.5 * direction(side)));
       level.side_links.push_back({at(i, j), -1, side, 2.0 * open, potential, {}});
     }
@@ -177,8 +177,7 @@ void build_by_apertures(const LaplaceProblem& problem, Level& level) {
   Faces faces(bodies, level.layout.nx, level.layout.ny);
   cover_cells(bodies, faces, level);
   link_cells(faces, level);
-  level.link_row_ = link_bodies(bodies, level);
-  level.sort_by_row(parallel::Team::single());
+  sort_links_by_row(link_bodies(bodies, level), level, parallel::Team::single());
   link_sides(problem, faces, level);
 }
 

@@ -9,7 +9,7 @@ AssembledSystem::AssembledSystem(LinkFormula links, double tolerance, CutCellOpt
     : links_(links), tolerance_(tolerance), device_(device) {}
 
 void AssembledSystem::build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) {
-  level.build(problem, links_);
+  builder_.build(problem, links_, level);
   op.build(problem, level);
   assemble_matrix(problem, level);
   set_up_preconditioner(problem);
@@ -30,7 +30,7 @@ void AssembledSystem::assemble_matrix(const LaplaceProblem& problem, const Level
   parallel::check_petsc(MatSetOptionsPrefix(matrix, "field_"));
   parallel::check_petsc(MatSetType(matrix, device_ == CutCellOptions::Device::cuda ? MATAIJCUSPARSE : MATAIJ));
   parallel::check_petsc(MatSetFromOptions(matrix));
-  // One of the two is of no effect, according to the number of processes.
+  // Only the call that fits the number of processes has an effect.
   parallel::check_petsc(
       MatSeqAIJSetPreallocationCSR(matrix, system.start.data(), system.index.data(), system.value.data()));
   parallel::check_petsc(
@@ -69,7 +69,7 @@ void AssembledSystem::solve(std::vector<double>& b, std::vector<double>& x, std:
   scatter(charges, krylov_.b);
   krylov_.criterion = criterion;
   krylov_.solve(solution);
-  solution.work = 0;  // not counted: what a preconditioner of PETSc's does is unknown
+  solution.work = 0;  // not counted: the work of PETSc's preconditioners is unknown
   gather(krylov_.x, x);
 }
 
@@ -80,7 +80,7 @@ std::vector<double> AssembledSystem::by_unknown(const std::vector<double>& x) co
   return result;
 }
 
-/// What the matrix takes to zero: the same potential everywhere, no differences.
+/// Returns the null space of the matrix: the same potential everywhere and zero differences.
 MatNullSpace AssembledSystem::constant_potential() const {
   MatNullSpace space = nullptr;
   if (numbering_.differences.empty()) {
@@ -98,7 +98,7 @@ MatNullSpace AssembledSystem::constant_potential() const {
   return space;
 }
 
-/// Each process takes its rows.
+/// Copies each process's rows.
 void AssembledSystem::scatter(const std::vector<double>& by_unknown, ::Vec to) const {
   PetscInt begin = 0, end = 0;
   parallel::check_petsc(VecGetOwnershipRange(to, &begin, &end));
@@ -108,7 +108,7 @@ void AssembledSystem::scatter(const std::vector<double>& by_unknown, ::Vec to) c
   parallel::check_petsc(VecRestoreArrayWrite(to, &value));
 }
 
-/// Each process gets all rows.
+/// Copies all rows to each process.
 void AssembledSystem::gather(::Vec from, std::vector<double>& to) const {
   VecScatter all_of = nullptr;
   ::Vec all = nullptr;

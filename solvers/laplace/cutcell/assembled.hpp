@@ -1,15 +1,16 @@
 #pragma once
 
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/linear_system.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/cutcell/system.hpp"
 
 namespace lichtenberg::laplace {
 
-/// The system as an AIJ matrix, for any PETSc preconditioner (default GAMG; -field_pc_type chooses). Where several
-/// processes run, each knows the whole geometry, holds a share of the rows, and gets the whole solution: build and
-/// solve are collective over PETSC_COMM_WORLD. On a CUDA device the matrix is of PETSc's type aijcusparse;
-/// -field_mat_type and -field_vec_type choose PETSc's types.
+/// The system as an AIJ matrix, for any PETSc preconditioner (option -field_pc_type; default GAMG). With several
+/// processes, each has the whole geometry, a part of the matrix rows, and the whole solution: build and solve are
+/// collective over PETSC_COMM_WORLD. On a CUDA device the matrix has PETSc's type aijcusparse. The options
+/// -field_mat_type and -field_vec_type set other types.
 class AssembledSystem : public LinearSystem {
  public:
   AssembledSystem(LinkFormula links, double tolerance, CutCellOptions::Device device = CutCellOptions::Device::cpu);
@@ -18,7 +19,7 @@ class AssembledSystem : public LinearSystem {
   void solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,
              const StopCriterion& criterion, LaplaceSolution& solution) override;
 
-  // The two parts of `build` after the discretization.
+  /// Parts of build() after the discretization.
   void assemble_matrix(const LaplaceProblem& problem, const Level& level);
   void set_up_preconditioner(const LaplaceProblem& problem);
 
@@ -30,8 +31,11 @@ class AssembledSystem : public LinearSystem {
   LinkFormula links_;
   double tolerance_;
   CutCellOptions::Device device_;
-  SparseSystem numbering_;             // no rows
-  std::vector<std::ptrdiff_t> entry_;  // of each unknown in the operator's vectors
+  LevelBuilder builder_;
+  // Without rows.
+  SparseSystem numbering_;
+  // Index of each unknown in the operator's vectors.
+  std::vector<std::ptrdiff_t> entry_;
   Krylov krylov_;
 };
 

@@ -3,11 +3,11 @@
 
 namespace lichtenberg::laplace {
 
-/// Unknowns are a shift of each group and one of everything, the level. A level of 1 takes a group to 1 - held, since
-/// links to given potentials (`hold`) pull on it as well as links to cells. The level comes from the sum of the cells'
-/// equations: the sum of all equations would hold what couplings carry, which may be stronger by any factor than all
-/// links to the field, and its rounding. `held` is a sum of positive terms, so that it has all its digits where a
-/// fixed group coupled by 1e-12 is all that holds.
+/// The unknowns are a shift of each group and one common shift, the level. A level of 1 shifts a group by 1 - response
+/// only, where `response` stems from its links to given potentials. The sum of the cells' equations determines the
+/// level. The sum of all equations would contain the flux through couplings and its rounding error, which may exceed
+/// all flux to the field. `response` is a sum of positive terms and therefore accurate also for a sole fixed group
+/// coupled by 1e-12.
 void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const double* b, double* x) const {
   double* x_group = x + cells_;
   std::vector<double> to_cells(groups_, 0.0), from_cells(groups_, 0.0), shift(groups_, 0.0);
@@ -16,22 +16,23 @@ void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const
   apply_groups(x, shift.data());
   for (std::size_t g = 0; g < groups_; ++g) shift[g] = group_diagonal_[g] > 0 ? b[cells_ + g] - shift[g] : 0.0;
   solve_groups(shift.data());
-  std::vector<double> held(groups_, 0.0);
+  std::vector<double> response(groups_, 0.0);
   LevelSums sums;
   for_each_given(
       problem, *level_,
       [&](std::ptrdiff_t cell, double c, double given) { sums += LevelSums::of_link(c, given / scale, x[cell]); },
-      [&](int g, double c, double) { held[g] += group_diagonal_[g] > 0 ? c : 0.0; });
-  solve_groups(held.data());
+      [&](int g, double c, double) { response[g] += group_diagonal_[g] > 0 ? c : 0.0; });
+  solve_groups(response.data());
   for (std::size_t g = 0; g < groups_; ++g)
-    if (group_diagonal_[g] > 0) sums += LevelSums::of_group(to_cells[g], x_group[g] + shift[g], from_cells[g], held[g]);
+    if (group_diagonal_[g] > 0)
+      sums += LevelSums::of_group(to_cells[g], x_group[g] + shift[g], from_cells[g], response[g]);
   const double level = sums.level();
   if (level != 0) shift_cells(level, x);
   for (std::size_t g = 0; g < groups_; ++g)
-    if (group_diagonal_[g] > 0) x_group[g] += shift[g] + level * (1 - held[g]);
+    if (group_diagonal_[g] > 0) x_group[g] += shift[g] + level * (1 - response[g]);
 }
 
-/// From what flows into each group to its potential, for given potentials of the cells.
+/// Replaces the flux into each group by the group's potential, at constant potentials of the cells.
 void CutCellOperator::solve_groups(double* flow) const {
   if (are_linked()) return group_factors_.solve(flow);
   for (std::size_t g = 0; g < groups_; ++g) flow[g] = group_diagonal_[g] > 0 ? flow[g] / group_diagonal_[g] : 0.0;

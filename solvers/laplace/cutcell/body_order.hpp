@@ -8,22 +8,22 @@
 
 namespace lichtenberg::laplace {
 
-/// A problem with its bodies sorted by the row of a grid that their centre lies in (of a bar its first end). What loops
-/// over bodies reads cells that lie near each other in memory then, and of a loop that threads share each has about the
-/// rows that it has of loops over cells.
+/// A problem with its bodies sorted by the grid row of their centre (of a bar: its first end). Loops over bodies then
+/// access cells that are close in memory, and each thread has approximately the same rows in loops over bodies and
+/// cells.
 class BodyOrder {
  public:
-  /// By `rows` rows of equal height; in a row the bodies stay in the problem's order.
+  /// Sorts by `rows` rows of equal height; within a row the bodies keep the problem's order.
   void sort(const LaplaceProblem& problem, int rows);
   const LaplaceProblem& sorted() const { return sorted_; }
-  /// Index in the problem of the sorted one's body.
+  /// Returns the index in the problem of a body of the sorted problem.
   int index(int body) const { return index_[body]; }
-  /// Takes one value a body from the sorted problem's order to the problem's.
+  /// Reorders values by body from the sorted problem's order to the problem's.
   template <class Value>
-  void restore(std::vector<Value>& of_body) const {
-    std::vector<Value> restored(of_body.size());
-    for (std::size_t body = 0; body < of_body.size(); ++body) restored[index_[body]] = of_body[body];
-    of_body = std::move(restored);
+  void restore(std::vector<Value>& value) const {
+    std::vector<Value> restored(value.size());
+    for (std::size_t body = 0; body < value.size(); ++body) restored[index_[body]] = value[body];
+    value = std::move(restored);
   }
 
  private:

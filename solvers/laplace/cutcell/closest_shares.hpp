@@ -6,10 +6,11 @@
 
 namespace lichtenberg::laplace {
 
-/// The number of past solutions that are kept.
+/// Number of past solutions in the history.
 constexpr int history_length = 3;
 
-/// Products of basis vectors: their Gram matrix in the operator (lower triangle), and with the right-hand side.
+/// Products of basis vectors: their Gram matrix in the energy product (lower triangle), and the products with the
+/// right-hand side.
 struct GuessProducts {
   double gram[history_length][history_length] = {}, rhs[history_length] = {};
   LICHTENBERG_HOST_DEVICE GuessProducts& operator+=(const GuessProducts& other) {
@@ -26,9 +27,9 @@ struct Shares {
   double of[history_length];
 };
 
-/// The combination of m basis vectors that is closest to the solution in the energy norm: Cholesky elimination of the
-/// Gram matrix, scaled to unit diagonal, the largest pivot first. Directions that depend on the others within 1e-10 get
-/// no share.
+/// Returns the combination of m basis vectors closest to the solution in the energy norm. Cholesky elimination of the
+/// Gram matrix, scaled to unit diagonal, with the largest pivot first. Vectors that are linearly dependent within 1e-10
+/// get the coefficient 0.
 LICHTENBERG_HOST_DEVICE inline Shares closest_shares(const GuessProducts& products, int m) {
   constexpr double dependent = 1e-10;
   double a[history_length][history_length], b[history_length], unit[history_length];

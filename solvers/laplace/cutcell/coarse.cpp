@@ -7,7 +7,7 @@ namespace lichtenberg::laplace {
 
 CoarseSolver::CoarseSolver() {
   cholmod_start(&common_);
-  common_.nmethods = 1;  // AMD alone: trying several orderings costs more than they save on so small a matrix
+  common_.nmethods = 1;  // AMD only: comparing orderings is too expensive for so small a matrix
   common_.method[0].ordering = CHOLMOD_AMD;
   common_.print = 0;
 }
@@ -31,14 +31,14 @@ void CoarseSolver::factorize(const LaplaceProblem& problem, const Level& level) 
 
 void CoarseSolver::factorize(SparseSystem system) {
   release();
-  if (system.unknowns() == 0) return;  // conductors of given potential cover all cells
+  if (system.unknowns() == 0) return;  // all cells are covered by conductors of given potential
   cholmod_sparse matrix{};
   matrix.nrow = matrix.ncol = system.unknowns();
   matrix.nzmax = system.index.size();
   matrix.p = system.start.data();
   matrix.i = system.index.data();
   matrix.x = system.value.data();
-  matrix.stype = 1;  // row a holds the columns b <= a: the upper triangle by columns
+  matrix.stype = 1;  // upper triangle by columns
   matrix.itype = CHOLMOD_INT;
   matrix.xtype = CHOLMOD_REAL;
   matrix.dtype = CHOLMOD_DOUBLE;

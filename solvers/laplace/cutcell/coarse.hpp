@@ -10,7 +10,7 @@
 
 namespace lichtenberg::laplace {
 
-/// Sparse Cholesky factorization (CHOLMOD) of a coarsest grid's system: fluid cells and floating groups.
+/// Sparse Cholesky factorization (CHOLMOD) of the coarsest grid's system of fluid cells and floating groups.
 class CoarseSolver {
  public:
   CoarseSolver();
@@ -18,11 +18,11 @@ class CoarseSolver {
   CoarseSolver(const CoarseSolver&) = delete;
   CoarseSolver& operator=(const CoarseSolver&) = delete;
 
-  /// `system`: its upper triangle by columns. Throws Failure if the matrix is not positive definite to working
-  /// precision.
+  /// Factorizes a matrix, given by its upper triangle by columns. Throws Failure if it is not positive definite within
+  /// rounding.
   void factorize(SparseSystem system);
   void factorize(const LaplaceProblem& problem, const Level& level);
-  /// v (by slot) and phi (by group) from f and charge; entries of fixed groups and covered cells are left as they are.
+  /// Sets v (by slot) and phi (by group) from f and charge. Entries of fixed groups and covered cells are not changed.
   void solve(const float* f, const float* charge, float* v, float* phi);
 
  private:
@@ -33,7 +33,8 @@ class CoarseSolver {
   cholmod_dense* solution_ = nullptr;
   cholmod_dense* work_y_ = nullptr;
   cholmod_dense* work_e_ = nullptr;
-  SparseSystem system_;  // its numbering only
+  // The numbering only, without rows.
+  SparseSystem system_;
 };
 
 }  // namespace lichtenberg::laplace

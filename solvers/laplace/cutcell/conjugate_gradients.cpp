@@ -9,7 +9,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// The vectors of a solve and what is done with them: three passes over memory an iteration.
+/// Vectors and steps of a solve: three passes over memory per iteration.
 class Iteration {
  public:
   Iteration(MatrixFreeContext& context, double* x)
@@ -27,7 +27,7 @@ class Iteration {
     row_product_.resize(layout_.ny);
   }
 
-  /// With the residual of x in r; from x = 0 if told to forget the guess.
+  /// Starts with the residual of x in r, or from x = 0 (`from_zero`).
   void start(const double* b, bool from_zero) {
     for_each_row(op_.team(), layout_, [&](int j) {
       if (from_zero) in_row(j, [&](std::ptrdiff_t k) { r_[k] = b[k]; });
@@ -37,13 +37,13 @@ class Iteration {
     multigrid_.take_groups(r_);
   }
 
-  // The parts that `iterate` asks for; q = A p.
+  // Parts of `iterate`; q = A p.
   PetscErrorCode precondition(double* product) {
     *product = multigrid_.cycle(r_);
     return 0;
   }
 
-  PetscErrorCode turn(double beta, double* curvature) {
+  PetscErrorCode update_direction(double beta, double* curvature) {
     ++context_.applications;
     const float* z = multigrid_.cells();
     const double* z_group = multigrid_.groups();
@@ -94,7 +94,7 @@ class Iteration {
     for (std::ptrdiff_t k = 0; k < groups_; ++k) entry(cells_ + k);
   }
 
-  /// The mean of z over all unknowns, which is all in the null space that z can have.
+  /// Returns the mean of z over all unknowns: its component in the null space.
   double mean_correction() const {
     const std::vector<double>& diagonal = op_.level().diagonal;
     double sum = 0, count = static_cast<double>(groups_);

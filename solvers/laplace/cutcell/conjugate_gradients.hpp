@@ -11,9 +11,9 @@ namespace lichtenberg::laplace {
 struct MatrixFreeContext {
   CutCellOperator* op = nullptr;
   Multigrid* multigrid = nullptr;
-  bool null_space = false;      ///< nothing is grounded: the matrix takes constants to zero
-  double applications = 0;      ///< of the operator, counted up
-  std::vector<double> r, p, q;  ///< residual (of the first guess before the solve), direction, A p
+  bool null_space = false;      ///< nothing is grounded: the matrix maps constants to zero
+  double applications = 0;      ///< number of operator evaluations
+  std::vector<double> r, p, q;  ///< residual (before the solve: of the initial guess), direction, A p
 
   void multiply(const double* x, double* y) {
     op->apply(x, y);
@@ -22,12 +22,12 @@ struct MatrixFreeContext {
   void precondition(const double* from, double* z) { multigrid->apply(from, z); }
 };
 
-/// KSP type: conjugate gradients as in KSPCG with the natural norm, but with the updates and products of vectors done
-/// where the operator and the V-cycle have the rows at hand, and on all threads of the operator's team. It reads the
-/// rows of x and b in place, needs the multigrid as PCSHELL with a MatrixFreeContext, and no other preconditioner.
+/// KSP type: conjugate gradients as KSPCG with the natural norm. Updates and products of vectors are computed row by
+/// row together with the operator and the V-cycle, on all threads of the operator's team. The type accesses x and b in
+/// place, and needs the multigrid as PCSHELL with a MatrixFreeContext.
 inline constexpr const char* fused_cg = "cutcell";
 
-/// Makes the type known to PETSc, which must be running. Throws Failure.
+/// Registers the type with PETSc, which must be running. Throws Failure.
 void register_fused_cg();
 
 }  // namespace lichtenberg::laplace

@@ -7,14 +7,14 @@
 
 namespace lichtenberg::laplace {
 
-/// The finest grid's fluid cells beside conductors, also those beside conductors of given potential alone, of whose
-/// links the lists know nothing.
+/// Fluid cells of the finest grid that have links to conductors, including conductors of given potential, whose links
+/// are not in the lists.
 class EdgeCells {
  public:
   /// `links`: the level's lists.
   void build(const Level& level, const LinkLists<double>& links, parallel::Team& team);
-  /// Calls effect(cell, first, end, 1 / diagonal) for those of a colour in row j; the cell's links to floating groups
-  /// are those from `first` up to before `end` of the lists.
+  /// Calls effect(cell, first, end, 1 / diagonal) for the cells of a colour in row j. The cell's links to floating
+  /// groups have the indices from `first` to `end` - 1 in the lists.
   template <class Effect>
   void for_each(int colour, int j, const Effect& effect) const {
     const auto& [start, black, end, first_link] = rows_[j];
@@ -32,14 +32,15 @@ class EdgeCells {
     int links_end;
     double inverse_diagonal;
   };
-  /// Places in cells_: a row's first cell, its first black one, and the one behind its last.
+  /// Indices in cells_: a row's first cell, its first black cell, and the end. Also the row's first link.
   struct Row {
     int start, black, end, first_link;
   };
   void list_row(const Level& level, const LinkLists<double>& links, int j);
 
   std::vector<Row> rows_;
-  std::vector<Cell> cells_;  // a row has room for a cell a link
+  // Memory for one cell per link of a row.
+  std::vector<Cell> cells_;
   std::size_t size_ = 0;
 };
 

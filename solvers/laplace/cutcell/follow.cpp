@@ -9,7 +9,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// A change of potentials on a grid of nx x ny cells, with a row and a column of mirror images around it.
+/// Change of potentials on a grid of nx x ny cells, with a row and a column of mirror images around it.
 struct Change {
   int nx, ny;
   std::vector<double> value;
@@ -18,8 +18,8 @@ struct Change {
   const double* row(int j) const { return &value[(j + 1) * (nx + 2) + 1]; }
 };
 
-/// A side that insulates continues the field evenly; the potential of one that is an electrode does not change, and the
-/// field is odd about it.
+/// Returns the change in units of `scale` (V). It is even about an insulating side, and odd about an electrode, whose
+/// potential does not change.
 Change change_between(const Potentials& before, const Potentials& now, const LaplaceProblem& problem, double scale) {
   Change change{now.nx, now.ny, std::vector<double>((now.nx + 2) * (now.ny + 2))};
   const std::array<bool, 4> electrode = electrodes(problem);
@@ -32,15 +32,15 @@ Change change_between(const Potentials& before, const Potentials& now, const Lap
   return change;
 }
 
-/// Where a finer grid's cell centre lies between those of a coarser one.
-struct Between {
+/// Position of a finer grid's cell centre between two centres of a coarser grid.
+struct InterpolationPoint {
   int low;
   double share_of_high;
 };
 
-Between between(int fine, int of_fine, int of_coarse) {
-  const double place = (fine + 0.5) * of_coarse / of_fine - 0.5, low = std::floor(place);
-  return {static_cast<int>(low), place - low};
+InterpolationPoint interpolation_point(int fine, int of_fine, int of_coarse) {
+  const double position = (fine + 0.5) * of_coarse / of_fine - 0.5, low = std::floor(position);
+  return {static_cast<int>(low), position - low};
 }
 
 }  // namespace
@@ -50,10 +50,10 @@ void add_change(const Potentials& before, const Potentials& now, const LaplacePr
   const Change change = change_between(before, now, problem, scale);
   const Level& level = op.level();
   const Layout& at = level.layout;
-  std::vector<Between> column;
-  for (int i = 0; i < at.nx; ++i) column.push_back(between(i, at.nx, change.nx));
+  std::vector<InterpolationPoint> column;
+  for (int i = 0; i < at.nx; ++i) column.push_back(interpolation_point(i, at.nx, change.nx));
   for_each_row(op.team(), at, [&](int j) {
-    const auto [J, high] = between(j, at.ny, change.ny);
+    const auto [J, high] = interpolation_point(j, at.ny, change.ny);
     thread_local std::vector<double> line;
     line.resize(change.nx + 2);
     for (int I = -1; I <= change.nx; ++I) line[I + 1] = (1 - high) * change.row(J)[I] + high * change.row(J + 1)[I];

@@ -9,14 +9,14 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// What a row of cells of one colour gets from its neighbours, all faces having conductance 1. `west` points at the
-/// neighbour on the left of the first cell; the one on its right follows it.
+/// Flux into a row of cells of one colour from their neighbours through faces of conductance 1. `west` points to the
+/// left neighbour of the first cell; its right neighbour follows.
 struct Neighbours {
   const float *west, *south, *north;
   float flux(int k) const { return west[k] + west[k + 1] + south[k] + north[k]; }
 };
 
-/// What such a row gets in a medium: each face's conductance stands at the cell on its left or below it.
+/// Flux into such a row in a medium. The conductance of a face is stored with the cell on its left or below it.
 struct NeighboursInMedium {
   Neighbours cell;
   const float *west, *east, *south, *north;
@@ -25,7 +25,7 @@ struct NeighboursInMedium {
   }
 };
 
-/// 0 where there is no unknown. Divides in any case, so that all can be divided at once.
+/// Inverts a diagonal; 0 where there is no unknown. An unconditional division permits vectorization.
 void invert_row(int n, const double* __restrict diagonal, float* __restrict inverse) {
   for (int k = 0; k < n; ++k) {
     const auto d = static_cast<float>(diagonal[k]);
@@ -34,7 +34,7 @@ void invert_row(int n, const double* __restrict diagonal, float* __restrict inve
   }
 }
 
-// Neighbours are of the other colour, so that no row that is written is read.
+// Neighbours have the other colour, so that no row is both read and written.
 
 /// v = (f + flux from the neighbours) / diagonal
 template <class Around>
@@ -48,14 +48,14 @@ void relax_row_from_zero(int n, float* __restrict v, const float* __restrict f,
   for (int k = 0; k < n; ++k) v[k] = f[k] * inverse_diagonal[k];
 }
 
-/// After a sweep from zero over red and then black, a red cell's residual is what its black neighbours have brought.
+/// Residual of red cells after a sweep from zero over red, then black cells: the flux from their black neighbours.
 template <class Around>
 void red_residual_row(int n, float* r, const float* inverse_diagonal, Around around) {
 #pragma GCC ivdep
   for (int k = 0; k < n; ++k) r[k] = inverse_diagonal[k] > 0 ? around.flux(k) : 0.0f;
 }
 
-/// r = f + flux from the neighbours - diagonal v; r may be f.
+/// r = f + flux from the neighbours - diagonal v. r and f may be the same.
 template <class Around>
 void residual_row(int n, float* r, const float* f, const float* v, const float* inverse_diagonal, Around around) {
 #pragma GCC ivdep
@@ -66,10 +66,9 @@ void residual_row(int n, float* r, const float* f, const float* v, const float* 
 }  // namespace
 
 Grid::Grid(const Layout& at, int sweeps, parallel::Team& team)
-    : layout(at), sweeps_(sweeps), team_(&team), natural_stride_(at.nx + 2 * Layout::pad) {
+    : layout(at), sweeps_(sweeps), team_(&team), mirrored_(at) {
   for (std::vector<float>* values : {&v, &f, &inverse_diagonal_}) parallel::resize_in_huge_pages(*values, at.size());
   parallel::resize_in_huge_pages(residual_, at.colour_size());
-  parallel::resize_in_huge_pages(natural_, (at.ny + 2) * natural_stride_);
 }
 
 void Grid::build(const LaplaceProblem& problem, const Level& level, parallel::Team& team) {
@@ -78,30 +77,20 @@ void Grid::build(const LaplaceProblem& problem, const Level& level, parallel::Te
     for (int colour = 0; colour < 2; ++colour) {
       const std::ptrdiff_t row = layout.row(colour, j);
       invert_row(layout.row_length(colour, j), &level.diagonal[row], &inverse_diagonal_[row]);
-      // The coarsest grid's solve sets unknowns only: cells that a grounded conductor covers now would keep what they
-      // had.
+      // The coarsest grid's solve sets unknowns only; cells that a grounded conductor covers must be reset here.
       std::fill_n(&v[row], layout.row_length(colour, j), 0.0f);
     }
   });
   links_.build(problem, level, team);
-  covered_cell_.assign(level.covered.begin(), level.covered.end());
-  covered_start_ = level.covered_start;
-  body_group_.clear();
-  for (const Body& body : problem.bodies) body_group_.push_back(body.group);
-
-  links_.leave_out(level, level.bound.link_of_level);
+  covered_.build(problem, level);
+  links_.leave_out(level, level.eliminated.link_of_level);
   std::vector<float> group_diagonal = group_diagonals(problem, level, links_, team);
-  build_bound(level, group_diagonal);
+  eliminated_.build(level.eliminated, layout, group_diagonal);
+  groups_.build(problem, level, group_diagonal);
   phi.assign(groups, 0.0f);
   charge.assign(groups, 0.0f);
   flux_.assign(groups, 0.0f);
-  group_inverse_diagonal_.assign(groups, 0.0f);
-  for (std::size_t g = 0; g < groups; ++g)
-    if (group_diagonal[g] > 0) group_inverse_diagonal_[g] = 1.0f / group_diagonal[g];
-  coupling_ = couple_groups(problem, level);
-  choose_block(level, group_diagonal);
-  east_ = level.east;
-  north_ = level.north;
+  faces_ = level.faces;
   newly_absorbed_.assign(level.absorbed.begin(), level.absorbed.begin() + level.newly_absorbed);
   for (int side = 0; side < 4; ++side) mirror[side] = problem.sides[side].kind == Side::Kind::electrode ? -1.0f : 1.0f;
 }
@@ -112,11 +101,11 @@ void Grid::with_neighbours(int colour, int j, const Effect& effect) const {
   const std::ptrdiff_t at = layout.row(colour, j), south = layout.row(1 - colour, j - 1);
   const std::ptrdiff_t west = layout.row(1 - colour, j) + Layout::parity(colour, j) - 1;
   const Neighbours cells{&v[west], &v[south], &v[layout.row(1 - colour, j + 1)]};
-  if (east_.empty())
+  if (faces_.are_uniform())
     effect(at, layout.row_length(colour, j), cells);
   else
     effect(at, layout.row_length(colour, j),
-           NeighboursInMedium{cells, &east_[west], &east_[at], &north_[south], &north_[at]});
+           NeighboursInMedium{cells, &faces_.east[west], &faces_.east[at], &faces_.north[south], &faces_.north[at]});
 }
 
 void Grid::relax(int colour, int j) {
@@ -125,18 +114,52 @@ void Grid::relax(int colour, int j) {
   });
 }
 
+float Grid::flux_from_neighbours(const EliminatedCells::Cell& cell) const {
+  const int colour = cell.slot < layout.colour_size() ? 0 : 1;
+  const std::ptrdiff_t number = cell.slot - layout.row(colour, cell.row);
+  const std::ptrdiff_t west = layout.row(1 - colour, cell.row) + Layout::parity(colour, cell.row) - 1 + number;
+  const std::ptrdiff_t south = layout.row(1 - colour, cell.row - 1) + number;
+  const std::ptrdiff_t north = layout.row(1 - colour, cell.row + 1) + number;
+  if (faces_.are_uniform()) return v[west] + v[west + 1] + v[south] + v[north];
+  return faces_.east[west] * v[west] + faces_.east[cell.slot] * v[west + 1] + faces_.north[south] * v[south] +
+         faces_.north[cell.slot] * v[north];
+}
+
+/// To be called after each relaxation of a row's cells of a colour.
+void Grid::update_eliminated(int colour, int j) {
+  eliminated_.update(colour, j, [this](const EliminatedCells::Cell& cell) { return flux_from_neighbours(cell); });
+}
+
+/// Adds the fluxes from cells to their groups. Fluxes from eliminated cells do not contain the part that returns to
+/// them.
+void Grid::add_cell_fluxes(std::vector<float>& sum) const {
+  links_.add_to_groups(*team_, v.data(), sum.data());
+  eliminated_.add_fluxes(sum);
+}
+
+/// Relaxes the groups after a sweep over cells and sets flux_ to the change of their potentials.
+void Grid::relax_groups_again(bool forward) {
+  const std::vector<float> before = phi;
+  std::fill(flux_.begin(), flux_.end(), 0.0f);
+  if (forward)
+    for (int j = 0; j < layout.ny; ++j) update_eliminated(0, j);
+  add_cell_fluxes(flux_);
+  groups_.relax(forward, charge, flux_, phi);
+  for (std::size_t g = 0; g < phi.size(); ++g) flux_[g] = phi[g] - before[g];
+}
+
 void Grid::add_link_fluxes(int j, const std::vector<float>& potential) {
   links_.add_to_row(j, potential.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
 }
 
-/// Conductors first: a conductor's charge spreads into its potential before the cells see it. Without that the sweep
-/// smooths against a wrong boundary (26 iterations of CG in place of 12).
+/// Relaxes conductors first, so that the sweep over cells has their potentials as boundary values (12 iterations of CG;
+/// otherwise 26).
 void Grid::smooth_from_zero() {
   std::fill(phi.begin(), phi.end(), 0.0f);
   std::fill(flux_.begin(), flux_.end(), 0.0f);
-  start_bound();
-  add_bound_fluxes(flux_);
-  relax_groups(true);
+  eliminated_.start(f);
+  eliminated_.add_fluxes(flux_);
+  groups_.relax(true, charge, flux_, phi);
   wavefront(*team_, layout, sweeps_ == 1 ? 3 : 2, [&](int stage, int j) {
     if (stage == 0) {
       add_link_fluxes(j, phi);
@@ -144,7 +167,7 @@ void Grid::smooth_from_zero() {
       relax_row_from_zero(layout.row_length(0, j), &v[at], &f[at], &inverse_diagonal_[at]);
     } else if (stage == 1) {
       relax(1, j);
-      note_bound(1, j);
+      update_eliminated(1, j);
     } else {
       with_neighbours(0, j, [&](std::ptrdiff_t at, int n, const auto& around) {
         red_residual_row(n, &residual_[at], &inverse_diagonal_[at], around);
@@ -157,19 +180,20 @@ void Grid::smooth_from_zero() {
       if (stage == 0) add_link_fluxes(j, flux_);
       if (stage < 2) {
         relax(stage, j);
-        note_bound(stage, j);
+        update_eliminated(stage, j);
       } else {
         with_neighbours(0, j, [&](std::ptrdiff_t at, int n, const auto& around) {
           residual_row(n, &residual_[at], &f[at], &v[at], &inverse_diagonal_[at], around);
         });
-        set_bound_residuals(j);
+        eliminated_.set_red_residuals(
+            j, [this](const EliminatedCells::Cell& cell) { return flux_from_neighbours(cell); }, residual_);
       }
     });
   }
 }
 
-/// Full weighting, the transpose of bilinear interpolation: a coarse cell collects its fine cells' residuals with
-/// weights 1 3 3 1 / 4 in each direction (black residuals are zero). What falls outside the box is mirrored back.
+/// Full weighting, the transpose of bilinear interpolation: weights 1 3 3 1 / 4 of the fine cells' residuals in each
+/// direction (black residuals are zero). Contributions to cells outside the box are mirrored.
 void Grid::restrict_row(Grid& coarse, int J) const {
   const int NX = coarse.layout.nx, NY = coarse.layout.ny;
   thread_local std::vector<float> buffer;
@@ -195,25 +219,15 @@ void Grid::restrict_row(Grid& coarse, int J) const {
   }
 }
 
-/// sum += what cells and coupled groups bring to each group, its own potential's share taken off. Coupled groups were
-/// in balance when they were relaxed: what has changed since is theirs.
-void Grid::add_group_charges(std::vector<float>& sum) const {
-  std::vector<float> of_coupled;
-  if (is_coupled_) {
-    of_coupled.assign(phi.size(), 0.0f);
-    add_cell_fluxes(of_coupled);
+/// Adds fluxes to the groups' charges such that these become residuals.
+void Grid::add_group_residuals(std::vector<float>& charges) const {
+  std::vector<float> flux;
+  if (groups_.is_coupled()) {
+    flux.assign(phi.size(), 0.0f);
+    add_cell_fluxes(flux);
   }
-  add_cell_fluxes(sum);
-  for (std::size_t g = 0; g < phi.size(); ++g) {
-    for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
-      sum[g] += coupling_.conductance[m] * phi[coupling_.other[m]];
-    sum[g] = group_inverse_diagonal_[g] > 0 ? sum[g] - phi[g] / group_inverse_diagonal_[g] : 0.0f;
-  }
-  if (!is_coupled_) return;
-  for (std::size_t k = 0; k < block_.size(); ++k) {
-    const int g = block_[k];
-    sum[g] = static_cast<float>(of_coupled[g] + flux_from_outside(g) - block_flux_[k]);
-  }
+  add_cell_fluxes(charges);
+  groups_.complete_residuals(phi, flux, charges);
 }
 
 void Grid::absorb_charges(std::span<const AbsorbedGroup> groups) {
@@ -223,19 +237,13 @@ void Grid::absorb_charges(std::span<const AbsorbedGroup> groups) {
   }
 }
 
-/// A conductor is the same unknown on both grids, unless the coarse one absorbs it; the residuals of the coarse cells
-/// that it covers are its as well.
+/// A group has an unknown on both grids, unless the coarse one absorbs it. It also receives the residuals of the coarse
+/// cells that its bodies cover.
 void Grid::restrict_groups(Grid& coarse) {
   coarse.charge = charge;
-  add_group_charges(coarse.charge);
+  add_group_residuals(coarse.charge);
   coarse.absorb_charges(coarse.newly_absorbed_);
-  const int bodies = static_cast<int>(body_group_.size());
-  for (int body = 0; body < bodies; ++body) {
-    float sum = 0;
-    for (int m = coarse.covered_start_[body]; m < coarse.covered_start_[body + 1]; ++m)
-      sum += coarse.f[coarse.covered_cell_[m]];
-    coarse.charge[body_group_[body]] += sum;
-  }
+  coarse.covered_.add_to_groups(coarse.f, coarse.charge);
 }
 
 void Grid::restrict_to(Grid& coarse) {
@@ -244,46 +252,29 @@ void Grid::restrict_to(Grid& coarse) {
 }
 
 void Grid::spread(const std::vector<float>& potential, const std::array<float, 4>& mirrored) {
-  const int bodies = static_cast<int>(body_group_.size()), chunks = bands(layout, *team_);
-  team_->for_each(chunks, [&](int chunk) {
-    for (int body = bodies * chunk / chunks; body < bodies * (chunk + 1) / chunks; ++body)
-      for (int m = covered_start_[body]; m < covered_start_[body + 1]; ++m)
-        v[covered_cell_[m]] = potential[body_group_[body]];
-  });
+  covered_.fill(potential, *team_, bands(layout, *team_), v);
   for (const AbsorbedGroup& group : newly_absorbed_) {
     phi[group.group] = 0;
     for (int k = 0; k < 4; ++k) phi[group.group] += group.weight[k] * v[group.cell[k]];
   }
-  const auto write_row = [&](int j, int from, float sign) {
-    float* row = &natural_[(j + 1) * natural_stride_ + Layout::pad];
-    for (int colour = 0; colour < 2; ++colour) {
-      const float* v_row = &v[layout.row(colour, from)];
-      const int parity = Layout::parity(colour, from);
-      for (int k = 0; k < layout.row_length(colour, from); ++k) row[2 * k + parity] = sign * v_row[k];
-    }
-    row[-1] = mirrored[left] * row[0];
-    row[layout.nx] = mirrored[right] * row[layout.nx - 1];
-  };
-  for_each_row(*team_, layout, [&](int j) { write_row(j, j, 1.0f); });
-  write_row(-1, 0, mirrored[bottom]);
-  write_row(layout.ny, layout.ny - 1, mirrored[top]);
+  mirrored_.assign(v, mirrored, layout, *team_);
 }
 
-/// Calls effect(slot, value) for the bilinear interpolation from `coarse` to every cell of a row: 9 3 3 1 / 16 of the
-/// four nearest coarse cells.
+/// Calls effect(slot, value) for every cell of a row with the bilinear interpolation from `coarse`: weights 9 3 3 1 /
+/// 16 of the four nearest coarse cells.
 template <class Effect>
 void Grid::interpolate_row(const Grid& coarse, int colour, int j, const Effect& effect) const {
-  const int beside = Layout::parity(colour, j) == 0 ? -1 : 1;
-  const float* own = coarse.natural_row(j / 2);
-  const float* next = coarse.natural_row(j / 2 + (j % 2 == 0 ? -1 : 1));
+  const int next_column = Layout::parity(colour, j) == 0 ? -1 : 1;
+  const float* own = coarse.mirrored_.row(j / 2);
+  const float* next = coarse.mirrored_.row(j / 2 + (j % 2 == 0 ? -1 : 1));
   const std::ptrdiff_t at = layout.row(colour, j);
   const int n = layout.row_length(colour, j);
   for (int I = 0; I < n; ++I)
-    effect(at + I,
-           0.75f * (0.75f * own[I] + 0.25f * own[I + beside]) + 0.25f * (0.75f * next[I] + 0.25f * next[I + beside]));
+    effect(at + I, 0.75f * (0.75f * own[I] + 0.25f * own[I + next_column]) +
+                       0.25f * (0.75f * next[I] + 0.25f * next[I + next_column]));
 }
 
-/// The correction goes to the red cells only: the black ones are relaxed next and forget what they had.
+/// Adds the correction to red cells only, because the subsequent relaxation of black cells overwrites their values.
 void Grid::correct_and_smooth(const Grid& coarse, const double* r, double* row_product) {
   for (int sweep = 0; sweep < sweeps_; ++sweep) {
     const bool is_last = sweep + 1 == sweeps_;
@@ -293,17 +284,17 @@ void Grid::correct_and_smooth(const Grid& coarse, const double* r, double* row_p
         if (sweep == 0) add_correction(coarse, j);
       } else if (stage == 1) {
         relax(1, j);
-        note_bound(1, j);
+        update_eliminated(1, j);
       } else {
         relax(0, j);
-        note_bound(0, j);
+        update_eliminated(0, j);
         if (r && is_last) row_product[j] = row_dot_of_cells(r, j);
       }
     });
     if (sweep == 0)
       for (std::size_t g = 0; g < phi.size(); ++g) phi[g] += coarse.phi[g];
     relax_groups_again(false);
-    follow_groups(sweep + 1 == sweeps_ ? r : nullptr, row_product);
+    eliminated_.substitute(phi, is_last ? r : nullptr, row_product, v);
   }
 }
 
@@ -335,17 +326,17 @@ void Grid::interpolate_from(const Grid& coarse) {
   phi = coarse.phi;
 }
 
-void Grid::settle_coupled() {
-  if (!is_coupled_) return;
+void Grid::solve_coupled_groups() {
+  if (!groups_.is_coupled()) return;
   std::fill(flux_.begin(), flux_.end(), 0.0f);
-  take_bound_as_relaxed();
+  eliminated_.set_relaxed(v, phi);
   add_cell_fluxes(flux_);
-  relax_block();
+  groups_.relax_block(charge, flux_, phi);
 }
 
 void Grid::form_residual() {
-  settle_coupled();
-  take_bound_as_relaxed();
+  solve_coupled_groups();
+  eliminated_.set_relaxed(v, phi);
   for_each_row(*team_, layout, [&](int j) {
     for (int colour = 0; colour < 2; ++colour)
       with_neighbours(colour, j, [&](std::ptrdiff_t at, int n, const auto& around) {
@@ -353,7 +344,7 @@ void Grid::form_residual() {
       });
     add_link_fluxes(j, phi);
   });
-  add_group_charges(charge);
+  add_group_residuals(charge);
 }
 
 }  // namespace lichtenberg::laplace

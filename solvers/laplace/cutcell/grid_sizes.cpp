@@ -21,7 +21,7 @@ GridSize finest_grid(const LaplaceProblem& problem, int cells) {
 }
 
 std::vector<GridSize> grid_sizes(int nx, int ny) {
-  constexpr int least = 8;  // cells along the shorter side: small enough to be factorized in no time
+  constexpr int least = 8;  // cells along the shorter side, few enough for a fast factorization
   std::vector<GridSize> sizes{{nx, ny}};
   while (nx % 2 == 0 && ny % 2 == 0 && std::min(nx, ny) > least) {
     nx /= 2;

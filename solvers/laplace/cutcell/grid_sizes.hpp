@@ -10,11 +10,12 @@ struct GridSize {
   int nx, ny;
 };
 
-/// The finest grid, of square cells, `cells` of them along the box's longer side. Throws InputError if they do not fit.
+/// Returns the finest grid, with `cells` square cells along the box's longer side. Throws InputError if the shorter
+/// side is not a whole number of them.
 GridSize finest_grid(const LaplaceProblem& problem, int cells);
 
-/// The grids of the V-cycle, from the finest (nx x ny) to the coarsest, each with half the cells a side. Where a number
-/// of cells is odd they end.
+/// Returns the grids of the V-cycle from the finest (nx x ny) to the coarsest, each with half the cells per side. A
+/// grid with an odd number of cells is the last.
 std::vector<GridSize> grid_sizes(int nx, int ny);
 
 }  // namespace lichtenberg::laplace

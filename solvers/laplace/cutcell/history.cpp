@@ -9,7 +9,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Calls entries(first slot, number of slots) for all unknowns, in bands of rows on the team; then for the groups.
+/// Calls entries(first slot, number of slots) for all cells in bands of rows on the team, then for the groups.
 template <class Entries>
 void for_all_unknowns(const CutCellOperator& op, const Entries& entries) {
   const Layout& at = op.level().layout;
@@ -28,32 +28,32 @@ void mask_row(const CutCellOperator& op, std::ptrdiff_t row, int count, double* 
 
 }  // namespace
 
-/// Group potentials of the past solutions: a new group's is the mean of its members'.
-void History::set_groups(const LaplaceProblem& problem, std::size_t cells) {
+/// Sets the group potentials of the stored solutions: a new group has the mean of its members.
+void SolutionHistory::set_groups(const LaplaceProblem& problem, std::size_t cells) {
   std::vector<int> members(problem.groups.size(), 0);
   for (const Body& body : problem.bodies) ++members[body.group];
-  for (Past& past : past_) {
-    past.x.resize(cells + problem.groups.size());
-    std::fill(past.x.begin() + cells, past.x.end(), 0.0);
+  for (StoredSolution& solution : solutions_) {
+    solution.x.resize(cells + problem.groups.size());
+    std::fill(solution.x.begin() + cells, solution.x.end(), 0.0);
     for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
       const int g = problem.bodies[body].group;
-      if (problem.groups[g].floating) past.x[cells + g] += past.body[body] / members[g];
+      if (problem.groups[g].floating) solution.x[cells + g] += solution.body[body] / members[g];
     }
   }
 }
 
-/// Entries of all basis vectors: `count` of them, in a row of cells or of groups.
-void History::form_basis(const CutCellOperator& op, std::ptrdiff_t from, int count) {
-  for (int p = 0; p < static_cast<int>(past_.size()); ++p) {
-    const double* __restrict newer = past_[std::max(p - 1, 0)].x.data();
-    const double* __restrict older = past_[p].x.data();
+/// Computes `count` entries of all basis vectors from `from` on, in a row of cells or of groups.
+void SolutionHistory::form_basis(const CutCellOperator& op, std::ptrdiff_t from, int count) {
+  for (int p = 0; p < static_cast<int>(solutions_.size()); ++p) {
+    const double* __restrict newer = solutions_[std::max(p - 1, 0)].x.data();
+    const double* __restrict older = solutions_[p].x.data();
     double* __restrict to = basis_[p].data();
     for (std::ptrdiff_t k = from; k < from + count; ++k) to[k] = p == 0 ? older[k] : newer[k] - older[k];
     mask_row(op, from, count, to);
   }
 }
 
-GuessProducts History::row_products(const CutCellOperator& op, const double* b, int j) {
+GuessProducts SolutionHistory::row_products(const CutCellOperator& op, const double* b, int j) {
   const Layout& at = op.level().layout;
   const auto dot = [&](const double* u, const double* v) {
     double sum = 0;
@@ -62,7 +62,7 @@ GuessProducts History::row_products(const CutCellOperator& op, const double* b, 
     return sum;
   };
   GuessProducts products;
-  for (int p = 0; p < static_cast<int>(past_.size()); ++p) {
+  for (int p = 0; p < static_cast<int>(solutions_.size()); ++p) {
     products.gram[p][p] = op.apply_row(j, basis_[p].data(), image_.data());
     for (int q = 0; q < p; ++q) products.gram[p][q] = dot(basis_[q].data(), image_.data());
     products.rhs[p] = dot(basis_[p].data(), b);
@@ -70,10 +70,10 @@ GuessProducts History::row_products(const CutCellOperator& op, const double* b, 
   return products;
 }
 
-GuessProducts History::group_products(const CutCellOperator& op, const double* b) {
+GuessProducts SolutionHistory::group_products(const CutCellOperator& op, const double* b) {
   const int groups = static_cast<int>(op.size() - op.cells());
   GuessProducts products;
-  for (int p = 0; p < static_cast<int>(past_.size()); ++p) {
+  for (int p = 0; p < static_cast<int>(solutions_.size()); ++p) {
     double* image = image_.data() + op.cells();
     products.gram[p][p] = op.apply_groups(basis_[p].data(), image);
     for (int q = 0; q < p; ++q) products.gram[p][q] = row_dot(groups, basis_[q].data() + op.cells(), image);
@@ -82,10 +82,10 @@ GuessProducts History::group_products(const CutCellOperator& op, const double* b
   return products;
 }
 
-/// Forms the basis a row ahead of its products: one pass over memory in place of one a vector and one for all.
-GuessProducts History::products(const CutCellOperator& op, const std::vector<double>& b) {
+/// Forms the basis one row ahead of its products, so that all vectors take one pass over memory.
+GuessProducts SolutionHistory::products(const CutCellOperator& op, const std::vector<double>& b) {
   parallel::resize_in_huge_pages(image_, op.size());
-  for (std::size_t p = 0; p < past_.size(); ++p) parallel::resize_in_huge_pages(basis_[p], op.size());
+  for (std::size_t p = 0; p < solutions_.size(); ++p) parallel::resize_in_huge_pages(basis_[p], op.size());
   form_basis(op, static_cast<std::ptrdiff_t>(op.cells()), static_cast<int>(op.size() - op.cells()));
   const Layout& at = op.level().layout;
   std::vector<GuessProducts> of_row(at.ny);
@@ -100,10 +100,10 @@ GuessProducts History::products(const CutCellOperator& op, const std::vector<dou
   return all;
 }
 
-double History::first_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
-                            std::vector<double>& x) {
+double SolutionHistory::initial_guess(const LaplaceProblem& problem, const CutCellOperator& op,
+                                      const std::vector<double>& b, std::vector<double>& x) {
   set_groups(problem, op.cells());
-  const int m = static_cast<int>(past_.size());
+  const int m = static_cast<int>(solutions_.size());
   const Shares share = closest_shares(products(op, b), m);
   for_all_unknowns(op, [&](std::ptrdiff_t from, int count) {
     for (int p = 0; p < m; ++p) {
@@ -115,24 +115,25 @@ double History::first_guess(const LaplaceProblem& problem, const CutCellOperator
   return m;
 }
 
-void History::newest_guess(const LaplaceProblem& problem, const CutCellOperator& op, std::vector<double>& x) {
+void SolutionHistory::newest_as_guess(const LaplaceProblem& problem, const CutCellOperator& op,
+                                      std::vector<double>& x) {
   set_groups(problem, op.cells());
   for_all_unknowns(op, [&](std::ptrdiff_t from, int count) {
-    std::copy_n(past_.front().x.begin() + from, count, x.begin() + from);
+    std::copy_n(solutions_.front().x.begin() + from, count, x.begin() + from);
     mask_row(op, from, count, x.data());
   });
 }
 
-void History::remember(std::vector<double>& x, std::vector<double> body_potential) {
-  Past past;
-  if (past_.size() == history_length) {
-    past = std::move(past_.back());
-    past_.pop_back();
+void SolutionHistory::store(std::vector<double>& x, std::vector<double> body_potential) {
+  StoredSolution solution;
+  if (solutions_.size() == history_length) {
+    solution = std::move(solutions_.back());
+    solutions_.pop_back();
   }
-  parallel::resize_in_huge_pages(past.x, x.size());
-  std::swap(past.x, x);
-  past.body = std::move(body_potential);
-  past_.push_front(std::move(past));
+  parallel::resize_in_huge_pages(solution.x, x.size());
+  std::swap(solution.x, x);
+  solution.body = std::move(body_potential);
+  solutions_.push_front(std::move(solution));
 }
 
 }  // namespace lichtenberg::laplace

@@ -9,30 +9,30 @@
 
 namespace lichtenberg::laplace {
 
-/// The last solutions, from which the next solve gets its first guess: the combination of them that is closest to the
-/// new one in the energy norm (a Galerkin projection with the new operator; Fischer 1998). For a scene in motion that
-/// is extrapolation in time, whatever the steps were.
-class History {
+/// Last solutions, from which the next solve gets its initial guess: the combination of them that is closest to the new
+/// solution in the energy norm (a Galerkin projection with the new operator; Fischer 1998). In a scene in motion it
+/// extrapolates in time, for steps of any length.
+class SolutionHistory {
  public:
-  bool empty() const { return past_.empty(); }
-  void clear() { past_.clear(); }
-  /// Bodies of the last solution's problem.
-  std::size_t bodies() const { return past_.front().body.size(); }
-  /// The last solution's potentials by slot, covered cells filled with their conductor's, and those of the bodies.
-  const std::vector<double>& newest() const { return past_.front().x; }
-  const std::vector<double>& newest_of_bodies() const { return past_.front().body; }
+  bool empty() const { return solutions_.empty(); }
+  void clear() { solutions_.clear(); }
+  /// Number of bodies of the last solution.
+  std::size_t bodies() const { return solutions_.front().body.size(); }
+  /// Potentials of the last solution by slot, with those of conductors in covered cells; and by body.
+  const std::vector<double>& newest() const { return solutions_.front().x; }
+  const std::vector<double>& newest_of_bodies() const { return solutions_.front().body; }
 
-  /// Sets x to a first guess for op x = b and returns the work, in evaluations of op. There must be a past.
-  double first_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
-                     std::vector<double>& x);
-  /// Sets x to the last solution, as far as the new geometry has its cells.
-  void newest_guess(const LaplaceProblem& problem, const CutCellOperator& op, std::vector<double>& x);
-  /// Keeps the solution x, covered cells filled with their conductor's, and leaves something else in it;
-  /// `body_potential` one a body, in the units of x.
-  void remember(std::vector<double>& x, std::vector<double> body_potential);
+  /// Sets x to the initial guess for op x = b. Returns the work in evaluations of op. The history must not be empty.
+  double initial_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
+                       std::vector<double>& x);
+  /// Sets x to the last solution on the cells of the new geometry.
+  void newest_as_guess(const LaplaceProblem& problem, const CutCellOperator& op, std::vector<double>& x);
+  /// Stores the solution x, whose covered cells hold their conductor's potential, and leaves undefined values in it.
+  /// `body_potential`: by body, in the units of x.
+  void store(std::vector<double>& x, std::vector<double> body_potential);
 
  private:
-  struct Past {
+  struct StoredSolution {
     std::vector<double> x;     // cells, then groups
     std::vector<double> body;  // potentials
   };
@@ -42,9 +42,9 @@ class History {
   GuessProducts group_products(const CutCellOperator& op, const double* b);
   GuessProducts products(const CutCellOperator& op, const std::vector<double>& b);
 
-  std::deque<Past> past_;  // newest first
-  // The newest solution and successive differences, nearly orthogonal where the solutions are nearly parallel; zero
-  // where there is no unknown. And what the operator makes of one of them.
+  std::deque<StoredSolution> solutions_;  // newest first
+  // Basis: the newest solution and successive differences, which are nearly orthogonal where the solutions are nearly
+  // parallel; zero where there is no unknown. `image_`: the operator applied to one of them.
   std::array<std::vector<double>, history_length> basis_;
   std::vector<double> image_;
 };

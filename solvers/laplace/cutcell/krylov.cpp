@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -31,9 +30,9 @@ PetscErrorCode stop_test(KSP ksp, PetscInt iteration, PetscReal norm, KSPConverg
       return 0;
     }
   } else if (iteration == 0) {
-    criterion.scale = std::hypot(criterion.energy_norm, norm);
+    criterion.begin(norm);
   }
-  criterion.last = criterion.scale > 0 ? norm / criterion.scale : 0.0;
+  criterion.record(norm);
   *reason = KSP_CONVERGED_ITERATING;
   if (!(std::isfinite(norm)))
     *reason = KSP_DIVERGED_NANORINF;
@@ -59,7 +58,7 @@ bool is_type(Object object, const char* type) {
   return is == PETSC_TRUE;
 }
 
-/// A direct method has no use for a guess and no norm to iterate by.
+/// Returns whether the method is direct: it uses no guess and has no norm to iterate by.
 bool is_direct(KSP ksp) { return is_type(ksp, KSPPREONLY); }
 
 PC preconditioner(KSP ksp) {
@@ -68,10 +67,10 @@ PC preconditioner(KSP ksp) {
   return pc;
 }
 
-/// Whether the preconditioner is the geometric multigrid.
+/// Returns whether the preconditioner is the geometric multigrid.
 bool has_shell(KSP ksp) { return is_type(preconditioner(ksp), PCSHELL); }
 
-/// Without ground the matrix is singular, and the last pivot of its factors is rounding or 0.
+/// Allows a last pivot that is rounding or 0: without ground the matrix is singular.
 void allow_singular_factors(KSP ksp) {
   PC pc = preconditioner(ksp);
   PetscBool factors = PETSC_FALSE;
@@ -149,13 +148,13 @@ void Krylov::choose_norm() {
 
 namespace {
 
-/// sqrt(r' M r) of the residual r of the iterate (`of_iterate`) or of x.
-double natural_norm(const Krylov& krylov, bool of_iterate) {
+/// Returns sqrt(r' M r) of the residual r of the iterate (`uses_iterate`) or of x.
+double natural_norm(const Krylov& krylov, bool uses_iterate) {
   ::Vec work = nullptr, residual = nullptr, preconditioned = nullptr;
   parallel::check_petsc(VecDuplicate(krylov.b, &work));
   parallel::check_petsc(VecDuplicate(krylov.b, &residual));
   parallel::check_petsc(VecDuplicate(krylov.b, &preconditioned));
-  if (of_iterate) {
+  if (uses_iterate) {
     ::Vec built = nullptr;
     parallel::check_petsc(KSPBuildResidual(krylov.ksp, work, residual, &built));
   } else {
@@ -163,7 +162,7 @@ double natural_norm(const Krylov& krylov, bool of_iterate) {
     parallel::check_petsc(VecAYPX(residual, -1, krylov.b));
   }
   parallel::check_petsc(PCApply(preconditioner(krylov.ksp), residual, preconditioned));
-  // Rounding leaves a constant in the residual, which a preconditioner of a singular matrix may magnify without bound.
+  // Removes the constant that rounding leaves in the residual; a preconditioner of a singular matrix may magnify it.
   if (krylov.null_space) parallel::check_petsc(MatNullSpaceRemove(krylov.null_space, preconditioned));
   PetscScalar product = 0;
   parallel::check_petsc(VecDot(residual, preconditioned, &product));
@@ -191,13 +190,13 @@ void Krylov::set_null_space(MatNullSpace space) {
   parallel::check_petsc(MatSetNullSpace(matrix, null_space));
 }
 
-/// For methods that do not iterate by the natural norm.
+/// Solves with methods that do not compute the natural norm.
 KSPConvergedReason Krylov::solve_with_restarts() {
   constexpr double progress = 0.5;  // of the norm, without which another start is of no use
   parallel::check_petsc(KSPSetUp(ksp));
   may_stall = has_shell(ksp);
   double norm = natural_norm(*this, false);
-  criterion.scale = std::hypot(criterion.energy_norm, norm);
+  criterion.begin(norm);
   while (true) {
     const double before = norm;
     PetscInt iterations = 0;
@@ -209,7 +208,7 @@ KSPConvergedReason Krylov::solve_with_restarts() {
     iterations_before += static_cast<int>(iterations);
     if (reason == KSP_DIVERGED_NANORINF) return reason;
     norm = natural_norm(*this, false);  // a method without a norm has not been tested
-    criterion.last = criterion.scale > 0 ? norm / criterion.scale : 0.0;
+    criterion.record(norm);
     if (criterion.is_met_by(norm)) return KSP_CONVERGED_RTOL;
     if (is_direct(ksp) || reason == KSP_DIVERGED_ITS || !(norm < progress * before))
       return reason < 0 ? reason : KSP_DIVERGED_ITS;

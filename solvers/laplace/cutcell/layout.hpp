@@ -6,14 +6,16 @@
 
 namespace lichtenberg::laplace {
 
-/// Where the cells of a grid lie in memory: split by colour (checkerboard), so that a sweep over one colour reads and
-/// writes contiguous rows. Cell (i, j) has colour (i + j) mod 2 and is number i / 2 in its colour's row j. A row and a
-/// few slots of padding lie around the grid; they hold zero always, so that stencils need no boundary cases.
+/// Memory layout of a grid's cells: split by colour (checkerboard), so that a sweep over one colour accesses contiguous
+/// rows. Cell (i, j) has colour (i + j) mod 2 and number i / 2 in its colour's row j. One row and some slots of padding
+/// surround the grid. They are always zero, so that stencils need no boundary cases.
 struct Layout {
   int nx = 0, ny = 0;
-  std::ptrdiff_t stride = 0;  ///< slots a row of one colour
+  /// Slots in a row of one colour.
+  std::ptrdiff_t stride = 0;
 
-  static constexpr int pad = 8;  // a whole AVX register of floats in front of each row
+  /// Padding before each row: an AVX register of floats.
+  static constexpr int pad = 8;
 
   Layout() = default;
   Layout(int nx_, int ny_) : nx(nx_), ny(ny_), stride(pad + ((nx_ + 1) / 2 + pad) / pad * pad) {}
@@ -35,7 +37,7 @@ struct CellIndex {
   int i, j;
 };
 
-/// Which cell a slot holds.
+/// Returns the cell of a slot.
 LICHTENBERG_HOST_DEVICE inline CellIndex cell_of(const Layout& at, int slot) {
   const int colour_size = static_cast<int>(at.colour_size()), stride = static_cast<int>(at.stride);
   const int colour = slot >= colour_size;
@@ -47,7 +49,7 @@ LICHTENBERG_HOST_DEVICE inline CellIndex cell_of(const Layout& at, int slot) {
 LICHTENBERG_HOST_DEVICE inline bool inside(const Layout& at, int i, int j) {
   return i >= 0 && i < at.nx && j >= 0 && j < at.ny;
 }
-/// The faces of a side of the box, and the cell at one of them.
+/// Return the number of faces on a side of the box, and the cell at one of them.
 LICHTENBERG_HOST_DEVICE inline int faces_of(const Layout& at, int side) { return side < 2 ? at.ny : at.nx; }
 LICHTENBERG_HOST_DEVICE inline CellIndex cell_at_face(const Layout& at, int side, int face) {
   const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;

@@ -4,16 +4,16 @@
 
 namespace lichtenberg::laplace {
 
-/// Sum of the cells' equations: the flux that enters them, and by how much it falls if all potentials rise by 1.
+/// Sums over the cells' equations: the flux into the cells, and its decrease per unit rise of all potentials.
 struct LevelSums {
   double flux = 0, conductance = 0;
 
-  /// Of a cell's link to a given potential.
+  /// Contribution of a cell's link to a given potential.
   LICHTENBERG_HOST_DEVICE static LevelSums of_link(double conductance, double given, double own) {
     return {conductance * (given - own), conductance};
   }
-  /// Of a group's links to cells: their conductance, the group's potential, the sum of conductance times the cells'
-  /// potentials, and the share by which the group does not follow a level.
+  /// Contribution of a group's links to cells. `to_cells`: their conductance; `from_cells`: the sum of conductance
+  /// times the cells' potentials; `held`: the fraction of a level by which the group's potential does not change.
   LICHTENBERG_HOST_DEVICE static LevelSums of_group(double to_cells, double potential, double from_cells, double held) {
     return {to_cells * potential - from_cells, to_cells * held};
   }

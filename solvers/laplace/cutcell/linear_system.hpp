@@ -8,22 +8,23 @@
 
 namespace lichtenberg::laplace {
 
-/// How the cut-cell system is held and preconditioned: without a matrix (matrix_free.hpp) or assembled
-/// (assembled.hpp). Vectors are the operator's: a level's layout followed by one entry a group.
+/// Representation and preconditioner of the cut-cell system: matrix-free (matrix_free.hpp) or assembled
+/// (assembled.hpp). Vectors are those of the operator: a level's layout, then one entry a group.
 class LinearSystem {
  public:
   virtual ~LinearSystem() = default;
-  /// Discretizes the problem on `level`, in `op` and in whatever the preconditioner needs; both must outlive this. A
-  /// helper may go on with the preconditioner until `finish`, so that all three must stay as they are.
+  /// Discretizes the problem: sets `level`, `op` and the preconditioner. `level` and `op` must outlive this object. A
+  /// worker thread may continue with the preconditioner until finish(), so that no argument may change until then.
   virtual void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) = 0;
-  /// Waits for that helper; before first_guess and solve, and before the problem goes.
+  /// Waits for the worker thread. To be called before first_guess(), solve() and the end of the problem's lifetime.
   virtual void finish() {}
-  /// Sets x, in units of `scale` (V), to what is easily had without an earlier solution.
+  /// Sets x, in units of `scale` (V), to an initial guess without an earlier solution; by default to zero.
   virtual void first_guess(const LaplaceProblem& /*problem*/, double /*scale*/, std::vector<double>& x) {
     std::fill(x.begin(), x.end(), 0.0);
   }
-  /// Solves op x = b from the guess in x, whose residual may be used and overwritten, until `criterion` is met; sets
-  /// iterations and residual of `solution` and adds to its work, if it is counted. Throws Failure without convergence.
+  /// Solves op x = b from the initial guess in x until `criterion` is met. `residual`: that of x; it may be
+  /// overwritten. Sets iterations and residual of `solution` and adds to its work, if counted. Throws Failure if the
+  /// iteration does not converge.
   virtual void solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,
                      const StopCriterion& criterion, LaplaceSolution& solution) = 0;
 };

@@ -8,9 +8,9 @@
 
 namespace lichtenberg::laplace {
 
-/// A level's links between fluid cells and floating groups, in the two orders that loops need: by row of the cell, for
-/// what the groups' potentials bring the cells while a sweep passes, and by body, for what the cells bring the groups.
-/// Links to groups of given potential are in the diagonal and in the right-hand side, and no loop need pass them.
+/// A level's links between fluid cells and floating groups in two orders. The list by row of the cell serves for fluxes
+/// from groups to cells during a sweep, the list by body for fluxes from cells to groups. Links to groups of given
+/// potential are contained in the diagonal and in the right-hand side only.
 template <class Real>
 class LinkLists {
  public:
@@ -31,7 +31,7 @@ class LinkLists {
     });
   }
 
-  /// What the groups at `potential` bring the cells of row j: effect(cell, conductance * potential).
+  /// Calls effect(cell, conductance * potential of the group) for the links of row j.
   template <class Effect>
   void add_to_row(int j, const Real* potential, const Effect& effect) const {
     for (int m = row_start_[j]; m < row_end_[j]; ++m)
@@ -42,44 +42,45 @@ class LinkLists {
   int row_start(int j) const { return row_start_[j]; }
   int row_end(int j) const { return row_end_[j]; }
   std::int32_t cell(int link) const { return by_row_[link].cell; }
-  /// What the groups at `potential` bring a cell whose links are those from `first` up to before `end`.
+  /// Returns the sum of conductance * potential of the group over the links from `first` to `end` - 1.
   Real flux(int first, int end, const Real* potential) const {
     Real flux = 0;
     for (int m = first; m < end; ++m) flux += by_row_[m].conductance * potential[by_row_[m].group];
     return flux;
   }
 
-  /// Takes these of the level's links out of the sums over groups; they are of floating ones.
+  /// Excludes these of the level's links, which belong to floating groups, from the sums over groups.
   void leave_out(const Level& level, const std::vector<int>& links) {
     for (const int m : links) by_body_[m - fixed_before_[level.links[m].body]].conductance = 0;
   }
 
   /// Sums conductance * v over each group's links and adds it to `sum` [groups].
   void add_to_groups(parallel::Team& team, const Real* v, Real* sum) const {
-    add_of_links(team, sum, [v](const OfBody& link) { return link.conductance * v[link.cell]; });
+    add_links(team, sum, [v](const BodyLink& link) { return link.conductance * v[link.cell]; });
   }
 
   /// Adds each floating group's conductances to `sum` [groups].
   void add_conductances(parallel::Team& team, Real* sum) const {
-    add_of_links(team, sum, [](const OfBody& link) { return link.conductance; });
+    add_links(team, sum, [](const BodyLink& link) { return link.conductance; });
   }
 
  private:
-  struct OfBody {
+  struct BodyLink {
     std::int32_t cell;
     Real conductance;
   };
-  struct OfRow {
+  struct RowEntry {
     std::int32_t cell, group;
     Real conductance;
   };
-  /// Some links of one body, in by_body_, before which the level's list has so many of fixed groups.
+  /// Consecutive links of one body: their range in by_body_. `fixed_before`: number of links of fixed groups before
+  /// them in the level's list.
   struct Run {
     int group, start, end, fixed_before;
   };
 
   void list_runs(const LaplaceProblem& problem, const Level& level) {
-    constexpr int links_a_run = 512;  // more have long bodies, and what coarse grids make of a group of thin ones
+    constexpr int links_a_run = 512;  // exceeded by long bodies and by the subgrid conductors of a group
     const int bodies = static_cast<int>(problem.bodies.size());
     runs_.clear();
     fixed_before_.resize(bodies);
@@ -98,7 +99,7 @@ class LinkLists {
     run_sum_.resize(runs_.size());
   }
 
-  /// A row's links have as much room as if all were of floating groups.
+  /// Each row has memory for all its links, also those of fixed groups.
   void list_row(const Level& level, int j) {
     int at = row_start_[j];
     for (int m = row_start_[j]; m < row_start_[j + 1]; ++m) {
@@ -110,30 +111,30 @@ class LinkLists {
   }
 
   template <class Term>
-  void add_of_links(parallel::Team& team, Real* sum, const Term& term) const {
+  void add_links(parallel::Team& team, Real* sum, const Term& term) const {
     const std::size_t runs = runs_.size();
     constexpr int links_a_chunk = 2048;
     const int chunks = std::clamp(static_cast<int>(by_body_.size()) / links_a_chunk, 1, 4 * team.size());
     team.for_each(chunks, [&](int k) {
       for (std::size_t n = runs * k / chunks; n < runs * (k + 1) / chunks; ++n) {
-        Real of_run = 0;
-        for (int m = runs_[n].start; m < runs_[n].end; ++m) of_run += term(by_body_[m]);
-        run_sum_[n] = of_run;
+        Real run_sum = 0;
+        for (int m = runs_[n].start; m < runs_[n].end; ++m) run_sum += term(by_body_[m]);
+        run_sum_[n] = run_sum;
       }
     });
     for (std::size_t n = 0; n < runs; ++n) sum[runs_[n].group] += run_sum_[n];
   }
 
   std::vector<Run> runs_;
-  std::vector<OfBody> by_body_;
-  std::vector<int> fixed_before_, group_or_none_;  // by body
+  std::vector<BodyLink> by_body_;
+  // By body: links of fixed groups before its first; its group, or -1 if that is fixed.
+  std::vector<int> fixed_before_, group_or_none_;
   std::vector<int> row_start_, row_end_;
-  std::vector<OfRow> by_row_;
+  std::vector<RowEntry> by_row_;
   mutable std::vector<Real> run_sum_;
 };
 
-/// Sum of each floating group's conductances to what is around it, couplings not counted; 0 for groups of given
-/// potential.
+/// Returns the sum of each floating group's conductances without couplings; 0 for groups of given potential.
 template <class Real>
 std::vector<Real> group_diagonals(const LaplaceProblem& problem, const Level& level, const LinkLists<Real>& links,
                                   parallel::Team& team) {
@@ -151,8 +152,8 @@ std::vector<Real> group_diagonals(const LaplaceProblem& problem, const Level& le
   return diagonal;
 }
 
-/// All links of unknowns to given potentials (V): to_cell(slot, conductance, potential) and to_group(group,
-/// conductance, potential).
+/// Calls to_cell(slot, conductance, potential) and to_group(group, conductance, potential) for all links of unknowns to
+/// given potentials (V).
 template <class ToCell, class ToGroup>
 void for_each_given(const LaplaceProblem& problem, const Level& level, const ToCell& to_cell, const ToGroup& to_group) {
   const auto group_of = [&](int body) { return problem.bodies[body].group; };
@@ -180,8 +181,8 @@ void for_each_given(const LaplaceProblem& problem, const Level& level, const ToC
     to_group(coupling.group, coupling.conductance, coupling.potential);
 }
 
-/// The right-hand side of a level's system, by slot into `cell` and by group into `group`: charges / permittivity and
-/// what groups and sides of given potential bring, in units of `scale` (V).
+/// Sets the right-hand side of a level's system, by slot in `cell` and by group in `group`, in units of `scale` (V):
+/// charges / permittivity, and conductance * potential of links to given potentials.
 template <class Real>
 void write_right_hand_side(const LaplaceProblem& problem, const Level& level, double scale, Real* cell, Real* group) {
   const auto in_units = [scale](double value) { return static_cast<Real>(value / scale); };

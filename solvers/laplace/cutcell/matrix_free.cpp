@@ -8,7 +8,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Lends an array to a vector, also if what is done with it throws.
+/// Lends an array to a vector during its lifetime.
 class PlacedArray {
  public:
   PlacedArray(::Vec vector, std::vector<double>& array) : vector_(vector) {
@@ -34,16 +34,16 @@ void MatrixFreeSystem::build(const LaplaceProblem& problem, Level& level, CutCel
   context_.null_space = !problem.has_ground();
   make_krylov(op);
   if (!context_.null_space) return krylov_.set_null_space(nullptr);
-  krylov_.set_constant_null_space([&](double* value) {  // padding and covered cells are no unknowns
+  krylov_.set_constant_null_space([&](double* value) {  // zero for padding and covered cells
     for (std::size_t k = 0; k < op.cells(); ++k) value[k] = level.diagonal[k] > 0 ? 1.0 : 0.0;
     std::fill(value + op.cells(), value + op.size(), 1.0);
   });
 }
 
-/// The coarse grids know nothing of the operator: they are made beside it.
+/// The coarse grids do not depend on the operator and may be built at the same time.
 void MatrixFreeSystem::discretize(const LaplaceProblem& problem, Level& level, CutCellOperator& op) {
   multigrid_.prepare(problem, level.layout);
-  level.build(problem, links_, team_);
+  builder_.build(problem, links_, level, team_);
   multigrid_.build_coarse(problem, level);
   op.build(problem, level, team_);
   multigrid_.build_finest(problem, level);
@@ -58,7 +58,7 @@ void MatrixFreeSystem::make_krylov(CutCellOperator& op) {
   parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
 }
 
-/// Anew each time that groups merge or part. What options have said of the method stays.
+/// To be called when the number of groups changes. The method keeps its options.
 void MatrixFreeSystem::make_vectors(PetscInt n) {
   if (krylov_.ksp) parallel::check_petsc(KSPReset(krylov_.ksp));
   parallel::check_petsc(MatDestroy(&krylov_.matrix));

@@ -1,14 +1,15 @@
 #pragma once
 
 #include "solvers/laplace/cutcell/conjugate_gradients.hpp"
+#include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/linear_system.hpp"
 
 namespace lichtenberg::laplace {
 
-/// The operator as it is, geometric multigrid as preconditioner.
+/// Matrix-free system with geometric multigrid as preconditioner.
 class MatrixFreeSystem : public LinearSystem {
  public:
-  /// `tolerance` is what KSP's views show; each solve has its own.
+  /// `tolerance`: value in KSP's views; each solve has its own.
   MatrixFreeSystem(LinkFormula links, double tolerance, parallel::Team& team);
 
   void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) override;
@@ -25,6 +26,7 @@ class MatrixFreeSystem : public LinearSystem {
   LinkFormula links_;
   double tolerance_;
   parallel::Team& team_;
+  LevelBuilder builder_;
   Multigrid multigrid_;
   MatrixFreeContext context_;
   Krylov krylov_;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "solvers/laplace/cutcell/agglomerates.hpp"
 #include "solvers/laplace/cutcell/coarse.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
-#include "solvers/laplace/cutcell/sets.hpp"
 #include "solvers/laplace/cutcell/wavefront.hpp"
 
 namespace lichtenberg::laplace {
@@ -25,6 +25,7 @@ void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
     else
       grids_.push_back(std::make_unique<Grid>(coarse_levels_.back()->layout, coarse_sweeps_, team_));
   }
+  coarse_builders_.resize(coarse_levels_.size());
   coarse_solver_ = std::make_unique<CoarseSolver>();
   row_product_.resize(finest.ny);
 }
@@ -32,8 +33,8 @@ void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
 void Multigrid::build_coarse(const LaplaceProblem& problem, const Level& finest) {
   if (coarse_levels_.empty()) return;
   const auto factorize = [&] { coarse_solver_->factorize(problem, *coarse_levels_.back()); };
-  // All coarse grids together take two thirds of what the finest one takes to make: of two threads one has enough to do
-  // with them, of three it would be the last to end.
+  // The coarse grids take 2/3 of the set-up time of the finest: enough work for one of two threads, but too much for
+  // one of three.
   if (team_.size() == 2)
     return team_.start([this, &problem, &finest, factorize] {
       discretize_coarse(problem, finest, parallel::Team::single());
@@ -44,9 +45,10 @@ void Multigrid::build_coarse(const LaplaceProblem& problem, const Level& finest)
 }
 
 void Multigrid::discretize_coarse(const LaplaceProblem& problem, const Level& finest, parallel::Team& team) {
-  const Sets sets = strongly_coupled(problem, finest.direct_links(problem));
+  const Agglomerates agglomerates = find_agglomerates(problem, finest.direct_links(problem));
   for (std::size_t l = 0; l < coarse_levels_.size(); ++l) {
-    coarse_levels_[l]->build_coarse(problem, formula_, sets, l > 0 ? coarse_levels_[l - 1].get() : &finest, team);
+    const Level* finer = l > 0 ? coarse_levels_[l - 1].get() : &finest;
+    coarse_builders_[l].build_coarse(problem, formula_, agglomerates, finer, *coarse_levels_[l], team);
     grids_[l + 1]->build(problem, *coarse_levels_[l], team);
   }
 }
@@ -74,7 +76,7 @@ void Multigrid::take_groups(const double* r) {
 double Multigrid::cycle(const double* r) {
   cycle(0, r, row_product_.data());
   Grid& grid = *grids_[0];
-  if (levels() == 1) grid.settle_coupled();
+  if (levels() == 1) grid.solve_coupled_groups();
   group_potential_.resize(grid.phi.size());
   for (std::size_t g = 0; g < grid.phi.size(); ++g) group_potential_[g] = grid.potential_of(static_cast<int>(g));
   const double* r_group = r + grid.layout.size();
@@ -97,7 +99,7 @@ void Multigrid::apply(const double* r, double* z) {
   std::copy(group_potential_.begin(), group_potential_.end(), z + grid.v.size());
 }
 
-/// Cells of a grid as a share of the finest's.
+/// Number of cells relative to the finest grid.
 double Multigrid::share(int l) const {
   const Layout &at = grids_[l]->layout, &finest = grids_[0]->layout;
   return static_cast<double>(at.nx) * at.ny / (static_cast<double>(finest.nx) * finest.ny);
@@ -115,7 +117,7 @@ void Multigrid::cycle(int l, const double* r, double* row_product) {
   }
   const int more_sweeps = l == 0 ? 0 : coarse_sweeps_ - 1;
   grid.smooth_from_zero();
-  // Black cells, and the residual in the red ones; the red ones' first values take no stencil.
+  // Black cells, and the residual in red cells; the first values of red cells need no stencil.
   work_ += (1 + more_sweeps) * share(l);
   grid.restrict_to(*grids_[l + 1]);
   work_ += 0.5 * share(l);

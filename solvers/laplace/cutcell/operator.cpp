@@ -14,7 +14,7 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, p
   cells_ = level.layout.size();
   groups_ = problem.groups.size();
   links_.build(problem, level, team);
-  if (level.east.empty()) edges_.build(level, links_, team);
+  if (level.faces.are_uniform()) edges_.build(level, links_, team);
   group_diagonal_ = group_diagonals(problem, level, links_, team);
   pairs_.clear();
   for (const PairLink& pair : level.pairs) {
@@ -25,7 +25,7 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, p
   if (are_linked()) factorize_groups();
 }
 
-/// One after the other, groups that are strongly coupled would keep what they have in common.
+/// Joint elimination, because sequential relaxation of strongly coupled groups would retain their common potential.
 void CutCellOperator::factorize_groups() {
   std::vector<double> ground = group_diagonal_;
   std::vector<NetworkLink> links = level_->couplings;
@@ -54,7 +54,7 @@ double CutCellOperator::apply_row(int j, const double* x, double* y) const {
       out[k] = diagonal[k] > 0 ? value : 0.0;
     }
   }
-  if (!level_->east.empty()) narrow_row(j, x, y);
+  if (!level_->faces.are_uniform()) subtract_closed_faces(j, x, y);
   links_.add_to_row(j, x + cells_, [y](std::int32_t cell, double flux) { y[cell] -= flux; });
   double product = 0;
   for (int colour = 0; colour < 2; ++colour)
@@ -62,13 +62,13 @@ double CutCellOperator::apply_row(int j, const double* x, double* y) const {
   return product;
 }
 
-/// What is too much in a row of `apply_row` where faces are not wholly open.
-void CutCellOperator::narrow_row(int j, const double* x, double* y) const {
+/// Subtracts the flux through the closed parts of faces, which apply_row takes as open.
+void CutCellOperator::subtract_closed_faces(int j, const double* x, double* y) const {
   const Layout& at = level_->layout;
-  const std::vector<float>&east = level_->east, &north = level_->north;
+  const std::vector<float>&east = level_->faces.east, &north = level_->faces.north;
   for (int i = 0; i < at.nx; ++i) {
     const std::ptrdiff_t slot = at(i, j);
-    if (!level_->cover[slot].is_fluid()) continue;
+    if (!level_->owner[slot].is_fluid()) continue;
     const auto closed = [&](float open, std::ptrdiff_t neighbour) { y[slot] += (1.0 - open) * x[neighbour]; };
     if (i > 0) closed(east[at(i - 1, j)], at(i - 1, j));
     if (i + 1 < at.nx) closed(east[slot], at(i + 1, j));
@@ -98,8 +98,8 @@ double CutCellOperator::apply_field_to_groups(const double* x, double* y_group) 
   return product;
 }
 
-/// As fluxes: what leaves one group enters the other to the last digit, however strong the coupling and however much of
-/// the flux is rounding.
+/// Computes fluxes: the flux out of one group is exactly that into the other, also if a strong coupling makes rounding
+/// errors dominate it.
 double CutCellOperator::apply_couplings(const double* x_group, double* y_group) const {
   double product = 0;
   for (const auto& [a, b, conductance] : level_->couplings) {
@@ -131,8 +131,8 @@ double CutCellOperator::stretch(const double* b, double* x, double* r) const {
     for (int colour = 0; colour < 2; ++colour)
       row_product[j] += row_dot(at.row_length(colour, j), x + at.row(colour, j), b + at.row(colour, j));
   });
-  const double of_field = ordered_sum(row_energy) + apply_field_to_groups(x, r + cells_);
-  const double energy = level_->is_coupled() ? of_field + apply_couplings(x + cells_, r + cells_) : of_field;
+  const double field_energy = ordered_sum(row_energy) + apply_field_to_groups(x, r + cells_);
+  const double energy = level_->is_coupled() ? field_energy + apply_couplings(x + cells_, r + cells_) : field_energy;
   const double product = ordered_sum(row_product) + row_dot(groups, x + cells_, b + cells_);
   const double factor = energy > 0 ? product / energy : 0.0;
   const auto rescale = [=](std::ptrdiff_t from, int count) {
@@ -146,8 +146,9 @@ double CutCellOperator::stretch(const double* b, double* x, double* r) const {
     for (int colour = 0; colour < 2; ++colour) rescale(at.row(colour, j), at.row_length(colour, j));
   });
   rescale(static_cast<std::ptrdiff_t>(cells_), groups);
-  // What couplings to given potentials have in x'Ax is no measure of the field.
-  const double not_negative = std::max(of_field, 0.0);  // where there is no field rounding may make it less
+  // The energy of couplings to given potentials is not part of the field's. Without a field, rounding may make the
+  // latter negative.
+  const double not_negative = std::max(field_energy, 0.0);
   return level_->is_coupled() ? std::abs(factor) * std::sqrt(not_negative) : std::sqrt(factor * product);
 }
 
@@ -162,13 +163,13 @@ void CutCellOperator::shift_cells(double value, double* x) const {
       const int n = level_->layout.row_length(colour, j);
       const double* __restrict diagonal = level_->diagonal.data() + row;
       double* __restrict to = x + row;
-      const double shift = value;  // that no store can reach, so that the loop becomes one of vectors
+      const double shift = value;  // a local copy, so that the compiler vectorizes the loop
       for (int k = 0; k < n; ++k) to[k] += diagonal[k] > 0 ? shift : 0.0;
     }
   });
 }
 
-void CutCellOperator::level_out(double* x, double* r) const {
+void CutCellOperator::fix_potential_level(double* x, double* r) const {
   const Layout& at = level_->layout;
   std::vector<double> row_sum(at.ny);
   for_each_row(*team_, at, [&](int j) {
@@ -188,7 +189,7 @@ void CutCellOperator::level_out(double* x, double* r) const {
 
 double CutCellOperator::relax_edges(const double* b, double* x, int sweeps) const {
   const Layout& at = level_->layout;
-  if (!level_->east.empty()) return 0;
+  if (!level_->faces.are_uniform()) return 0;
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     relax_groups(b, x);
     for (int colour = 0; colour < 2; ++colour)
@@ -218,12 +219,12 @@ void CutCellOperator::relax_groups(const double* b, double* x) const {
 void CutCellOperator::relax_edges_of_row(int colour, int j, const double* b, double* x) const {
   const Layout& at = level_->layout;
   const std::ptrdiff_t row = at.row(colour, j), other = 1 - colour;
-  const std::ptrdiff_t beside = at.row(other, j) + Layout::parity(colour, j) - row;
+  const std::ptrdiff_t east = at.row(other, j) + Layout::parity(colour, j) - row;
   const std::ptrdiff_t below = at.row(other, j - 1) - row, above = at.row(other, j + 1) - row;
   edges_.for_each(colour, j, [&](std::int32_t cell, int first, int end, double inverse_diagonal) {
     const double flux = links_.flux(first, end, x + cells_);
-    x[cell] = (b[cell] + flux + x[cell + beside - 1] + x[cell + beside] + x[cell + below] + x[cell + above]) *
-              inverse_diagonal;
+    x[cell] =
+        (b[cell] + flux + x[cell + east - 1] + x[cell + east] + x[cell + below] + x[cell + above]) * inverse_diagonal;
   });
 }
 

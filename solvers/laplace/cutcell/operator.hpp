@@ -8,40 +8,42 @@
 
 namespace lichtenberg::laplace {
 
-/// The cut-cell system A x = b of the finest grid without a matrix, in double precision. Vectors hold the potential of
-/// the cells in the level's layout (zero in covered cells and padding), followed by one entry a group (zero for groups
-/// of given potential, which stand on the right-hand side).
+/// Matrix-free cut-cell system A x = b of the finest grid, in double precision. Vectors contain the cells' potentials
+/// in the level's layout (zero in covered cells and padding), then one entry a group. The entry is zero for groups of
+/// given potential, which belong to the right-hand side.
 class CutCellOperator {
  public:
+  /// Takes over the level, which must outlive this object.
   void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team = parallel::Team::single());
   std::size_t size() const { return cells_ + groups_; }
   std::size_t cells() const { return cells_; }
 
   /// y = A x
   void apply(const double* x, double* y) const;
-  /// The part of it in row j, and in the groups; returns that part of x'y.
+  /// Parts of apply(): row j, and the groups. Return their parts of x'y.
   double apply_row(int j, const double* x, double* y) const;
   double apply_groups(const double* x, double* y_group) const;
-  /// Multiplies x such that its error as a solution of A x = b is least in the energy norm, and sets r = b - A x. A bad
-  /// first guess becomes small: left as it is, it would be the scale by which CG stops. Returns the energy norm of x.
+  /// Multiplies x by the factor that minimizes its error as a solution of A x = b in the energy norm, and sets r = b -
+  /// A x. A poor initial guess becomes small; unscaled, its energy norm would set the scale of CG's stop criterion.
+  /// Returns the energy norm of x.
   double stretch(const double* b, double* x, double* r) const;
-  /// Right-hand side: charges / eps, and what groups and sides of given potential bring, in units of `scale` (V).
+  /// Sets b: charges / permittivity, and links to groups and sides of given potential, in units of `scale` (V).
   void right_hand_side(const LaplaceProblem& problem, double* b, double scale = 1) const;
-  /// Shifts all potentials together such that the sum of all equations holds, and with them the residual r: for systems
-  /// whose only ground are couplings.
-  void level_out(double* x, double* r) const;
-  /// Shifts the floating groups' potentials, and all potentials together, such that every group's charge and the sum of
-  /// all charges are exact to rounding. What CG has left open is of the order of its tolerance; these shifts are a
-  /// Galerkin correction, so that they lessen the error in the energy norm. `scale` as for the right-hand side b.
+  /// Shifts all potentials by the value that makes the residuals r sum to zero, and updates r. For systems that are
+  /// grounded by couplings only.
+  void fix_potential_level(double* x, double* r) const;
+  /// Shifts the floating groups' potentials, and all potentials by a common value, such that every group's charge and
+  /// the sum of all charges are exact except for rounding. The shifts, of the order of CG's tolerance, are a Galerkin
+  /// correction and reduce the error in the energy norm. `scale`: that of b.
   void balance(const LaplaceProblem& problem, double scale, const double* b, double* x) const;
-  /// Smooths x where a change of geometry leaves its largest errors: sweeps over the groups and the cells linked to
-  /// them. Returns the work, in evaluations of A.
+  /// Smooths x by sweeps over the groups and the cells linked to them, where a change of geometry causes the largest
+  /// errors. Returns the work in evaluations of A.
   double relax_edges(const double* b, double* x, int sweeps) const;
   /// Sets covered cells and fixed groups to zero.
   void mask(double* x) const;
 
   const Level& level() const { return *level_; }
-  /// Whether nothing has a given potential but what groups are coupled to.
+  /// Whether only couplings link the system to given potentials.
   bool grounded_by_couplings() const { return grounded_by_couplings_; }
   parallel::Team& team() const { return *team_; }
 
@@ -55,16 +57,19 @@ class CutCellOperator {
   void shift_cells(double value, double* x) const;
   void relax_groups(const double* b, double* x) const;
   void relax_edges_of_row(int colour, int j, const double* b, double* x) const;
-  void narrow_row(int j, const double* x, double* y) const;
+  void subtract_closed_faces(int j, const double* x, double* y) const;
   const Level* level_ = nullptr;
   parallel::Team* team_ = nullptr;
   std::size_t cells_ = 0, groups_ = 0;
   LinkLists<double> links_;
   EdgeCells edges_;
-  std::vector<NetworkLink> pairs_;      // direct links between floating groups
-  std::vector<double> group_diagonal_;  // 0: fixed; couplings are not in it
+  // Pair links between floating groups.
+  std::vector<NetworkLink> pairs_;
+  // Sums of each group's conductances without couplings; 0 for groups of given potential.
+  std::vector<double> group_diagonal_;
   bool grounded_by_couplings_ = false;
-  NetworkFactors group_factors_;  // of all links of groups, if any are linked to each other
+  // Factors of the groups' equations, if groups are linked to each other.
+  NetworkFactors group_factors_;
 };
 
 }  // namespace lichtenberg::laplace

@@ -8,7 +8,7 @@ namespace {
 
 using parallel::Message;
 
-enum class Word : int { solve, forget, end };
+enum class Action : int { solve, forget, end };
 
 void put(Message& message, const LaplaceProblem& problem) {
   message.put(problem.size);
@@ -37,9 +37,9 @@ LaplaceProblem get_problem(Message& message) {
   return problem;
 }
 
-Message say(Word word, int number) {
+Message announcement_of(Action action, int number) {
   Message message;
-  message.put(word);
+  message.put(action);
   message.put(number);
   return message;
 }
@@ -47,12 +47,12 @@ Message say(Word word, int number) {
 }  // namespace
 
 void SolverShares::operator()(Message& announcement) {
-  const auto word = announcement.get<Word>();
+  const auto action = announcement.get<Action>();
   const int number = announcement.get<int>();
-  if (word == Word::end) solvers_.erase(number);
-  if (const auto solver = solvers_.find(number); word == Word::forget && solver != solvers_.end())
+  if (action == Action::end) solvers_.erase(number);
+  if (const auto solver = solvers_.find(number); action == Action::forget && solver != solvers_.end())
     solver->second.forget();
-  if (word == Word::solve) solve(number, announcement);
+  if (action == Action::solve) solve(number, announcement);
 }
 
 void SolverShares::solve(int number, Message& announcement) {
@@ -71,18 +71,18 @@ void SolverShares::solve(int number, Message& announcement) {
 
 void announce_solve(int solver, const CutCellOptions& options, const LaplaceProblem& problem) {
   if (!parallel::leads_processes()) return;
-  Message message = say(Word::solve, solver);
+  Message message = announcement_of(Action::solve, solver);
   message.put(options);
   put(message, problem);
   parallel::tell_others(message);
 }
 
 void announce_forgetting(int solver) {
-  if (parallel::leads_processes()) parallel::tell_others(say(Word::forget, solver));
+  if (parallel::leads_processes()) parallel::tell_others(announcement_of(Action::forget, solver));
 }
 
 void announce_end(int solver) {
-  if (parallel::leads_processes()) parallel::tell_others(say(Word::end, solver));
+  if (parallel::leads_processes()) parallel::tell_others(announcement_of(Action::end, solver));
 }
 
 }  // namespace lichtenberg::laplace

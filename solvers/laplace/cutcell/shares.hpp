@@ -7,17 +7,17 @@
 
 namespace lichtenberg::laplace {
 
-// Assembled systems are shared by all processes of a program: the first announces each solve to the others, which hold
-// their rows of it (parallel::join_processes).
+// All processes of a program share an assembled system: the first announces each solve, and the others hold their rows
+// of it (parallel::join_processes).
 //
-// (A program of one's own may as well let all its processes do the same: CutCellSolver::solve is collective over
-// PETSC_COMM_WORLD then, and every process gets the solution.)
+// In other programs all processes may call CutCellSolver::solve, which is collective over PETSC_COMM_WORLD; every
+// process gets the solution.
 
-/// What another process than the first does with an announcement, its `take_part`.
+/// Action of the other processes for an announcement, the `take_part` of join_processes.
 class SolverShares {
  public:
-  /// Throws whatever kept this process from its part, unless it is the problem's fault: then the first process knows
-  /// too. After that it takes part in no further solve: throws Failure.
+  /// Throws the exception that stopped this process's part, except InputError, which the first process throws as well.
+  /// Throws Failure for a solve after such an exception.
   void operator()(parallel::Message& announcement);
 
  private:
@@ -26,7 +26,7 @@ class SolverShares {
   bool failed_ = false;
 };
 
-// What the first process tells the others; of no effect in a program that runs alone. Solvers go by number.
+// Announcements of the first process; without effect in a program of one process. Solvers are numbered.
 void announce_solve(int solver, const CutCellOptions& options, const LaplaceProblem& problem);
 void announce_forgetting(int solver);
 void announce_end(int solver);

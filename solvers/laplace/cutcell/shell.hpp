@@ -4,11 +4,11 @@
 
 #include "solvers/parallel/petsc.hpp"
 
-// The entries of PETSc's vectors, in memory of the host or of a device.
+// Access to the entries of PETSc's vectors in host or device memory.
 
 namespace lichtenberg::laplace {
 
-/// Write access to a vector's entries for as long as this lives.
+/// Write access to a vector's entries during its lifetime.
 class WriteAccess {
  public:
   explicit WriteAccess(::Vec vector) : vector_(vector) {
@@ -24,7 +24,7 @@ class WriteAccess {
   PetscScalar* data_ = nullptr;
 };
 
-/// f(the entries of `from`, those of `to`, which it writes).
+/// Calls f(entries of `from`, entries of `to`); f writes the latter.
 template <class F>
 PetscErrorCode with_memory(::Vec from, ::Vec to, F f) {
   const PetscScalar* read = nullptr;
@@ -37,11 +37,13 @@ PetscErrorCode with_memory(::Vec from, ::Vec to, F f) {
   return 0;
 }
 
-/// A matrix and a preconditioner for PETSc that are functions: of a Work, multiply(x, y) and precondition(r, z).
+/// Matrix and preconditioner for PETSc as functions: multiply(x, y) and precondition(r, z) of a Work object.
 struct Shell {
   void* work;
-  const char* name;         ///< of the preconditioner
-  const char* vector_type;  ///< of PETSc
+  /// Name of the preconditioner.
+  const char* name;
+  /// PETSc's vector type.
+  const char* vector_type;
   PetscErrorCode (*multiply)(Mat, ::Vec, ::Vec);
   PetscErrorCode (*precondition)(PC, ::Vec, ::Vec);
 

@@ -10,10 +10,10 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/circuit.hpp"
 #include "solvers/laplace/cutcell/assembled.hpp"
+#include "solvers/laplace/cutcell/backend.hpp"
 #include "solvers/laplace/cutcell/body_order.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/follow.hpp"
-#include "solvers/laplace/cutcell/grid_sizes.hpp"
 #include "solvers/laplace/cutcell/history.hpp"
 #include "solvers/laplace/cutcell/krylov.hpp"
 #include "solvers/laplace/cutcell/matrix_free.hpp"
@@ -27,11 +27,8 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// Unless told, no more threads than the finest grid's loops have bands for. The assembled system is PETSc's.
+/// Returns the number of threads: by default at most the number of bands that loops over the finest grid have. PETSc
+/// runs the assembled system.
 int team_size(const CutCellOptions& options) {
   if (options.linear_solver == CutCellOptions::LinearSolver::assembled) return 1;
   if (options.threads > 0) return options.threads;
@@ -40,14 +37,28 @@ int team_size(const CutCellOptions& options) {
   return static_cast<int>(std::clamp(useful, 1L, available));
 }
 
-/// Of a first guess before CG starts. Four cost a third of a residual evaluation and take its error in the energy norm
-/// down to an eighth.
-constexpr int edge_sweeps = 4;
+/// Waits for a system's worker thread at the end of a solve, whatever is thrown: the thread reads the problem.
+class FinishGuard {
+ public:
+  explicit FinishGuard(const std::unique_ptr<LinearSystem>& system) : system_(system) {}
+  FinishGuard(const FinishGuard&) = delete;
+  FinishGuard& operator=(const FinishGuard&) = delete;
+  ~FinishGuard() {
+    try {
+      if (system_) system_->finish();
+    } catch (...) {
+      // The original exception is already propagating.
+    }
+  }
+
+ private:
+  const std::unique_ptr<LinearSystem>& system_;
+};
 
 /// The solver on the CPU.
 class CpuSolver : public CutCellBackend {
  public:
-  explicit CpuSolver(CutCellOptions o) : options(o) {
+  explicit CpuSolver(const CutCellOptions& options) : CutCellBackend(options) {
     static int solvers = 0;
     number = solvers++;
   }
@@ -56,65 +67,43 @@ class CpuSolver : public CutCellBackend {
   }
 
   LaplaceSolution solve(const LaplaceProblem& problem) override {
-    if (assembled()) announce_solve(number, options, problem);
-    try {
-      return solve_here(problem);
-    } catch (...) {
-      history.clear();  // it is of a geometry that has gone
-      throw;
-    }
+    if (assembled()) announce_solve(number, options_, problem);
+    const FinishGuard guard(system);
+    return CutCellBackend::solve(problem);
   }
-  Field field() const override;
   void forget() override {
     if (assembled()) announce_forgetting(number);
-    history.clear();
+    CutCellBackend::forget();
   }
   void follow(const CutCellBackend& coarser) override { followed = dynamic_cast<const CpuSolver*>(&coarser); }
-  void set_tolerance(double tolerance) override { options.tolerance = tolerance; }
+
+ protected:
+  void make_grids(const LaplaceProblem& problem) override;
+  void discretize(const LaplaceProblem& problem) override;
+  void begin(const LaplaceProblem& problem, LaplaceSolution& solution) override;
+  void iterate(LaplaceSolution& solution) override;
+  void finish(const LaplaceProblem& problem, LaplaceSolution& solution) override;
+  bool has_history() const override { return !history.empty(); }
+  void clear_history() override { history.clear(); }
+  Field last_field() const override;
 
  private:
-  bool assembled() const { return options.linear_solver == CutCellOptions::LinearSolver::assembled; }
+  bool assembled() const { return options_.linear_solver == CutCellOptions::LinearSolver::assembled; }
+  double rounding_of_residual() const;
+  void fix_mean();
+  Potentials potentials() const;
+  void store(const LaplaceProblem& problem, const LaplaceSolution& solution);
 
-  CutCellOptions options;
-  int number;  // among the solvers of this program, for its other processes
-  parallel::Team team{team_size(options)};
-  Vec2 size;  // of the box the grids were made for
+  int number;  // among the solvers of this program, known to its other processes
+  parallel::Team team{team_size(options_)};
   BodyOrder order;
   std::unique_ptr<Level> level;
   CutCellOperator op;
   std::unique_ptr<LinearSystem> system;
   std::vector<double> b, x, residual;   // layout + groups
-  double scale = 1;                     // V: x, b and the history are in units of it
-  History history;                      // bodies' potentials in the order of the problems
+  SolutionHistory history;              // bodies' potentials in the order of the problems
   const CpuSolver* followed = nullptr;  // the solver on a coarser grid
-  Potentials followed_then;             // its solution at the last solve here; of no body: none
-
-  LaplaceSolution solve_here(const LaplaceProblem& problem);
-  void choose_scale(const LaplaceProblem& problem);
-  double rounding_of_residual(const std::vector<double>& potentials) const;
-  void prepare_grids(const LaplaceProblem& problem);
-  void fix_mean(const LaplaceProblem& problem);
-  double first_guess(const LaplaceProblem& problem);
-  Potentials potentials() const;
-  void remember(const LaplaceProblem& problem, const LaplaceSolution& solution);
-};
-
-/// Whatever is thrown, no helper goes on with a problem that has gone.
-class Finished {
- public:
-  explicit Finished(LinearSystem& system) : system_(system) {}
-  Finished(const Finished&) = delete;
-  Finished& operator=(const Finished&) = delete;
-  ~Finished() {
-    try {
-      system_.finish();
-    } catch (...) {
-      // What was thrown first is on its way.
-    }
-  }
-
- private:
-  LinearSystem& system_;
+  Potentials followed_then;             // its solution at the last solve here; no bodies: none
 };
 
 std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options, parallel::Team& team) {
@@ -123,20 +112,59 @@ std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options, paralle
   return std::make_unique<AssembledSystem>(options.links, options.tolerance, options.device);
 }
 
-void CpuSolver::prepare_grids(const LaplaceProblem& problem) {
-  if (level && size == problem.size) return;
-  const GridSize finest = finest_grid(problem, options.cells);
-  level = std::make_unique<Level>(problem, finest.nx, finest.ny);
-  system = make_system(options, team);
-  history.clear();
-  size = problem.size;
+void CpuSolver::make_grids(const LaplaceProblem& problem) {
+  level = std::make_unique<Level>(problem, finest_.nx, finest_.ny);
+  system = make_system(options_, team);
 }
 
-void CpuSolver::fix_mean(const LaplaceProblem& problem) {
+void CpuSolver::discretize(const LaplaceProblem& problem) {
+  order.sort(problem, level->layout.ny);
+  system->build(order.sorted(), *level, op);
+  for (std::vector<double>* vector : {&x, &b, &residual}) parallel::resize_in_huge_pages(*vector, op.size());
+}
+
+void CpuSolver::begin(const LaplaceProblem& problem, LaplaceSolution& solution) {
+  op.right_hand_side(order.sorted(), b.data(), unit_);
+  const std::size_t bodies = problem.bodies.size();
+  if (history.empty()) {
+    system->finish();
+    system->first_guess(order.sorted(), unit_, x);
+  } else if (followed && !followed->history.empty() && followed->history.bodies() == bodies &&
+             followed_then.body.size() == bodies) {
+    history.newest_as_guess(problem, op, x);
+    add_change(followed_then, followed->potentials(), problem, unit_, op, x);
+  } else {
+    solution.work += history.initial_guess(problem, op, b, x);
+  }
+}
+
+void CpuSolver::iterate(LaplaceSolution& solution) {
+  solution.work += op.relax_edges(b.data(), x.data(), edge_sweeps);
+  const double guess_norm = op.stretch(b.data(), x.data(), residual.data());
+  solution.work += 1;
+  if (op.grounded_by_couplings()) op.fix_potential_level(x.data(), residual.data());
+  system->finish();
+  system->solve(b, x, residual, {options_.tolerance, guess_norm, 0, 0, rounding_of_residual()}, solution);
+  op.balance(order.sorted(), unit_, b.data(), x.data());
+  if (!order.sorted().has_ground()) fix_mean();
+}
+
+/// Returns the natural norm of the residual that rounding leaves. A row adds some five potentials of at most |x|, which
+/// leaves a residual of about epsilon |x|, random from row to row. Its natural norm squared is the sum of that squared
+/// over the Laplacian's eigenvalues, 4 pi k of the k-th of n modes: epsilon^2 x^2 n (log n) / 4 pi, in which log n / 4
+/// pi is about 1.
+double CpuSolver::rounding_of_residual() const {
+  const Eigen::Map<const Eigen::VectorXd> all(x.data(), static_cast<Eigen::Index>(x.size()));
+  return std::numeric_limits<double>::epsilon() * std::sqrt(static_cast<double>(x.size())) *
+         all.lpNorm<Eigen::Infinity>();
+}
+
+void CpuSolver::fix_mean() {
+  const std::vector<Body>& bodies = order.sorted().bodies;
   double mean = 0;
-  for (const Body& body : problem.bodies) mean += x[level->layout.size() + body.group];
-  mean /= static_cast<double>(std::max<std::size_t>(problem.bodies.size(), 1));
-  // Unknowns only: the padding must stay zero, this solution is a first guess of the next.
+  for (const Body& body : bodies) mean += x[level->layout.size() + body.group];
+  mean /= static_cast<double>(std::max<std::size_t>(bodies.size(), 1));
+  // Shifts unknowns only. The padding must stay zero, because the solution becomes part of the history.
   const std::size_t cells = level->layout.size();
   for (std::size_t k = 0; k < cells; ++k)
     if (level->diagonal[k] > 0) x[k] -= mean;
@@ -144,47 +172,24 @@ void CpuSolver::fix_mean(const LaplaceProblem& problem) {
   op.mask(x.data());
 }
 
-void CpuSolver::remember(const LaplaceProblem& problem, const LaplaceSolution& solution) {
+void CpuSolver::finish(const LaplaceProblem& problem, LaplaceSolution& solution) {
+  solution.unknowns = level->fluid_cells;
+  for (std::size_t g = 0; g < problem.groups.size(); ++g) {
+    const Group& group = problem.groups[g];
+    solution.group_potential.push_back(group.floating ? unit_ * x[level->layout.size() + g] : group.potential);
+  }
+  evaluate(order.sorted(), *level, x.data(), unit_, solution, team);
+  order.restore(solution.body_charge);
+  order.restore(solution.body_force);
+  store(problem, solution);
+  if (followed) followed_then = followed->potentials();
+}
+
+void CpuSolver::store(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   std::vector<double> body_potential;
-  for (const Body& body : problem.bodies) body_potential.push_back(solution.group_potential[body.group] / scale);
-  for (const std::ptrdiff_t slot : level->covered) x[slot] = body_potential[order.index(level->cover[slot].body())];
-  history.remember(x, std::move(body_potential));
-}
-
-void CpuSolver::choose_scale(const LaplaceProblem& problem) {
-  double largest = 0;
-  for (const Group& group : problem.groups)
-    largest = std::max(largest, std::abs(group.floating ? group.charge / problem.permittivity : group.potential));
-  for (const SideLink& link : level->side_links) largest = std::max(largest, std::abs(link.potential));
-  if (const std::optional<double> unit = new_potential_unit(largest, scale, !history.empty())) {
-    history.clear();
-    scale = *unit;
-  }
-}
-
-/// A row adds some five potentials of at most |x|, which leaves a residual of about epsilon |x|, random from row to
-/// row. Its natural norm squared is the sum of that squared over the Laplacian's eigenvalues, 4 pi k of the k-th of n
-/// modes: epsilon^2 x^2 n (log n) / 4 pi, in which log n / 4 pi is about 1.
-double CpuSolver::rounding_of_residual(const std::vector<double>& potentials) const {
-  const Eigen::Map<const Eigen::VectorXd> all(potentials.data(), static_cast<Eigen::Index>(potentials.size()));
-  return std::numeric_limits<double>::epsilon() * std::sqrt(static_cast<double>(potentials.size())) *
-         all.lpNorm<Eigen::Infinity>();
-}
-
-/// Returns its work, in evaluations of the operator.
-double CpuSolver::first_guess(const LaplaceProblem& problem) {
-  if (history.empty()) {
-    system->finish();
-    system->first_guess(order.sorted(), scale, x);
-    return 0;
-  }
-  const std::size_t bodies = problem.bodies.size();
-  if (!followed || followed->history.empty() || followed->history.bodies() != bodies ||
-      followed_then.body.size() != bodies)
-    return history.first_guess(problem, op, b, x);
-  history.newest_guess(problem, op, x);
-  add_change(followed_then, followed->potentials(), problem, scale, op, x);
-  return 0;
+  for (const Body& body : problem.bodies) body_potential.push_back(solution.group_potential[body.group] / unit_);
+  for (const std::ptrdiff_t slot : level->covered) x[slot] = body_potential[order.index(level->owner[slot].body())];
+  history.store(x, std::move(body_potential));
 }
 
 Potentials CpuSolver::potentials() const {
@@ -193,67 +198,98 @@ Potentials CpuSolver::potentials() const {
   Potentials found{at.nx, at.ny, {}, history.newest_of_bodies()};
   found.cell.reserve(static_cast<std::size_t>(at.nx) * at.ny);
   for (int j = 0; j < at.ny; ++j)
-    for (int i = 0; i < at.nx; ++i) found.cell.push_back(scale * history.newest()[at(i, j)]);
-  for (double& potential : found.body) potential *= scale;
+    for (int i = 0; i < at.nx; ++i) found.cell.push_back(unit_ * history.newest()[at(i, j)]);
+  for (double& potential : found.body) potential *= unit_;
   return found;
 }
 
-LaplaceSolution CpuSolver::solve_here(const LaplaceProblem& problem) {
-  parallel::start_petsc();
-  LaplaceSolution solution;
-  auto start = std::chrono::steady_clock::now();
-  prepare_grids(problem);
-  order.sort(problem, level->layout.ny);
-  const LaplaceProblem& sorted = order.sorted();
-  if (!history.empty() && history.bodies() != sorted.bodies.size()) history.clear();
-  const Finished finished(*system);
-  system->build(sorted, *level, op);
-  for (std::vector<double>* vector : {&x, &b, &residual}) parallel::resize_in_huge_pages(*vector, op.size());
-  solution.seconds.setup = seconds_since(start);
-
-  start = std::chrono::steady_clock::now();
-  choose_scale(sorted);
-  op.right_hand_side(sorted, b.data(), scale);
-  solution.work += first_guess(problem);
-  solution.work += op.relax_edges(b.data(), x.data(), edge_sweeps);
-  const double guess_norm = op.stretch(b.data(), x.data(), residual.data());
-  solution.work += 1;
-  if (op.grounded_by_couplings()) op.level_out(x.data(), residual.data());
-  system->finish();
-  system->solve(b, x, residual, {options.tolerance, guess_norm, 0, 0, rounding_of_residual(x)}, solution);
-  op.balance(sorted, scale, b.data(), x.data());
-  if (!sorted.has_ground()) fix_mean(sorted);
-  solution.seconds.solve = seconds_since(start);
-
-  start = std::chrono::steady_clock::now();
-  solution.unknowns = level->fluid_cells;
-  for (const Group& group : sorted.groups) solution.unknowns += group.floating;
-  solution.group_potential.resize(sorted.groups.size());
-  for (std::size_t g = 0; g < sorted.groups.size(); ++g)
-    solution.group_potential[g] =
-        sorted.groups[g].floating ? scale * x[level->layout.size() + g] : sorted.groups[g].potential;
-  evaluate(sorted, *level, x.data(), scale, solution, team);
-  order.restore(solution.body_charge);
-  order.restore(solution.body_force);
-  remember(problem, solution);
-  if (followed) followed_then = followed->potentials();
-  solution.seconds.forces = seconds_since(start);
-  return solution;
-}
-
-Field CpuSolver::field() const {
-  if (history.empty()) throw Failure("field solver: no field before the first solve");
-  Field field{level->layout.nx, level->layout.ny, level->h, {}, {}};
-  for (int j = 0; j < field.ny; ++j)
-    for (int i = 0; i < field.nx; ++i) {
-      const std::ptrdiff_t slot = level->layout(i, j);
-      field.value.push_back(scale * history.newest()[slot]);
-      field.body.push_back(level->cover[slot].is_fluid() ? -1 : order.index(level->cover[slot].body()));
-    }
+Field CpuSolver::last_field() const {
+  Field field = field_on(level->layout, level->h, history.newest().data(), level->owner.data());
+  for (int& body : field.body)
+    if (body >= 0) body = order.index(body);
   return field;
 }
 
 }  // namespace
+
+LaplaceSolution CutCellBackend::solve(const LaplaceProblem& problem) {
+  try {
+    start_ = std::chrono::steady_clock::now();
+    parallel::start_petsc();
+    prepare(problem);
+    LaplaceSolution solution;
+    do {
+      discretize(problem);
+      solution.seconds.setup = seconds();
+      choose_unit(problem);
+      begin(problem, solution);
+      iterate(solution);
+      solution.seconds.solve = seconds() - solution.seconds.setup;
+    } while (!is_complete());
+    finish(problem, solution);
+    for (const Group& group : problem.groups) solution.unknowns += group.floating;
+    solution.seconds.forces = std::max(0.0, seconds() - solution.seconds.setup - solution.seconds.solve);
+    return solution;
+  } catch (...) {
+    clear_history();  // the grids hold another geometry
+    throw;
+  }
+}
+
+void CutCellBackend::prepare(const LaplaceProblem& problem) {
+  if (box_ != problem.size) {
+    finest_ = finest_grid(problem, options_.cells);
+    box_ = {};
+    clear_history();
+    make_grids(problem);
+    box_ = problem.size;
+  }
+  if (bodies_ != problem.bodies.size()) clear_history();
+  bodies_ = problem.bodies.size();
+}
+
+/// Sets the unit of potentials to the largest given potential if the old unit is out of range. Single precision holds
+/// 38 decades either way, enough for any right-hand side of about 1. A unit within a factor of 1e6 stays, so that the
+/// history needs no rescaling.
+void CutCellBackend::choose_unit(const LaplaceProblem& problem) {
+  double largest = 0;  // V; a charge divided by the permittivity, too
+  for (const Group& group : problem.groups)
+    largest = std::max(largest, std::abs(group.floating ? group.charge / problem.permittivity : group.potential));
+  const Layout at(finest_.nx, finest_.ny);
+  for (int side = 0; side < 4; ++side) {
+    const Side& given = problem.sides[side];
+    if (given.kind != Side::Kind::electrode) continue;
+    for (int face = 0; face < (given.profile ? faces_of(at, side) : 1); ++face) {
+      const auto [i, j] = cell_at_face(at, side, face);
+      const Vec2 centre = cell_centre(i, j) + 0.5 * direction(side);
+      largest = std::max(largest, std::abs(given.potential_at(problem.size.x / at.nx * centre)));
+    }
+  }
+  const double ratio = largest / unit_;
+  if (has_history() && (largest == 0 || (ratio > 1e-6 && ratio < 1e6))) return;
+  clear_history();
+  unit_ = largest > 0 ? largest : 1;
+}
+
+double CutCellBackend::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+Field CutCellBackend::field() const {
+  if (!has_history()) throw Failure("field solver: no field before the first solve");
+  return last_field();
+}
+
+Field CutCellBackend::field_on(const Layout& at, double h, const double* cell, const CellOwner* cover) const {
+  Field field{at.nx, at.ny, h, {}, {}};
+  for (int j = 0; j < at.ny; ++j)
+    for (int i = 0; i < at.nx; ++i) {
+      const std::ptrdiff_t slot = at(i, j);
+      field.value.push_back(unit_ * cell[slot]);
+      field.body.push_back(cover[slot].is_fluid() ? -1 : cover[slot].body());
+    }
+  return field;
+}
 
 CutCellSolver::CutCellSolver(CutCellOptions options) : options_(options) {
   if (options.links == LinkFormula::aperture && options.linear_solver == CutCellOptions::LinearSolver::multigrid)
@@ -274,8 +310,8 @@ CutCellSolver::~CutCellSolver() = default;
 
 namespace {
 
-/// Throws InputError where a body with a link model would need formulas that it does not have: those of bodies that the
-/// grid does not resolve, and of two surfaces with less than a fluid cell on each side between them.
+/// Throws InputError for a body with a link model that would need other formulas: if the grid does not resolve it, or
+/// if a gap next to it is narrower than three cells.
 void check_link_models(const LaplaceProblem& problem, const CutCellOptions& options) {
   const double h = std::max(problem.size.x, problem.size.y) / options.cells, least = 3 * h;
   for (const Body& body : problem.bodies) {

@@ -10,25 +10,26 @@ namespace lichtenberg::laplace {
 class CutCellBackend;
 
 struct CutCellOptions {
-  int cells = 512;          ///< S: cells along the longer side of the box; the shorter one must hold whole cells
-  double tolerance = 1e-8;  ///< error of a solve in the energy norm, relative to the solution's
+  int cells = 512;          ///< S, cells along the longer side of the box; the shorter side must hold whole cells
+  double tolerance = 1e-8;  ///< error in the energy norm, relative to the solution's norm
   LinkFormula links = LinkFormula::log_fitted;
-  /// That share set-up and solve; the results are the same bits for any number. 0: as many as the machine has, fewer
-  /// on small grids.
+  /// Threads of the set-up and the solve; results are bitwise identical for any number. 0: the number of processors,
+  /// fewer on small grids.
   int threads = 0;
   /// multigrid: matrix-free, geometric multigrid as preconditioner. assembled: the same system as an AIJ matrix, for
   /// any PETSc preconditioner (default GAMG; -field_pc_type chooses).
   enum class LinearSolver { multigrid, assembled } linear_solver = LinearSolver::multigrid;
-  /// Where the solves run. cuda: InputError from the solver's constructor if the program was built without CUDA, or if
-  /// there is no such device.
+  /// Device of the solves. For cuda the solver's constructor throws InputError without CUDA in the build or without
+  /// such a device.
   enum class Device { cpu, cuda } device = Device::cpu;
 };
 
-/// The direct scheme (README.md): cut-cell finite volumes with log-fitted boundary fluxes, floating potentials as
-/// unknowns of the same symmetric positive definite system, CG. Second-order; charges are conserved to rounding (on a
-/// device to the tolerance), forces are the exact derivative of the discrete energy (virtual work). Where bodies
-/// overlap, a cell belongs to the one whose centre is in the lower row, of one row to the first (on a device always to
-/// the first). KSP options have the prefix "field_"; -field_ksp_rtol overrules `tolerance`.
+/// Direct cut-cell finite-volume scheme (README.md) with log-fitted boundary fluxes. Floating potentials are unknowns
+/// of the same symmetric positive definite system, which conjugate gradients solve. The scheme is second-order. Charges
+/// are conserved to rounding, on a device to the tolerance. Forces are the exact derivative of the discrete energy
+/// (virtual work). Where bodies overlap, a cell belongs to the body whose centre is in the lower row, in one row to the
+/// first body; on a device always to the first. KSP options have the prefix "field_"; -field_ksp_rtol overrules
+/// `tolerance`.
 class CutCellSolver : public LaplaceSolver {
  public:
   explicit CutCellSolver(CutCellOptions options);
@@ -37,16 +38,16 @@ class CutCellSolver : public LaplaceSolver {
   LaplaceSolution solve(const LaplaceProblem& problem) override;
   Field field() const override;
   void forget() override;
-  /// From now on first guesses take over by how much the potentials of `coarser`, a solver of the same scenes on a
-  /// coarser grid, have changed since the last solve here: what predictions have found already. `coarser` must have
-  /// solved the same problem just before, and outlive this.
+  /// Adds to later initial guesses the change of potentials that `coarser` has computed since the last solve here.
+  /// `coarser` solves the same scenes on a coarser grid. It must have solved the same problem just before, and outlive
+  /// this solver.
   void follow(const CutCellSolver& coarser);
-  /// Changes the tolerance of the solves that follow.
+  /// Sets the tolerance of later solves.
   void set_tolerance(double tolerance);
 
  private:
   LaplaceSolution solve_without_nodes(const LaplaceProblem& problem);
-  CutCellOptions options_;  // as given
+  CutCellOptions options_;
   std::unique_ptr<CutCellBackend> backend_;
 };
 

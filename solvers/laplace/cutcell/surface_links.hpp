@@ -1,7 +1,7 @@
 #pragma once
 
-// Which cells a body covers and how strongly a link that meets its surface conducts: link.hpp's formulas applied to
-// the shapes. One source for the CPU and a CUDA device, which cannot hold a std::variant.
+// Formulas of link.hpp applied to the shapes: the cells that a body covers, and the conductances of links to its
+// surface. One source for the CPU and CUDA devices; device code has no std::variant.
 
 #include <algorithm>
 #include <array>
@@ -17,27 +17,31 @@
 
 namespace lichtenberg::laplace {
 
-/// How a fluid cell is coupled to a conductor's surface.
+/// Formula of the links between fluid cells and conductors.
 enum class LinkFormula {
-  log_fitted,  ///< exact for an isolated circle (link.hpp)
-  plain,       ///< 1 / cut length
-  aperture,    ///< open faces, surface / distance (apertures.hpp); assembled systems only
+  /// Exact for an isolated circle (link.hpp).
+  log_fitted,
+  /// 1 / cut length
+  plain,
+  /// Open faces, surface / distance (apertures.hpp); assembled systems only.
+  aperture,
 };
 
 struct Outline;
 
-/// Conductance between the fluid cell centre p and a body in the next cell in direction e, and its derivative with
-/// respect to the body's position. Lengths are in cells.
+/// Returns the conductance between the fluid cell centre p and a body in the next cell in direction e, and its
+/// derivative with respect to the body's position. Lengths are in cells.
 using LinkFunction = Conductance (*)(const Outline& body, Vec2 p, Vec2 e);
 
-/// A formula for the links between fluid cells and a disk, in place of LinkFormula, with data of the disk: a coat, say.
-/// Grids of the CPU and the device's algorithms on the host call the same function; a CUDA device cannot, and refuses
-/// it. CutCellSolver checks that no other formula is needed: that the disk is resolved and stands apart from others.
+/// Formula for the links between fluid cells and a disk that replaces LinkFormula, with data of the disk such as a
+/// coating. CPU grids and the device algorithms on the host call the same function; a CUDA device refuses it.
+/// CutCellSolver checks that the disk is resolved and that its gaps are wide, so that no other formula is needed.
 class LinkModel {
  public:
   virtual ~LinkModel() = default;
-  virtual std::string name() const = 0;  ///< for error messages
-  /// Numbers for `formula`, which finds them in Outline::data: without unit, the same for cells of every size.
+  /// Name for error messages.
+  virtual std::string name() const = 0;
+  /// Returns dimensionless data for `formula`, identical for cells of every size (Outline::data).
   virtual std::array<double, 2> data(const Body& body) const = 0;
   virtual LinkFunction formula() const = 0;
 };
@@ -45,16 +49,20 @@ class LinkModel {
 /// A body's shape in units of cells.
 struct Outline {
   enum class Kind : std::int32_t { disk, ring, bar } kind = Kind::disk;
-  Vec2 centre;                  ///< of a disk or ring, of a bar's one end
-  Vec2 end;                     ///< a bar's other end
-  double size = 0;              ///< radius, or a bar's width
-  LinkFunction link = nullptr;  ///< of the body's link model; null: LinkFormula
-  double data[2] = {};          ///< of the link model
+  /// Centre of a disk or ring, first end of a bar.
+  Vec2 centre;
+  /// Second end of a bar.
+  Vec2 end;
+  /// Radius, or width of a bar.
+  double size = 0;
+  /// Formula and data of the body's link model; null: LinkFormula.
+  LinkFunction link = nullptr;
+  double data[2] = {};
 
   LICHTENBERG_HOST_DEVICE bool round() const { return kind != Kind::bar; }
 };
 
-/// The shape with every length divided by h.
+/// Returns the shape with every length divided by h.
 inline Outline outline_in_cells(const Shape& shape, double h) {
   if (const auto* disk = std::get_if<Disk>(&shape))
     return {Outline::Kind::disk, disk->centre / h, {}, disk->radius / h};
@@ -64,7 +72,7 @@ inline Outline outline_in_cells(const Shape& shape, double h) {
   return {Outline::Kind::bar, bar.from / h, bar.to / h, bar.width / h};
 }
 
-/// The body's shape and the data of its links.
+/// Returns the body's shape in cells of size h, with its link model.
 inline Outline outline_in_cells(const Body& body, double h) {
   Outline outline = outline_in_cells(body.shape, h);
   if (body.link_model) {
@@ -75,7 +83,7 @@ inline Outline outline_in_cells(const Body& body, double h) {
   return outline;
 }
 
-/// Unit vector towards a side of a cell, by SideIndex.
+/// Returns the unit vector towards a side of a cell, by SideIndex.
 LICHTENBERG_HOST_DEVICE inline Vec2 direction(int side) {
   return {static_cast<double>((side == 1) - (side == 0)), static_cast<double>((side == 3) - (side == 2))};
 }
@@ -88,7 +96,7 @@ LICHTENBERG_HOST_DEVICE inline double signed_distance(const Outline& outline, Ve
   return signed_distance(Bar{outline.centre, outline.end, outline.size}, p);
 }
 
-/// Columns `from_i` to `to_i` and rows `from_j` to `to_j`, all included.
+/// Columns `from_i` to `to_i` and rows `from_j` to `to_j`, ends included.
 struct CellRange {
   int from_i, to_i, from_j, to_j;
 };
@@ -98,7 +106,7 @@ LICHTENBERG_HOST_DEVICE inline int cell_at(double x, int n) {
   return i < 0 ? 0 : i < n ? i : n - 1;
 }
 
-/// Cells of an nx x ny grid among which all that the body covers are.
+/// Returns a range of cells of an nx x ny grid that contains all cells covered by the body.
 LICHTENBERG_HOST_DEVICE inline CellRange cells_around(const Outline& body, int nx, int ny) {
   if (body.kind == Outline::Kind::ring) return {0, nx - 1, 0, ny - 1};
   Vec2 low = body.centre, high = body.centre;
@@ -112,21 +120,21 @@ LICHTENBERG_HOST_DEVICE inline CellRange cells_around(const Outline& body, int n
           cell_at(high.y + margin, ny)};
 }
 
-/// Whether the body covers the centre of cell (i, j).
+/// Returns whether the body covers the centre of cell (i, j).
 LICHTENBERG_HOST_DEVICE inline bool covers(const Outline& body, int i, int j) {
   if (body.kind == Outline::Kind::disk) {
     const double dx = i + 0.5 - body.centre.x, dy = j + 0.5 - body.centre.y;
     return dx * dx + dy * dy <= body.size * body.size;
   }
   if (body.kind == Outline::Kind::ring) return signed_distance(body, cell_centre(i, j)) <= 0;
-  // A bar thinner than a cell still separates what lies on its two sides: it takes a connected chain of cells.
+  // A bar thinner than a cell separates the fluid on its two sides: it covers a connected chain of cells.
   const Vec2 axis = (body.end - body.centre) / norm(body.end - body.centre);
   const double width = std::max(body.size, std::abs(axis.x) + std::abs(axis.y));
   return signed_distance(Bar{body.centre, body.end, width}, cell_centre(i, j)) <= 0;
 }
 
-/// Distance from p, outside the shape, along the unit vector e to its surface, with the outward normal there.
-/// A ray that misses (a body thinner than a cell, taken as one cell) gets the distance to the nearest surface point.
+/// Intersection of a ray from a point outside a shape with its surface: distance along the ray, and the outward normal
+/// there. A ray that misses (past a body thinner than a cell) has the distance to the nearest surface point.
 struct Hit {
   double length;
   Vec2 normal;
@@ -175,7 +183,7 @@ LICHTENBERG_HOST_DEVICE inline Hit hit(const Outline& body, Vec2 p, Vec2 e) {
   return hit_bar(p, e, Bar{body.centre, body.end, body.size});
 }
 
-/// Conductance between the fluid cell centre p and a body in the next cell in direction e.
+/// Returns the conductance between the fluid cell centre p and a body in the next cell in direction e.
 LICHTENBERG_HOST_DEVICE inline Conductance fluid_link(const Outline& body, Vec2 p, Vec2 e, LinkFormula formula) {
 #ifndef __CUDA_ARCH__
   if (body.link) return body.link(body, p, e);
@@ -188,77 +196,72 @@ LICHTENBERG_HOST_DEVICE inline Conductance fluid_link(const Outline& body, Vec2 
   return plain_link(at_least(surface.length, smallest_cut), e, surface.normal);
 }
 
-/// Length of a link's part inside a body, from the covered centre p in direction e to where it leaves the body, and
-/// its derivative with respect to the body's position.
+/// Returns the length of a link's part inside a body, from the covered centre p in direction e to the surface, and its
+/// derivative with respect to the body's position.
 LICHTENBERG_HOST_DEVICE inline Conductance covered_length(const Outline& body, Vec2 p, Vec2 e) {
   if (body.kind == Outline::Kind::disk) {
-    const Exit exit = circle_exit(p, e, body.centre, body.size);
+    const Exit exit = circle_exit(p, e, {body.centre, body.size});
     return {exit.length, exit.gradient};
   }
   const Hit surface = hit(body, p + e, -e);
   return {1.0 - surface.length, surface.normal / dot(surface.normal, e)};
 }
 
-/// A surface as `channel` takes it: a circle, of negative radius if the conductor lies round it.
-struct Curve {
-  Vec2 centre;
-  double radius;
-};
-
-/// A flat surface as a circle, large enough to be flat and small enough for its centre's rounding, n being the normal
-/// out of the conductor. Its pole lies opposite `facing`: half a cell beside, its bulge would be a gap of 1e-6 cell.
-LICHTENBERG_HOST_DEVICE inline Curve flat_curve(Vec2 on_surface, Vec2 n, Vec2 facing) {
+/// Returns a flat surface as a circle, large enough to be flat and small enough for the rounding of its centre. n:
+/// normal out of the conductor. The circle touches the surface opposite `facing`; half a cell away, its curvature would
+/// change the gap by 1e-6 cell.
+LICHTENBERG_HOST_DEVICE inline SurfaceCircle flat_surface(Vec2 on_surface, Vec2 n, Vec2 facing) {
   constexpr double flat_radius = 1e5;
   const Vec2 along = perpendicular(n);
   return {on_surface + dot(along, facing - on_surface) * along - flat_radius * n, flat_radius};
 }
 
-/// The surface of a body where the line from its covered centre p in direction e leaves it towards `facing`.
-LICHTENBERG_HOST_DEVICE inline Curve curve(const Outline& body, Vec2 p, Vec2 e, const Outline& facing) {
+/// Returns the surface of a body at the exit of the line from its covered centre p in direction e towards `facing`.
+LICHTENBERG_HOST_DEVICE inline SurfaceCircle surface_circle(const Outline& body, Vec2 p, Vec2 e,
+                                                            const Outline& facing) {
   if (body.kind == Outline::Kind::disk) return {body.centre, body.size};
   if (body.kind == Outline::Kind::ring) return {body.centre, -body.size};
   const Conductance covered = covered_length(body, p, e);
-  return flat_curve(p + covered.value * e, covered.gradient / norm(covered.gradient), facing.centre);
+  return flat_surface(p + covered.value * e, covered.gradient / norm(covered.gradient), facing.centre);
 }
 
-/// Conductance between the covered centre p and what lies `length` away in direction e: another conductor, or an
-/// electrode side (`other` null). The channel's integral wherever one of the two is a disk.
-LICHTENBERG_HOST_DEVICE inline PairConductance channel_between(const Outline& body, Vec2 p, Vec2 e, double length,
-                                                               const Outline* other) {
+/// Returns the conductance between a body with the covered centre p and another conductor at a distance of `length` in
+/// direction e, or an electrode side (`other` null). If one of the two is a disk, it is the integral over the gap.
+LICHTENBERG_HOST_DEVICE inline PairConductance conductor_link(const Outline& body, Vec2 p, Vec2 e, double length,
+                                                              const Outline* other) {
   const Vec2 q = p + length * e;
   const bool disk = body.kind == Outline::Kind::disk, to_disk = other && other->kind == Outline::Kind::disk;
   if (to_disk || (disk && other)) {
-    const Curve a = curve(body, p, e, *other), b = curve(*other, q, -e, body);
-    return channel(p, e, length, a.centre, a.radius, b.centre, b.radius);
+    return gap_conductance(p, e, length, surface_circle(body, p, e, *other), surface_circle(*other, q, -e, body));
   }
-  if (disk) {
-    const Curve side = flat_curve(q, -e, body.centre);
-    return channel(p, e, length, body.centre, body.size, side.centre, side.radius);
-  }
+  if (disk) return gap_conductance(p, e, length, {body.centre, body.size}, flat_surface(q, -e, body.centre));
   const Conductance in_a = covered_length(body, p, e);
   const Conductance in_b = other ? covered_length(*other, q, -e) : Conductance{};
   const double c = 1.0 / at_least(length - in_a.value - in_b.value, smallest_gap);
   return {c, c * c * in_a.gradient, c * c * in_b.gradient};
 }
 
-/// What a lone fluid cell's link to one conductor gains if a second conductor is on the cell's other side.
-struct Squeeze {
-  bool close = false;     ///< if false, nothing: the gap is wider than a cell, and the two links resolve it
-  Vec2 partner_gradient;  ///< of the link's conductance with respect to the second conductor's position
+/// Correction of a fluid cell's link to one conductor for a second conductor on the opposite side of the cell.
+struct OpposedSurfaceCorrection {
+  /// Whether the gap is at most a cell wide. Otherwise the two links resolve it without a correction.
+  bool close = false;
+  /// Derivative of the link's conductance with respect to the second conductor's position.
+  Vec2 partner_gradient;
 };
 
-/// A lone fluid cell between two conductors: its two links are in series and make 1 / gap along the line through its
-/// centre. Both get the factor that turns this into the channel's integral over the width of the cell. The factor
-/// depends on the other conductor's position too. `p` is the centre of the body's cell, the fluid one lies next to it
-/// in direction e and the partner's cell behind that; `c`, the link's conductance, is changed.
-LICHTENBERG_HOST_DEVICE inline Squeeze squeeze(const Outline& body, Vec2 p, Vec2 e, const Outline& partner,
-                                               Conductance& c) {
+/// Corrects the conductance c of a link in a gap of one fluid cell. The cell's two links to the conductors are in
+/// series and give 1 / gap along the line through the cell's centre. Both are multiplied by the ratio of the integral
+/// over the cell's width to this value. The ratio also depends on the other conductor's position. p: centre of the
+/// body's cell. The fluid cell is next to it in direction e, followed by the partner's cell.
+LICHTENBERG_HOST_DEVICE inline OpposedSurfaceCorrection correct_for_opposed_surface(const Outline& body, Vec2 p, Vec2 e,
+                                                                                    const Outline& partner,
+                                                                                    Conductance& c) {
   if (body.kind != Outline::Kind::disk && partner.kind != Outline::Kind::disk) return {};
-  const Curve a = curve(body, p, e, partner), b = curve(partner, p + 2.0 * e, -e, body);
-  const Exit in_a = circle_exit(p, e, a.centre, a.radius), in_b = circle_exit(p + 2.0 * e, -e, b.centre, b.radius);
+  const SurfaceCircle a = surface_circle(body, p, e, partner), b = surface_circle(partner, p + 2.0 * e, -e, body);
+  const Exit in_a = circle_exit(p, e, a), in_b = circle_exit(p + 2.0 * e, -e, b);
   const double gap = at_least(2.0 - in_a.length - in_b.length, smallest_gap);
   if (gap > 1.0) return {};
-  const PairConductance integral = channel(p, e, 2.0, a.centre, a.radius, b.centre, b.radius);
+  const PairConductance integral = gap_conductance(p, e, 2.0, a, b);
   const double factor = integral.value * gap;
   const Vec2 partner_gradient = c.value * (gap * integral.gradient_b - integral.value * in_b.gradient);
   c.gradient = factor * c.gradient + c.value * (gap * integral.gradient_a - integral.value * in_a.gradient);
@@ -266,10 +269,10 @@ LICHTENBERG_HOST_DEVICE inline Squeeze squeeze(const Outline& body, Vec2 p, Vec2
   return {true, partner_gradient};
 }
 
-/// A disk that covers no cell's centre, in a cell that belongs to another body: its conductance to that one.
+/// Returns the conductance of a disk that covers no cell centre to the owner of the cell that contains its centre.
 LICHTENBERG_HOST_DEVICE inline PairConductance shared_cell_link(const Outline& disk, const Outline& owner) {
   if (owner.kind == Outline::Kind::disk) return circle_pair(disk.centre, disk.size, owner.centre, owner.size);
-  // Beside a body of another shape: a circle in front of a plane.
+  // Another shape is approximated by a plane.
   const double gap = at_least(signed_distance(owner, disk.centre) - disk.size, smallest_gap);
   return {2 * std::numbers::pi / std::acosh(1 + gap / disk.size), {}, {}};
 }

@@ -7,37 +7,41 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Which part of the matrix is wanted.
-struct Part {
-  int begin, end;  // rows
+/// Part and variant of the matrix to assemble.
+struct MatrixPart {
+  // Range of rows.
+  int begin, end;
   bool upper_only;
   bool pin;
-  bool in_cycle;  // with couplings to fixed groups as the preconditioner takes them
+  // Whether couplings to fixed groups are those of the preconditioner.
+  bool in_cycle;
 };
 
 using Entry = SparseSystem::Entry;
 
-// Unknown of every slot and group; -1: none.
+/// Unknown of every slot and group; -1: none.
 struct Numbering {
-  std::vector<int> of_slot, of_group;
+  std::vector<int> by_slot, by_group;
 };
 
 Numbering invert(const LaplaceProblem& problem, const Level& level, const SparseSystem& system) {
   Numbering number{std::vector<int>(level.layout.size(), -1), std::vector<int>(problem.groups.size(), -1)};
   int next = 0;
-  for (const std::ptrdiff_t slot : system.slot) number.of_slot[slot] = next++;
-  for (const int g : system.group) number.of_group[g] = next++;
+  for (const std::ptrdiff_t slot : system.slot) number.by_slot[slot] = next++;
+  for (const int g : system.group) number.by_group[g] = next++;
   return number;
 }
 
-/// Diagonal and couplings that are not the regular stencil's.
+/// Diagonal and those entries that are not part of the five-point stencil.
 struct Links {
-  std::vector<double> diagonal;                  // by unknown
-  std::vector<std::pair<int, Entry>> couplings;  // by row and column
+  // By unknown.
+  std::vector<double> diagonal;
+  // By row and column.
+  std::vector<std::pair<int, Entry>> couplings;
 };
 
 Links collect_links(const LaplaceProblem& problem, const Level& level, const SparseSystem& system,
-                    const Numbering& number, Part part) {
+                    const Numbering& number, MatrixPart part) {
   Links links;
   links.diagonal.resize(system.unknowns(), 0.0);
   const auto add = [&](int row, int column, double c) {
@@ -46,7 +50,7 @@ Links collect_links(const LaplaceProblem& problem, const Level& level, const Spa
   };
   std::vector<int> from(system.unknowns(), -1);
   for (const SparseSystem::Difference& difference : system.differences) from[difference.unknown] = difference.from;
-  // An end's potential is that of unknown a, plus that of from[a] if it has one; both ends may have the same.
+  // The potential of an end is that of unknown a, plus that of from[a] if it exists; it may be the same at both ends.
   const auto couple = [&](int a, int b, double c) {
     const int base_a = a >= 0 ? from[a] : -1, base_b = b >= 0 ? from[b] : -1;
     const bool cancel_a = base_a >= 0 && (base_a == base_b || base_a == b);
@@ -64,16 +68,16 @@ Links collect_links(const LaplaceProblem& problem, const Level& level, const Spa
         if (l != k && end[l] >= 0) add(end[k], end[l], -sign[k] * sign[l] * c);
     }
   };
-  const auto unknown_of_body = [&](int body) { return number.of_group[problem.bodies[body].group]; };
+  const auto unknown_of_body = [&](int body) { return number.by_group[problem.bodies[body].group]; };
   for (const FluidLink& link : level.links)
-    couple(number.of_slot[link.cell], unknown_of_body(link.body), link.conductance);
+    couple(number.by_slot[link.cell], unknown_of_body(link.body), link.conductance);
   for (const PairLink& pair : level.pairs)
     couple(unknown_of_body(pair.body_a), unknown_of_body(pair.body_b), pair.conductance);
   for (const SideLink& link : level.side_links)
-    couple(link.cell >= 0 ? number.of_slot[link.cell] : unknown_of_body(link.body), -1, link.conductance);
-  for (const auto& [a, b, conductance] : level.couplings) couple(number.of_group[a], number.of_group[b], conductance);
+    couple(link.cell >= 0 ? number.by_slot[link.cell] : unknown_of_body(link.body), -1, link.conductance);
+  for (const auto& [a, b, conductance] : level.couplings) couple(number.by_group[a], number.by_group[b], conductance);
   for (const FixedCoupling& coupling : level.fixed_couplings)
-    couple(number.of_group[coupling.group], -1, part.in_cycle ? coupling.conductance_in_cycle : coupling.conductance);
+    couple(number.by_group[coupling.group], -1, part.in_cycle ? coupling.conductance_in_cycle : coupling.conductance);
   for (std::size_t a = 0; a < system.slot.size(); ++a) links.diagonal[a] = level.diagonal[system.slot[a]];
   if (part.pin) links.diagonal[from.back() >= 0 ? from.back() : from.size() - 1] *= 2;
   std::stable_sort(links.couplings.begin(), links.couplings.end(), [](const auto& a, const auto& b) {
@@ -82,7 +86,7 @@ Links collect_links(const LaplaceProblem& problem, const Level& level, const Spa
   return links;
 }
 
-void assemble_part(const LaplaceProblem& problem, const Level& level, Part part, SparseSystem& system) {
+void assemble_part(const LaplaceProblem& problem, const Level& level, MatrixPart part, SparseSystem& system) {
   const Numbering number = invert(problem, level, system);
   const Links links = collect_links(problem, level, system, number, part);
   const Layout& at = level.layout;
@@ -99,13 +103,13 @@ void assemble_part(const LaplaceProblem& problem, const Level& level, Part part,
       const auto [i, j] = cell_of(at, static_cast<int>(system.slot[a]));
       const auto neighbour = [&](int ni, int nj, std::ptrdiff_t face, const std::vector<float>& conductance) {
         if (ni < 0 || ni >= at.nx || nj < 0 || nj >= at.ny) return;
-        const int b = number.of_slot[at(ni, nj)];
+        const int b = number.by_slot[at(ni, nj)];
         if (b >= 0 && (!part.upper_only || b < a)) row.push_back({b, conductance.empty() ? -1.0 : -conductance[face]});
       };
-      neighbour(i, j - 1, at(i, j - 1), level.north);
-      neighbour(i - 1, j, at(i - 1, j), level.east);
-      neighbour(i + 1, j, at(i, j), level.east);
-      neighbour(i, j + 1, at(i, j), level.north);
+      neighbour(i, j - 1, at(i, j - 1), level.faces.north);
+      neighbour(i - 1, j, at(i - 1, j), level.faces.east);
+      neighbour(i + 1, j, at(i, j), level.faces.east);
+      neighbour(i, j + 1, at(i, j), level.faces.north);
     }
     row.push_back({a, links.diagonal[a]});
     for (; coupling != links.couplings.end() && coupling->first == a; ++coupling) row.push_back(coupling->second);
@@ -113,7 +117,8 @@ void assemble_part(const LaplaceProblem& problem, const Level& level, Part part,
   }
 }
 
-/// The first group of each strongly coupled set has its potential for unknown, the others their difference from it.
+/// The unknown of the first group of each strongly coupled set is its potential; that of the others is the difference
+/// from it.
 void number_differences(const LaplaceProblem& problem, const Level& level, SparseSystem& system) {
   if (level.couplings.empty()) return;
   constexpr double strong = 1e3;
@@ -134,7 +139,7 @@ SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level) 
   SparseSystem system;
   for (int j = 0; j < level.layout.ny; ++j)
     for (int i = 0; i < level.layout.nx; ++i)
-      if (const std::ptrdiff_t slot = level.layout(i, j); level.cover[slot].is_fluid()) system.slot.push_back(slot);
+      if (const std::ptrdiff_t slot = level.layout(i, j); level.owner[slot].is_fluid()) system.slot.push_back(slot);
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
     if (problem.groups[g].floating && level.has_unknown(static_cast<int>(g)))
       system.group.push_back(static_cast<int>(g));

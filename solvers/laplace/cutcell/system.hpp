@@ -6,18 +6,22 @@
 
 namespace lichtenberg::laplace {
 
-/// The cut-cell system of one level as a sparse matrix, or some of its rows: unknowns are the fluid cells, then the
-/// floating groups. Upper triangle by columns, or both triangles by rows: the matrix is symmetric, so these are the
-/// same arrays.
+/// The cut-cell system of one level as a sparse matrix, or some of its rows. The unknowns are the fluid cells, then the
+/// floating groups. The arrays are the upper triangle by columns, which equals the lower triangle by rows of a
+/// symmetric matrix, or both triangles by rows.
 struct SparseSystem {
-  std::vector<int> start = {0};  ///< [rows + 1]
-  std::vector<int> index;        ///< [start.back()], ascending in each row
+  /// [rows + 1] a row's first entry.
+  std::vector<int> start = {0};
+  /// Columns, ascending in each row, and values.
+  std::vector<int> index;
   std::vector<double> value;
-  std::vector<std::ptrdiff_t> slot;  ///< layout slot of each cell unknown
-  std::vector<int> group;            ///< group of each unknown after the cells
-  /// An unknown that is a group's difference of potential from that of another unknown. Where a coupling outweighs all
-  /// other links of two groups, a row for each group would keep nothing of them beside it; so the row of the one is the
-  /// sum of both, without the coupling, and the other's potential counts from the first one's.
+  /// Layout slot of each cell unknown.
+  std::vector<std::ptrdiff_t> slot;
+  /// Group of each unknown after the cells.
+  std::vector<int> group;
+  /// Unknown that is the difference of a group's potential from that of unknown `from`. If a coupling exceeds all other
+  /// links of two groups by far, these would vanish in the rounding of the two groups' rows. One row is therefore the
+  /// sum of both, without the coupling.
   struct Difference {
     int unknown, from;
   };
@@ -26,25 +30,26 @@ struct SparseSystem {
     int column;
     double value;
   };
-  /// Appends a row; entries of the same column are added. `row` becomes sorted.
+  /// Appends a row; entries of one column are added. Sorts `row`.
   void append(std::vector<Entry>& row);
-  // Vectors by unknown: right-hand sides from groups' charges, unknowns from groups' potentials and back.
+  // Conversion of vectors by unknown: right-hand sides from the groups' charges; unknowns from and to the groups'
+  // potentials.
   void from_charges(double* b) const;
   void from_potentials(double* x) const;
   void to_potentials(double* x) const;
   int unknowns() const { return static_cast<int>(slot.size() + group.size()); }
 };
 
-/// Numbers the unknowns: `slot` and `group`, no rows yet.
+/// Numbers the unknowns: sets `slot`, `group` and `differences`, without rows.
 SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level);
 
-/// Assembles the rows from `begin` up to, not including, `end` of a system whose unknowns are numbered.
+/// Assembles the rows from `begin` to `end` - 1 of a system with numbered unknowns.
 void assemble_rows(const LaplaceProblem& problem, const Level& level, int begin, int end, SparseSystem& system);
 
-/// Assembles the system, with couplings to fixed groups as the preconditioner takes them. `upper_only` leaves out
-/// entries below the diagonal. Without any ground the matrix is singular; `pin` then adds its diagonal entry to the
-/// last unknown's once more, which leaves the solutions of a consistent right-hand side unchanged up to a constant and
-/// makes the matrix positive definite.
+/// Assembles the preconditioner's system (FixedCoupling::conductance_in_cycle). `upper_only` leaves out entries below
+/// the diagonal. Without any ground the matrix is singular. `pin` then doubles the diagonal entry of the last unknown,
+/// which makes the matrix positive definite and changes the solution for a consistent right-hand side by a constant
+/// only.
 SparseSystem assemble(const LaplaceProblem& problem, const Level& level, bool upper_only, bool pin);
 
 }  // namespace lichtenberg::laplace

@@ -8,13 +8,13 @@
 
 namespace lichtenberg::laplace {
 
-/// Fewest cells of a grid for each thread that shares its loops. A pass takes a nanosecond a cell, give or take, and to
-/// call the others a microsecond or two: at 8192 cells that is a quarter of what a loop takes at most.
+/// Minimum number of a grid's cells per thread. A pass takes about a nanosecond per cell. The call of the other
+/// threads takes one or two microseconds, at most a quarter of the time of a loop over this many cells.
 constexpr long cells_a_band = 8192;
 
-/// Into how many bands of rows a loop over a grid is divided.
+/// Returns the number of bands of rows into which a loop over a grid is divided.
 inline int bands(const Layout& layout, const parallel::Team& team) {
-  constexpr int rows_a_band = 16;  // more than any wavefront's stages need
+  constexpr int rows_a_band = 16;  // sufficient for the stages of any wavefront
   const long most = std::min<long>(static_cast<long>(layout.nx) * layout.ny / cells_a_band, layout.ny / rows_a_band);
   return team.size() == 1 ? 1 : static_cast<int>(std::clamp<long>(most, 1, 4 * team.size()));
 }
@@ -28,9 +28,10 @@ void for_each_row(parallel::Team& team, const Layout& layout, const Row& row) {
   });
 }
 
-/// Passes over a grid, each a row behind the one before, in one pass over memory: calls row(stage, j) for all rows and
-/// stages 0 ... stages - 1. Stage s of row j comes after stage s - 1 of rows j - 1, j, j + 1 and before stage s + 1 of
-/// them. Each band of rows goes as far as it can without its neighbours; the triangles left between bands follow.
+/// Several passes over a grid in one pass over memory, each one row behind the previous. Calls row(stage, j) for all
+/// rows and stages 0 ... stages - 1. Stage s of row j comes after stage s - 1 of rows j - 1, j, j + 1 and before stage
+/// s + 1 of them. Each band of rows first does the part that does not depend on other bands; the triangles between
+/// bands follow.
 template <class Row>
 void wavefront(parallel::Team& team, const Layout& layout, int stages, const Row& row) {
   const int count = bands(layout, team), ny = layout.ny;
@@ -51,9 +52,8 @@ void wavefront(parallel::Team& team, const Layout& layout, int stages, const Row
   });
 }
 
-/// Sum of a[k] b[k], in 16 partial sums for the compiler to keep in vector registers: they start as the first products
-/// and are added by halves, since in a row of some tens of cells to set them to zero and to add them one by one takes
-/// longer than all else.
+/// Returns the sum of a[k] b[k], with 16 partial sums in vector registers. These start as the first products and are
+/// added pairwise, because zeroing and sequential addition would dominate the cost of short rows.
 template <class Real>
 double row_dot(int n, const double* __restrict a, const Real* __restrict b) {
   constexpr int width = 16;
@@ -72,10 +72,10 @@ double row_dot(int n, const double* __restrict a, const Real* __restrict b) {
   return sum;
 }
 
-/// The sum of one number a row, in the order of the rows: the same bits however the rows were shared out.
-inline double ordered_sum(const std::vector<double>& of_row) {
+/// Returns the sum of one value per row in the order of the rows, bitwise identical for any number of threads.
+inline double ordered_sum(const std::vector<double>& row_value) {
   double sum = 0;
-  for (const double value : of_row) sum += value;
+  for (const double value : row_value) sum += value;
   return sum;
 }
 

@@ -1,21 +1,22 @@
 #pragma once
 
-// Bound cells (../bound_cells.hpp) of the grids that have kernels of their own in the V-cycle: which they are, what
-// they leave of their conductors' links, what joins these, and how the cycle eliminates them (../grid_bound.cpp). On
-// the way down tiles leave in such a cell's place, and on the way up until groups have been relaxed, what the cells
-// around bring, over the cell's diagonal: a group's sum over all its links is then what the elimination makes of it.
+// Bound cells (../eliminated_cells.hpp) on grids that have their own kernels in the V-cycle: their detection, the Schur
+// complement that their elimination leaves in groups' equations, and the elimination in the cycle
+// (../kron_reduction.hpp). Tiles store in a bound cell, on the way down and until groups have been relaxed on the way
+// up, the flux from its neighbours divided by its diagonal. A group's sum over all its links then equals the result of
+// the elimination.
 
-#include "solvers/laplace/cutcell/bound_cells.hpp"
 #include "solvers/laplace/cutcell/device/direct_links.hpp"
 #include "solvers/laplace/cutcell/device/pieces.hpp"
+#include "solvers/laplace/cutcell/eliminated_cells.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// A boundary cell's links to bodies, by side.
+/// Links of a boundary cell to bodies, by side.
 struct LinksOfCell {
   int link[4];            ///< -1: none
   int group[4];           ///< -1: none, or of given potential
-  double conductance[4];  ///< of all links to that group; 0 behind the first of them
+  double conductance[4];  ///< of all links to that group, at the first of them; else 0
   double diagonal;
   bool is_bound = false;
   int joined = 0;  ///< pairs of groups
@@ -30,7 +31,7 @@ struct LinksOfCell {
       conductance[side] = 0;
       if (link[side] < 0) continue;
       const double c = grid.links.conductance[link[side]];
-      is_close = is_close || c >= BoundCells::least_conductance;
+      is_close = is_close || c >= EliminatedCells::least_conductance;
       const int g = grid.links.group[link[side]];
       if (!problem.floating[g]) continue;
       floats = true;
@@ -42,7 +43,7 @@ struct LinksOfCell {
     is_bound = is_close && floats;
     joined = is_bound ? groups * (groups - 1) / 2 : 0;
   }
-  /// The first side on which the group of one is.
+  /// Returns the first side with the same group.
   LICHTENBERG_HOST_DEVICE int first_of(int side) const {
     int first = 0;
     while (group[first] != group[side]) ++first;
@@ -50,21 +51,21 @@ struct LinksOfCell {
   }
 };
 
-/// Whether thin conductors, of which lists by cell know nothing, exchange flux with a cell.
+/// Returns whether thin conductors, which the cell's lists do not contain, exchange flux with a cell.
 LICHTENBERG_HOST_DEVICE inline bool has_thin_conductors(const GridView& grid, int slot) {
-  if (!grid.has_medium || !grid.may_have(Of::thin_conductors)) return false;
+  if (!grid.has_medium || !grid.may_have(Items::thin_conductors)) return false;
   const CellIndex cell = cell_of(grid.layout, slot);
   return gathered(grid.layout, grid.medium.thin_conductors, cell.i, cell.j, [](int, float c) { return c; }) > 0;
 }
 
-/// Which cells are bound, and what of their links. `joined_before`: by boundary cell, becomes how many links between
-/// groups each makes.
+/// Finds bound cells and the terms that their elimination leaves at their links. `joined_before`: by boundary cell,
+/// becomes the number of links between groups that earlier cells make.
 template <class Executor>
 void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, int* joined_before) {
-  run.fill(grid.bound.share, 0, grid.room[Of::links] * sizeof(float));
-  run.for_each(grid.room[Of::boundary] + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  run.fill(grid.bound.share, 0, grid.capacity[Items::links] * sizeof(float));
+  run.for_each(grid.capacity[Items::boundary] + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
     joined_before[k] = 0;
-    if (k >= grid.number[Of::boundary]) return;
+    if (k >= grid.number[Items::boundary]) return;
     const LinksOfCell of(problem, grid, k);
     const bool is_bound = of.is_bound && !has_thin_conductors(grid, grid.boundary.slot[k]);
     grid.bound.is_bound[k] = is_bound;
@@ -74,31 +75,33 @@ void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, i
       if (of.group[side] < 0) continue;
       const double c = grid.links.conductance[of.link[side]], all = of.conductance[of.first_of(side)];
       grid.bound.share[of.link[side]] = static_cast<float>(c / of.diagonal);
-      grid.bound.kept[of.link[side]] = c / all * BoundCells::kept(all, of.diagonal);
+      grid.bound.kept[of.link[side]] = c / all * EliminatedCells::schur_diagonal(all, of.diagonal);
       for (int other = 0; other < side; ++other)
-        if (grid.finest && BoundCells::joined(of.conductance[side], of.conductance[other], of.diagonal) > strong_link)
-          grid.wanted[Of::strong_links] = 1;  // all write the same
+        if (grid.finest &&
+            EliminatedCells::schur_offdiagonal(of.conductance[side], of.conductance[other], of.diagonal) > strong_link)
+          grid.required[Items::strong_links] = 1;  // all write the same
     }
   });
-  run.exclusive_scan(joined_before, grid.room[Of::boundary] + 1);
+  run.exclusive_scan(joined_before, grid.capacity[Items::boundary] + 1);
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-    const int links = joined_before[grid.room[Of::boundary]];
-    grid.wanted[Of::joined_links] = links;
-    grid.number[Of::joined_links] = links <= grid.room[Of::joined_links] ? links : 0;
+    const int links = joined_before[grid.capacity[Items::boundary]];
+    grid.required[Items::joined_links] = links;
+    grid.number[Items::joined_links] = links <= grid.capacity[Items::joined_links] ? links : 0;
   });
 }
 
-/// Lists what bound cells join: each pair of groups once a cell, for either, as links of a body of each.
+/// Lists the links between groups that the elimination of bound cells makes: each pair of groups once per cell and per
+/// group, as links of a body of each.
 template <class Executor>
 void list_joined(const Executor& run, ProblemView problem, GridView grid, const int* joined_before, DirectLink* list) {
-  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    if (grid.number[Of::joined_links] == 0 || joined_before[k + 1] == joined_before[k]) return;
+  for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (grid.number[Items::joined_links] == 0 || joined_before[k + 1] == joined_before[k]) return;
     int at = joined_before[k];
     const LinksOfCell of(problem, grid, k);
     for (int a = 0; a < 4; ++a)
       for (int b = 0; b < a; ++b) {
         if (of.conductance[a] == 0 || of.conductance[b] == 0) continue;
-        const double c = BoundCells::joined(of.conductance[a], of.conductance[b], of.diagonal);
+        const double c = EliminatedCells::schur_offdiagonal(of.conductance[a], of.conductance[b], of.diagonal);
         const int body_a = grid.links.end[of.link[a]].body(), body_b = grid.links.end[of.link[b]].body();
         list[at++] = {.own = body_a, .other = body_b, .kind = DirectLink::Kind::bound_cell, .conductance = c};
         list[at++] = {.own = body_b, .other = body_a, .kind = DirectLink::Kind::bound_cell, .conductance = c};
@@ -106,11 +109,11 @@ void list_joined(const Executor& run, ProblemView problem, GridView grid, const 
   });
 }
 
-/// The groups' diagonals in the cycle: what bound cells leave of their links.
+/// Computes the groups' diagonals in the cycle, without the eliminated part.
 template <class Executor>
-void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView grid, double* partial) {
+void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
-      grid.link_pieces(problem), partial,
+      grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) {
         return grid.bound.share[link] > 0 ? grid.bound.kept[link] : grid.links.conductance[link];
       },
@@ -122,10 +125,10 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
       });
 }
 
-/// Before groups are relaxed for the first time: what they get of bound cells' f, in `flux` (with their charges but
-/// where there are clusters), and potentials from that; the right-hand side of clusters.
+/// Computes, before groups are relaxed for the first time, the flux from bound cells' right-hand sides (`flux`; with
+/// the charges if there are no clusters), potentials from it, and the right-hand side of clusters.
 template <class Executor>
-void take_from_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
+void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
       grid.link_pieces(problem), grid.cycle.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) {
@@ -141,10 +144,10 @@ void take_from_bound_cells(const Executor& run, ProblemView problem, GridView gr
       });
 }
 
-/// Bound cells become what the groups have become.
+/// Sets the potentials of bound cells from the groups' potentials.
 template <class V, class Executor>
-void follow_groups(const Executor& run, GridView grid, V* v) {
-  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+void update_bound_cells(const Executor& run, GridView grid, V* v) {
+  for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (!grid.bound.is_bound[k]) return;
     const int slot = grid.boundary.slot[k];
     float flux = 0;

@@ -1,7 +1,7 @@
 #pragma once
 
-// The host's part in the set-up where groups' direct links outweigh their links to cells: which groups coarse grids
-// treat like one, and clusters of groups that are relaxed together, inverted.
+// Set-up on the host where direct links of groups outweigh their links to cells: sets of groups that coarse grids treat
+// as one, and inverses of clusters of groups that are relaxed together.
 
 #include <algorithm>
 #include <array>
@@ -12,23 +12,23 @@
 #include <tuple>
 #include <vector>
 
+#include "solvers/laplace/cutcell/agglomerates.hpp"
 #include "solvers/laplace/cutcell/device/clusters.hpp"
 #include "solvers/laplace/cutcell/device/relax_clusters.hpp"
-#include "solvers/laplace/cutcell/sets.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Direct links between groups, each once (else a = -1), and behind them what bound cells join; the groups' diagonals
-/// in the cycle and, of the finest grid, in the system.
+/// Lists direct links between groups, each once (else a = -1), then the links that bound cells make; and the groups'
+/// diagonals in the cycle and, on the finest grid, in the system.
 template <class Executor>
 void list_group_links(const Executor& run, ProblemView problem, GridView grid, NetworkLink* link, double* diagonal) {
-  const int direct = grid.room[Of::direct_links], all = direct + grid.room[Of::joined_links];
+  const int direct = grid.capacity[Items::direct_links], all = direct + grid.capacity[Items::joined_links];
   run.for_each(all, [=] LICHTENBERG_HOST_DEVICE(int m) {
     link[m] = {-1, -1, 0};
     const bool is_joined = m >= direct;
     const int number = is_joined ? m - direct : m;
-    if (number >= grid.number[is_joined ? Of::joined_links : Of::direct_links]) return;
+    if (number >= grid.number[is_joined ? Items::joined_links : Items::direct_links]) return;
     const DirectLink& listed = is_joined ? grid.bound.joined[number] : grid.direct.link[number];
     if (listed.is_to_electrode()) return;
     const int a = problem.group_of[listed.own], b = problem.group_of[listed.other];
@@ -40,13 +40,13 @@ void list_group_links(const Executor& run, ProblemView problem, GridView grid, N
   });
 }
 
-/// A group that is in a cluster, groups counted through all grids, and its row.
+/// Row of a group in its cluster; groups are numbered through all grids.
 struct RowOfGroup {
   long group;
   int row;
 };
 
-/// All grids' clusters in the memory of a device.
+/// Clusters of all grids in device memory.
 template <class Executor>
 class DeviceClusters {
  public:
@@ -55,8 +55,8 @@ class DeviceClusters {
   }
   const ClusterView* view(int grid) const { return view_.data() + grid; }
 
-  /// By grid, of so many groups; which group has which row is found from the rows, which are few. Nothing that has been
-  /// started may read them still.
+  /// Uploads the clusters of each grid with `groups` groups. Computes the row of each group from the rows, which are
+  /// few. No kernel that reads earlier clusters may be pending.
   void upload(const std::vector<Clusters>& grids, int groups) {
     host_.clear();
     std::vector<std::array<std::size_t, 5>> offset;
@@ -102,7 +102,7 @@ class DeviceClusters {
   parallel::Array<ClusterView, Executor> view_;
 };
 
-/// Fetches the links of all grids, and sends back what is made of them.
+/// Fetches the links of all grids, and uploads the sets and clusters computed from them.
 template <class Executor>
 class Clustering {
  public:
@@ -112,14 +112,14 @@ class Clustering {
 
   const ClusterView* clusters(int grid) const { return clusters_.view(grid); }
   const ClusterView* exact_clusters() const { return clusters_.view(grids_); }
-  SetsView make_room_for_sets(int groups) {
+  SetsView reserve_sets(int groups) {
     const auto n = static_cast<std::size_t>(groups);
     std::tie(of_group_, start_, group_, is_alone_, held_) =
         sets_.template divide<int, int, int, int, int>({n, n + 1, n, n, n});
     return {of_group_.device, start_.device, group_.device, is_alone_.device, held_.device};
   }
-  /// Of the finest grid, and of all others, whose links are fetched together.
-  void make_room_for_links(int groups, const std::vector<GridView>& grids) {
+  /// Reserves memory for the links of the finest grid, and for those of all others, which are fetched together.
+  void reserve_links(int groups, const std::vector<GridView>& grids) {
     of_grid_.clear();
     for (int part = 0; part < 2; ++part) {
       const std::size_t from = part, to = part == 0 ? 1 : grids.size();
@@ -130,9 +130,9 @@ class Clustering {
       auto [link, diagonal] =
           reports_[part]->template divide<NetworkLink, double>({links, diagonals * static_cast<std::size_t>(groups)});
       for (std::size_t l = from; l < to; ++l) {
-        const int room = all_links(grids[l]);
-        of_grid_.push_back({link, diagonal, grids[l].room[Of::direct_links], room});
-        link = {link.host + room, link.device + room};
+        const int capacity = all_links(grids[l]);
+        of_grid_.push_back({link, diagonal, grids[l].capacity[Items::direct_links], capacity});
+        link = {link.host + capacity, link.device + capacity};
         diagonal = {diagonal.host + groups, diagonal.device + groups};
       }
     }
@@ -143,10 +143,10 @@ class Clustering {
     list_group_links(run_, problem, grid, of_grid_[l].link.device, of_grid_[l].diagonal.device);
   }
 
-  /// From the finest grid's links. `h`: the coarsest grid's cells, m.
+  /// Computes the sets from the finest grid's links. `h`: cell size of the coarsest grid (m).
   void find_sets(const LaplaceProblem& problem, double h) {
     reports_[0]->fetch();
-    const SetLists lists = list_sets(problem, links(0, of_grid_[0].room), h, groups_);
+    const SetLists lists = list_sets(problem, links(0, of_grid_[0].capacity), h, groups_);
     const auto copy = [](const std::vector<int>& from, int* to) { std::copy(from.begin(), from.end(), to); };
     copy(lists.of_group, of_group_.host);
     copy(lists.start, start_.host);
@@ -155,9 +155,9 @@ class Clustering {
     copy(lists.held, held_.host);
     sets_.send();
   }
-  /// Of all grids; and, where groups are coupled, of the finest one once more, for what is to be exact there.
+  /// Computes the clusters of all grids and, for coupled groups, those of the finest grid that are solved exactly.
   void find_clusters(const LaplaceProblem& problem) {
-    constexpr int most = 64;                 // groups in one: a chain of more is cut
+    constexpr int most = 64;                 // groups in a cluster; longer chains are cut
     reports_[of_grid_.size() > 1]->fetch();  // the finest grid's is there, unless it is the only one
     std::vector<Clusters> clusters;
     const bool is_coupled = !problem.couplings.empty();
@@ -167,7 +167,7 @@ class Clustering {
         clusters.push_back(clusters_of_linked(l, most));
         continue;
       }
-      GroupNetwork of_grid{{diagonal(l).begin(), diagonal(l).end()}, links(l, of_grid_[l].room)};
+      GroupNetwork of_grid{{diagonal(l).begin(), diagonal(l).end()}, links(l, of_grid_[l].capacity)};
       couple(problem, l == 0 ? infinite : largest_coarse_coupling, least, of_grid);
       clusters.push_back(clusters_of(std::move(of_grid), most, l == 0));
     }
@@ -186,15 +186,17 @@ class Clustering {
   struct OfGrid {
     Part<NetworkLink> link;
     Part<double> diagonal;
-    int direct, room;  // for so many direct links, for these and joined ones
+    int direct, capacity;  // capacity for direct links; for these and joined ones
   };
-  static int all_links(const GridView& grid) { return grid.room[Of::direct_links] + grid.room[Of::joined_links]; }
+  static int all_links(const GridView& grid) {
+    return grid.capacity[Items::direct_links] + grid.capacity[Items::joined_links];
+  }
   static constexpr double infinite = std::numeric_limits<double>::infinity();
   std::span<const double> diagonal(std::size_t l) const {
     return {of_grid_[l].diagonal.host, static_cast<std::size_t>(groups_)};
   }
   Clusters clusters_of_linked(std::size_t l, int most) {
-    LinkedGroups linked = LinkedGroups::of(diagonal(l), links(l, of_grid_[l].room), place_);
+    LinkedGroups linked = LinkedGroups::of(diagonal(l), links(l, of_grid_[l].capacity), place_);
     Clusters clusters = clusters_of(std::move(linked.network), most);
     for (int& g : clusters.group) g = linked.group[g];
     return clusters;

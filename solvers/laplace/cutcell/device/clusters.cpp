@@ -6,14 +6,14 @@
 #include <utility>
 
 #include "solvers/disjoint_sets.hpp"
+#include "solvers/laplace/cutcell/agglomerates.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
-#include "solvers/laplace/cutcell/sets.hpp"
 
 namespace lichtenberg::laplace::device {
 
 namespace {
 
-/// Several between the same two groups become one.
+/// Merges links between the same two groups.
 void add_up(std::vector<NetworkLink>& links) {
   for (NetworkLink& link : links)
     if (link.a > link.b) std::swap(link.a, link.b);
@@ -29,7 +29,7 @@ void add_up(std::vector<NetworkLink>& links) {
   links.resize(kept);
 }
 
-/// Sets of groups, none of more than so many unless they are united without bound.
+/// Sets of at most `most` groups, unless united without bound.
 class SmallSets {
  public:
   SmallSets(int groups, int most) : sets_(groups), size_(groups, 1), most_(most) {}
@@ -49,7 +49,7 @@ class SmallSets {
   int most_;
 };
 
-/// Numbers the groups of all sets but those of one group that no coupling holds.
+/// Numbers the groups of all sets, except single groups without a coupling to a given potential.
 Clusters number(int groups, SmallSets& sets, const std::vector<double>& hold) {
   Clusters clusters;
   clusters.row.assign(groups, -1);
@@ -78,7 +78,7 @@ Clusters number(int groups, SmallSets& sets, const std::vector<double>& hold) {
   return clusters;
 }
 
-/// What a cluster has to all that is not in it counts as ground.
+/// Inverts each cluster's matrix. Links that leave the cluster count as ground.
 void invert(Clusters& clusters, const GroupNetwork& network) {
   std::vector<double> ground = network.diagonal;
   const int rows = static_cast<int>(clusters.group.size());
@@ -105,9 +105,9 @@ void invert(Clusters& clusters, const GroupNetwork& network) {
   }
 }
 
-/// How many groups of sets of several are unknowns of a grid of cells of h m: their bodies lie too far apart, or one
-/// has a given potential.
-int unknowns(const LaplaceProblem& problem, const Sets& sets, double h) {
+/// Returns the number of groups, in sets of several, that are unknowns of a grid with cells of h m: their set is too
+/// wide, or has a given potential.
+int unknowns(const LaplaceProblem& problem, const Agglomerates& sets, double h) {
   struct Several {
     int set, members;
     Vec2 low{1e300, 1e300}, high{-1e300, -1e300};
@@ -116,7 +116,7 @@ int unknowns(const LaplaceProblem& problem, const Sets& sets, double h) {
   std::vector<int> number(problem.groups.size(), -1);  // by set: in `several`
   for (std::size_t g = 0; g < number.size(); ++g) {
     const int set = sets.of_group[g];
-    if (set == static_cast<int>(g)) continue;  // the set's name
+    if (set == static_cast<int>(g)) continue;  // the set is named after this group
     if (number[set] < 0) {
       number[set] = static_cast<int>(several.size());
       several.push_back({set, 1});
@@ -135,7 +135,7 @@ int unknowns(const LaplaceProblem& problem, const Sets& sets, double h) {
   int count = 0;
   for (const Several& of : several) {
     const Vec2 extent = of.high - of.low;
-    if (sets.is_held[of.set] || std::max(extent.x, extent.y) > least_extent) count += of.members;
+    if (sets.is_grounded[of.set] || std::max(extent.x, extent.y) > least_extent) count += of.members;
   }
   return count;
 }
@@ -144,12 +144,12 @@ int unknowns(const LaplaceProblem& problem, const Sets& sets, double h) {
 
 SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h, int groups) {
   constexpr int most_unknowns = 300;
-  Sets sets = strongly_coupled(problem, links);
-  // Those that join none would be looked at group by group.
+  Agglomerates sets = find_agglomerates(problem, links);
+  // Discards links too weak to join groups.
   std::erase_if(links, [](const NetworkLink& link) { return link.conductance <= least_joining; });
   for (double least = 4 * least_joining; !links.empty() && unknowns(problem, sets, h) > most_unknowns; least *= 4) {
     std::erase_if(links, [&](const NetworkLink& link) { return link.conductance < least; });
-    sets = strongly_coupled(problem, links);
+    sets = find_agglomerates(problem, links);
   }
   std::vector<int> bodies(groups, 0);
   for (const Body& body : problem.bodies) ++bodies[sets.of_group[body.group]];
@@ -159,7 +159,7 @@ SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links
   for (int g = 0; g < groups; ++g) {
     const bool is_own = g < static_cast<int>(problem.groups.size());
     const int set = is_own ? sets.of_group[g] : g;
-    const bool held = !is_own || sets.is_held[set];
+    const bool held = !is_own || sets.is_grounded[set];
     lists.of_group[g] = set;
     lists.held[g] = held;
     lists.is_alone[g] = !held && bodies[set] == 1;

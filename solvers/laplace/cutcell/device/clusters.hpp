@@ -8,17 +8,17 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Groups of a grid that are relaxed together, in clusters of some each: row by row, cluster after cluster. One after
-/// the other they would keep what they have in common, which CG's norm does not notice.
+/// Clusters of groups of a grid that are relaxed together, row by row, cluster after cluster. Sequential relaxation
+/// would leave the error that a cluster's groups have in common, which CG's norm does not notice.
 struct Clusters {
   std::vector<int> row;          ///< by group, or -1
   std::vector<int> group;        ///< by row
-  std::vector<int> first, size;  ///< by row: its cluster's first row, and how many it has
-  std::vector<long> start;       ///< by row: of its entries in `inverse`, one for each row of its cluster
-  std::vector<double> inverse;   ///< potentials from what flows in, for given potentials of all other groups
+  std::vector<int> first, size;  ///< by row: its cluster's first row and number of rows
+  std::vector<long> start;       ///< by row: start of its entries in `inverse`, one per row of its cluster
+  std::vector<double> inverse;   ///< from inflow to potentials, for given potentials of all other groups
 };
 
-/// What links a grid's groups.
+/// Network of a grid's groups.
 struct GroupNetwork {
   std::vector<double> diagonal;         ///< by group: the sum of its links' conductances; 0: no potential of its own
   std::vector<NetworkLink> links = {};  ///< direct ones between groups, each once, of whatever groups
@@ -26,33 +26,34 @@ struct GroupNetwork {
   std::vector<double> hold = {};            ///< by group: couplings to given potentials; or empty
 };
 
-/// The network of those groups alone that have links with others: in a crowd of thousands a few.
+/// Network of the groups that have links to others, usually a small fraction of all.
 struct LinkedGroups {
   GroupNetwork network;
   std::vector<int> group;  ///< by the network's numbers, ascending
 
-  /// `diagonal`: by group. `place`: memory for this, which is kept as it is: empty at first, then -1 by group.
+  /// `diagonal`: by group. `place`: scratch memory that is reused; empty at first, then -1 by group.
   static LinkedGroups of(std::span<const double> diagonal, std::vector<NetworkLink> links, std::vector<int>& place);
 };
 
-/// Adds the problem's couplings (Level::couple). `largest`: what stronger ones are taken for; `least`: what weaker
-/// ones to given potentials are.
+/// Adds the problem's couplings (set_couplings). `largest`: upper bound of conductances; `least`: lower bound of those
+/// to given potentials.
 void couple(const LaplaceProblem& problem, double largest, double least, GroupNetwork& network);
 
-/// Clusters of at most `most` groups that are joined by the strongest direct links, of those that outweigh the links to
-/// cells of either end, and of however many that are joined by couplings. `all`: by direct links of any strength, of
-/// however many, so that what one cluster brings another is nothing.
+/// Computes clusters of at most `most` groups, joined by the strongest direct links that outweigh the links to cells of
+/// either end; couplings join without bound. `all`: direct links of any strength join without bound, so that clusters
+/// do not interact.
 Clusters clusters_of(GroupNetwork network, int most, bool all = false);
 
-/// Groups that coarse grids treat like one (../sets.hpp), for `groups` of them, of which the problem has the first.
+/// Sets of groups that coarse grids treat as one (../agglomerates.hpp), for `groups` groups, of which the problem has
+/// the first.
 struct SetLists {
   std::vector<int> of_group;        ///< a set's first group
   std::vector<int> start, group;    ///< by first group: its set's groups
-  std::vector<int> is_alone, held;  ///< by group: whether its set is one body that floats; Sets::is_held
+  std::vector<int> is_alone, held;  ///< by group: whether its set is one body that floats; Agglomerates::is_grounded
 };
 
-/// By couplings and the finest grid's direct links. Sets that the coarsest grid, of cells of h m, cannot absorb stay
-/// few enough to have its unknowns together: else weaker links are left out.
+/// Makes sets by couplings and the finest grid's direct links. Weaker links are left out until few groups of sets
+/// remain unknowns of the coarsest grid, which has cells of h m.
 SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h, int groups);
 
 }  // namespace lichtenberg::laplace::device

@@ -3,33 +3,32 @@
 #include <algorithm>
 #include <vector>
 
+#include "solvers/laplace/cutcell/agglomerates.hpp"
 #include "solvers/laplace/cutcell/coarse.hpp"
 #include "solvers/laplace/cutcell/device/clustering.hpp"
 #include "solvers/laplace/cutcell/device/coarsest_system.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
-#include "solvers/laplace/cutcell/sets.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Where the coarsest grid's unknowns are in a dense matrix: cells by slot, then groups.
+/// Dense matrix of the coarsest grid; unknowns are cells by slot, then groups.
 struct CoarsestView {
-  int* index;      ///< by slot and group, and one behind the last: unknowns before it
+  int* index;      ///< by slot and group, with one more at the end: number of unknowns before it
   int* unknown;    ///< a cell's slot, or -1 - group
   double* matrix;  ///< by rows
   float* inverse;  ///< likewise; or, where it is null,
   double* precise_inverse;
   int* is_singular;  ///< becomes 1
-  double* chunk;     ///< what chunks of a group's links bring to its row; by row, chunk and column
+  double* chunk;     ///< sums over chunks of a group's links, by row, chunk and column
   double* scratch;   ///< of invert_in_panels
 
-  /// A group of a thousand conductors has four thousand links, and a row that one item adds up after the other took
-  /// longer than all else of a grid.
+  /// Chunks of a group's links, summed in parallel: a group of a thousand conductors has four thousand links.
   static constexpr int chunks = 32;
   LICHTENBERG_HOST_DEVICE double* chunk_of_row(int a, int c, int n) const { return chunk + (a * chunks + c) * n; }
 };
 
-/// Numbers the coarsest grid's unknowns; none, if there is no room for all.
+/// Numbers the coarsest grid's unknowns; none, if there are more than the capacity.
 template <class Executor>
 void number_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size()), all = slots + problem.groups;
@@ -40,19 +39,30 @@ void number_coarsest(const Executor& run, ProblemView problem, GridView grid, Co
   });
   run.exclusive_scan(coarsest.index, all + 1);
   run.for_each(all, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const int count = coarsest.index[all], room = grid.room[Of::coarse_unknowns], at = coarsest.index[k];
+    const int count = coarsest.index[all], capacity = grid.capacity[Items::coarse_unknowns], at = coarsest.index[k];
     if (k == 0) {
       *coarsest.is_singular = 0;
-      grid.wanted[Of::coarse_unknowns] = count;
-      grid.number[Of::coarse_unknowns] = count <= room ? count : 0;
+      grid.required[Items::coarse_unknowns] = count;
+      grid.number[Items::coarse_unknowns] = count <= capacity ? count : 0;
     }
-    if (count <= room && coarsest.index[k + 1] > at) coarsest.unknown[at] = k < slots ? k : -1 - (k - slots);
+    if (count <= capacity && coarsest.index[k + 1] > at) coarsest.unknown[at] = k < slots ? k : -1 - (k - slots);
   });
 }
 
-/// A group's couplings, in its row of the matrix (Level::couple).
+/// One lane's share of a matrix row: the columns whose number is `lane` modulo `lanes`.
+struct RowShare {
+  static constexpr int lanes = 32;
+  double* entry;
+  int lane;
+  LICHTENBERG_HOST_DEVICE void add(int column, double value) const {
+    if (column % lanes == lane) entry[column] += value;
+  }
+};
+
+/// Adds a group's couplings to its row `a` of the matrix (set_couplings). `slots`: entries of `index` before the
+/// groups'.
 LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, const CoarsestView& coarsest, int g,
-                                                  int slots, int a, double* row, int lane, int lanes) {
+                                                  int slots, int a, RowShare row) {
   const CouplingView& couplings = problem.couplings;
   for (int k = couplings.start[g]; k < couplings.start[g + 1]; ++k) {
     const int other = couplings.other[k], b = coarsest.index[slots + other];
@@ -60,39 +70,35 @@ LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, co
     if (!is_given && coarsest.index[slots + other + 1] == b) continue;  // absorbed
     double c = couplings.conductance[k] < largest_coarse_coupling ? couplings.conductance[k] : largest_coarse_coupling;
     if (is_given && couplings.only_ground && c < least_only_ground) c = least_only_ground;
-    if (a % lanes == lane) row[a] += c;
-    if (!is_given && b % lanes == lane) row[b] -= c;
+    row.add(a, c);
+    if (!is_given) row.add(b, -c);
   }
 }
 
-/// A chunk of the links of the group in row `a` with cells: each of the `lanes` has columns of its own.
+/// Sums a chunk of the links between the group in row `a` and cells, in a lane's columns.
 LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& problem, const GridView& grid,
-                                                       const CoarsestView& coarsest, int a, int chunk, int lane,
-                                                       int lanes) {
-  const int n = grid.number[Of::coarse_unknowns];
+                                                       const CoarsestView& coarsest, int a, int chunk, int lane) {
+  const int n = grid.number[Items::coarse_unknowns];
   if (a >= n || coarsest.unknown[a] >= 0) return;
   const int g = -1 - coarsest.unknown[a];
-  double* sum = coarsest.chunk_of_row(a, chunk, n);
-  for (int b = lane; b < n; b += lanes) sum[b] = 0;
+  const RowShare sum{coarsest.chunk_of_row(a, chunk, n), lane};
+  for (int b = lane; b < n; b += RowShare::lanes) sum.entry[b] = 0;
   const int first = grid.link_start(problem.first_rank[g]);
   const long links = grid.link_start(problem.first_rank[g + 1]) - first;
   const auto cut = [&](int c) { return first + static_cast<int>(links * c / CoarsestView::chunks); };
-  for (int link = cut(chunk); link < cut(chunk + 1); ++link) {
-    const int b = coarsest.index[grid.links.slot[link]];
-    if (b % lanes == lane) sum[b] += grid.links.conductance[link];
-  }
+  for (int link = cut(chunk); link < cut(chunk + 1); ++link)
+    sum.add(coarsest.index[grid.links.slot[link]], grid.links.conductance[link]);
 }
 
-/// The matrix of the coarsest grid. A row's entries are added up by one item, and a group's by as many as `lanes`, of
-/// which each has columns of its own: in the same order each time.
+/// Fills the matrix. One item fills a cell's row, `lanes` items a group's: sums are always in the same order.
 template <class Executor>
 void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size());
-  const int room = grid.room[Of::coarse_unknowns];
-  constexpr int lanes = 32;
-  run.fill(coarsest.matrix, 0, static_cast<std::size_t>(room) * room * sizeof(double));
-  run.for_each(room, [=] LICHTENBERG_HOST_DEVICE(int a) {
-    const int n = grid.number[Of::coarse_unknowns];
+  const int capacity = grid.capacity[Items::coarse_unknowns];
+  constexpr int lanes = RowShare::lanes;
+  run.fill(coarsest.matrix, 0, static_cast<std::size_t>(capacity) * capacity * sizeof(double));
+  run.for_each(capacity, [=] LICHTENBERG_HOST_DEVICE(int a) {
+    const int n = grid.number[Items::coarse_unknowns];
     if (a >= n || coarsest.unknown[a] < 0) return;
     const int slot = coarsest.unknown[a];
     const CellIndex cell = cell_of(grid.layout, slot);
@@ -107,32 +113,32 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
           !grid.has_medium ? -1.0 : -(side < 2 ? grid.medium.east : grid.medium.north)[face];
     }
   });
-  run.for_each(room * CoarsestView::chunks, lanes, [=] LICHTENBERG_HOST_DEVICE(int row, int lane) {
-    add_chunk_of_links(problem, grid, coarsest, row / CoarsestView::chunks, row % CoarsestView::chunks, lane, lanes);
+  run.for_each(capacity * CoarsestView::chunks, lanes, [=] LICHTENBERG_HOST_DEVICE(int row, int lane) {
+    add_chunk_of_links(problem, grid, coarsest, row / CoarsestView::chunks, row % CoarsestView::chunks, lane);
   });
-  run.for_each(room, lanes, [=] LICHTENBERG_HOST_DEVICE(int a, int lane) {
-    const int n = grid.number[Of::coarse_unknowns];
+  run.for_each(capacity, lanes, [=] LICHTENBERG_HOST_DEVICE(int a, int lane) {
+    const int n = grid.number[Items::coarse_unknowns];
     if (a >= n || coarsest.unknown[a] >= 0) return;
     const int g = -1 - coarsest.unknown[a];
-    double* row = coarsest.matrix + a * n;
-    if (a % lanes == lane) row[a] += grid.groups.diagonal[g];
+    const RowShare row{coarsest.matrix + a * n, lane};
+    row.add(a, grid.groups.diagonal[g]);
     for (int b = lane; b < n; b += lanes) {
       if (coarsest.unknown[b] < 0) continue;
-      for (int chunk = 0; chunk < CoarsestView::chunks; ++chunk) row[b] -= coarsest.chunk_of_row(a, chunk, n)[b];
-      coarsest.matrix[b * n + a] = row[b];
+      for (int chunk = 0; chunk < CoarsestView::chunks; ++chunk) row.entry[b] -= coarsest.chunk_of_row(a, chunk, n)[b];
+      coarsest.matrix[b * n + a] = row.entry[b];
     }
     for (int k = 0; k < grid.direct_links_of(problem, g); ++k) {
       const DirectLink& link = grid.direct.link[grid.first_direct_link(problem, g) + k];
       if (link.is_to_electrode()) continue;
       const int other = slots + problem.group_of[link.other], b = coarsest.index[other];
-      if (coarsest.index[other + 1] > b && b % lanes == lane) row[b] -= link.conductance;
+      if (coarsest.index[other + 1] > b) row.add(b, -link.conductance);
     }
-    if (problem.couplings.start) couple_in_row(problem, coarsest, g, slots, a, row, lane, lanes);
+    if (problem.couplings.start) couple_in_row(problem, coarsest, g, slots, a, row);
   });
 }
 
-/// Inverts an n x n matrix by rows in a block's memory, by Gauss and Jordan's elimination; behind it are 2 n entries of
-/// scratch.
+/// Inverts an n x n matrix by rows in a block's memory by Gauss-Jordan elimination. 2 n entries of scratch memory
+/// follow the matrix.
 template <class Block>
 LICHTENBERG_HOST_DEVICE void invert_in_block(const Block& block, double* matrix, int n, int* is_singular) {
   double *row = matrix + n * n, *column = row + n;
@@ -153,17 +159,17 @@ LICHTENBERG_HOST_DEVICE void invert_in_block(const Block& block, double* matrix,
   }
 }
 
-/// The inverse of the coarsest grid's matrix in the memory of one block, which must have enough.
+/// Inverts the coarsest grid's matrix in the memory of one block, which must be large enough.
 struct InvertCoarsest {
   GridView grid;
   CoarsestView coarsest;
-  bool pin;  ///< nothing is grounded, and the potential of the last unknown is to be held
+  bool pin;  ///< nothing is grounded; fixes the potential of the last unknown
 
   static constexpr std::size_t bytes(std::size_t unknowns) { return (unknowns + 2) * unknowns * sizeof(double); }
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
-    const int n = grid.number[Of::coarse_unknowns];
+    const int n = grid.number[Items::coarse_unknowns];
     double* matrix = block.template memory<double>();
     block.each(n * n, [&](int e) { matrix[e] = coarsest.matrix[e] * (pin && e == n * n - 1 ? 2 : 1); });
     invert_in_block(block, matrix, n, coarsest.is_singular);
@@ -177,26 +183,27 @@ struct InvertCoarsest {
   }
 };
 
-/// For matrices beyond one block's memory: the same elimination in the place of the precise inverse, several rows and
-/// columns at a time, all that is done with the rest of the matrix by the whole device.
+/// Inverts a matrix beyond one block's memory by the same elimination in place: one block inverts the square of a panel
+/// of rows and columns, and the whole device updates the rest of the matrix.
 struct Panel {
   static constexpr int width = 32;
   GridView grid;
   CoarsestView coarsest;
   int from;
 
-  /// How many of the device's doubles it needs besides.
+  /// Returns the size of the scratch memory (doubles).
   static constexpr std::size_t scratch(std::size_t unknowns) { return width * (2 * unknowns + width); }
 
-  LICHTENBERG_HOST_DEVICE int all() const { return grid.number[Of::coarse_unknowns]; }
+  LICHTENBERG_HOST_DEVICE int all() const { return grid.number[Items::coarse_unknowns]; }
   LICHTENBERG_HOST_DEVICE int own() const { return all() - from < width ? all() - from : width; }
   LICHTENBERG_HOST_DEVICE bool has(int a) const { return a >= from && a < from + width; }
   LICHTENBERG_HOST_DEVICE double* entry(int a, int b) const {
     return coarsest.precise_inverse + static_cast<std::ptrdiff_t>(a) * all() + b;
   }
-  /// The inverse of the panel's own square, by rows.
+  /// Returns the inverse of the panel's own square, by rows.
   LICHTENBERG_HOST_DEVICE double* square() const { return coarsest.scratch; }
-  /// That times the panel's rows; the panel's columns as they were, each as long as there are unknowns.
+  /// Returns row p of the product of that inverse and the panel's rows; and column p of the panel before the
+  /// elimination.
   LICHTENBERG_HOST_DEVICE double* row(int p) const { return square() + width * width + p * all(); }
   LICHTENBERG_HOST_DEVICE double* column(int p) const { return row(width) + p * all(); }
 
@@ -234,24 +241,24 @@ struct Panel {
   }
 };
 
-/// The precise inverse of a matrix of at most `room` rows; `pin` as above.
+/// Computes the inverse in double precision of a matrix of at most `capacity` rows; `pin` as above.
 template <class Executor>
-void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest, int room, bool pin) {
-  run.for_each(room, room, [=] LICHTENBERG_HOST_DEVICE(int a, int b) {
-    const int n = grid.number[Of::coarse_unknowns];
+void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest, int capacity, bool pin) {
+  run.for_each(capacity, capacity, [=] LICHTENBERG_HOST_DEVICE(int a, int b) {
+    const int n = grid.number[Items::coarse_unknowns];
     if (a < n && b < n)
       coarsest.precise_inverse[a * n + b] = coarsest.matrix[a * n + b] * (pin && a == n - 1 && b == n - 1 ? 2 : 1);
   });
-  for (int from = 0; from < room; from += Panel::width) {
+  for (int from = 0; from < capacity; from += Panel::width) {
     const Panel panel{grid, coarsest, from};
     run.template for_each_block<1024>(1, Panel::bytes, panel);
-    run.for_each(Panel::width, room, [=] LICHTENBERG_HOST_DEVICE(int p, int b) { panel.take(p, b); });
-    run.for_each(room, room, [=] LICHTENBERG_HOST_DEVICE(int a, int b) { panel.eliminate(a, b); });
+    run.for_each(Panel::width, capacity, [=] LICHTENBERG_HOST_DEVICE(int p, int b) { panel.take(p, b); });
+    run.for_each(capacity, capacity, [=] LICHTENBERG_HOST_DEVICE(int a, int b) { panel.eliminate(a, b); });
   }
 }
 
-/// The coarsest grid's system. A small one's inverse is made on the device (and multiplied with in small_grids.hpp); a
-/// large one (a grid of a large odd number of cells) is factorized on the host: right-hand side down, solution up.
+/// System of the coarsest grid. A small matrix is inverted on the device (small_grids.hpp multiplies with it). The host
+/// factorizes a large one, of a grid with a large odd number of cells, and takes part in each cycle.
 template <class Executor>
 class Coarsest {
  public:
@@ -260,23 +267,23 @@ class Coarsest {
     arrays_.zero(view().is_singular);
   }
 
-  /// `precise`: links may be strong, of whose fluxes single precision would keep too little.
-  void make_room(const ProblemView& problem, const GridView& grid, bool precise) {
-    const std::size_t room = grid.room[Of::coarse_unknowns];
-    // More are factorized on the host, which has it take part in each cycle; beyond one block's memory all, but where
-    // the host would have to keep strong links apart without subtraction.
+  /// `precise`: use double precision, because links may be strong.
+  void reserve(const ProblemView& problem, const GridView& grid, bool precise) {
+    const std::size_t capacity = grid.capacity[Items::coarse_unknowns];
+    // The host factorizes larger systems. Beyond one block's memory the device keeps only systems with strong links,
+    // which the host's solver cannot treat without cancellation.
     constexpr std::size_t most = 480;
-    const std::size_t bytes = InvertCoarsest::bytes(room);
+    const std::size_t bytes = InvertCoarsest::bytes(capacity);
     block_bytes_ = bytes <= run_.most_block_memory() ? bytes : 0;
-    on_device_ = block_bytes_ > 0 || (precise && room <= most);
+    on_device_ = block_bytes_ > 0 || (precise && capacity <= most);
     const bool in_double = precise || block_bytes_ == 0;
-    const std::size_t entries = on_device_ ? room * room : 0;
+    const std::size_t entries = on_device_ ? capacity * capacity : 0;
     CoarsestView& coarsest = view();
     arrays_.resize(grid.layout.size() + problem.groups + 1, coarsest.index);
-    arrays_.resize(room, coarsest.unknown);
+    arrays_.resize(capacity, coarsest.unknown);
     arrays_.resize(entries, coarsest.matrix);
     arrays_.resize(CoarsestView::chunks * entries, coarsest.chunk);
-    arrays_.resize(on_device_ && block_bytes_ == 0 ? Panel::scratch(room) : 0, coarsest.scratch);
+    arrays_.resize(on_device_ && block_bytes_ == 0 ? Panel::scratch(capacity) : 0, coarsest.scratch);
     coarsest.inverse = nullptr;
     coarsest.precise_inverse = nullptr;
     if (in_double)
@@ -294,15 +301,15 @@ class Coarsest {
     if (block_bytes_ > 0)
       run_.template for_each_block<1024>(1, block_bytes_, InvertCoarsest{grid, view(), !problem.grounded});
     else
-      invert_in_panels(run_, grid, view(), grid.room[Of::coarse_unknowns], !problem.grounded);
+      invert_in_panels(run_, grid, view(), grid.capacity[Items::coarse_unknowns], !problem.grounded);
   }
-  /// What build() leaves to the host, of a system that is not on the device. Throws Failure if it is singular.
+  /// Factorizes a system that is not on the device. Throws Failure if it is singular.
   void factorize(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
     solver_.factorize(assemble(download(problem, grid, numbers), !problem.has_ground()));
     phi_.resize(problem.groups.size());
   }
 
-  /// On the host: fluid cells of v and phi from f and charge.
+  /// Computes v of fluid cells and phi from f and charge, on the host.
   void solve(const GridView& grid, float* v) {
     const std::size_t cells = grid.layout.size();
     get(f_, grid.cycle.f, cells);
@@ -313,7 +320,7 @@ class Coarsest {
     run_.to_device(v, v_.data(), cells * sizeof(float));
     if (!phi_.empty()) run_.to_device(grid.cycle.phi, phi_.data(), phi_.size() * sizeof(float));
   }
-  /// On the device: a cell's slot, or -1 - group, of each unknown; the inverse by rows.
+  /// Device pointers to each unknown's cell slot, or -1 - group; and to the inverse by rows.
   const int* unknown() const { return view().unknown; }
   const float* inverse() const { return view().inverse; }
   const double* precise_inverse() const { return view().precise_inverse; }
@@ -330,12 +337,12 @@ class Coarsest {
       get(arrays.east, grid.medium.east, size);
       get(arrays.north, grid.medium.north, size);
     }
-    get(arrays.link_slot, grid.links.slot, numbers[Of::links]);
-    get(arrays.link_group, grid.links.group, numbers[Of::links]);
-    get(arrays.conductance, grid.links.conductance, numbers[Of::links]);
+    get(arrays.link_slot, grid.links.slot, numbers[Items::links]);
+    get(arrays.link_group, grid.links.group, numbers[Items::links]);
+    get(arrays.conductance, grid.links.conductance, numbers[Items::links]);
     get(arrays.group_diagonal, grid.groups.diagonal, groups);
     std::vector<DirectLink> direct_links;
-    get(direct_links, grid.direct.link, numbers[Of::direct_links]);
+    get(direct_links, grid.direct.link, numbers[Items::direct_links]);
     for (const DirectLink& link : direct_links)
       if (!link.is_to_electrode())
         arrays.direct_links.push_back(

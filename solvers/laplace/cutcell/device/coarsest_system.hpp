@@ -6,7 +6,7 @@
 
 namespace lichtenberg::laplace::device {
 
-/// What the coarsest grid's system is made of (GridView), on the host.
+/// Arrays of the coarsest grid (GridView), on the host.
 struct CoarsestArrays {
   Layout layout;
   std::vector<float> inverse_diagonal, east, north;  ///< by slot; faces empty: 1 everywhere
@@ -20,7 +20,7 @@ struct CoarsestArrays {
   std::vector<double> group_diagonal;
 };
 
-/// The upper triangle by columns. `pin`: nothing is grounded, and the potential of the last unknown is held.
+/// Returns the upper triangle by columns. `pin`: nothing is grounded; fixes the potential of the last unknown.
 SparseSystem assemble(const CoarsestArrays& arrays, bool pin);
 
 }  // namespace lichtenberg::laplace::device

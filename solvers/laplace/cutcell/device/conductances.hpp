@@ -1,20 +1,19 @@
 #pragma once
 
-// A grid's conductances and diagonals, an item a link or a cell.
+// Conductances and diagonals of a grid; one item per link or cell.
 
-#include "solvers/laplace/cutcell/device/smeared.hpp"
+#include "solvers/laplace/cutcell/device/homogenized.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Every link's conductance, on the finest grid with its derivatives.
+/// Computes the conductance of each link and, on the finest grid, its derivatives.
 template <class Executor>
 void make_links(const Executor& run, ProblemView problem, GridView grid) {
-  for_each_of(run, grid, Of::links, [=] LICHTENBERG_HOST_DEVICE(int m) {
+  for_each_item(run, grid, Items::links, [=] LICHTENBERG_HOST_DEVICE(int m) {
     const int slot = grid.links.slot[m];
     const LinkEnd end = grid.links.end[m];
     if (end.is_thin_conductor()) {
-      grid.links.conductance[m] =
-          grid.medium.absorbed_bodies.smeared[grid.medium.point[end.body()]].share[end.corner()];
+      grid.links.conductance[m] = grid.medium.absorbed_bodies.points[grid.medium.point[end.body()]].share[end.corner()];
       return;
     }
     const int body = end.body(), side = end.side();
@@ -25,13 +24,13 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
     int partner = -1;
     Vec2 partner_gradient;
     const int bi = cell.i + step_i(side ^ 1), bj = cell.j + step_j(side ^ 1);
-    const Cover behind = inside(grid.layout, bi, bj) ? grid.cells.cover[slot_of(grid.layout, bi, bj)] : Cover();
+    const CellOwner behind = inside(grid.layout, bi, bj) ? grid.cells.cover[slot_of(grid.layout, bi, bj)] : CellOwner();
     if (!behind.is_fluid() && problem.group_of[behind.body()] != problem.group_of[body]) {
       const int other = behind.body();
       const Outline& beyond = grid.bodies.outline[other];
       Conductance back = fluid_link(beyond, p, onward, grid.formula);
-      squeeze(outline, p + to_body, onward, beyond, c);
-      const Squeeze squeezed = squeeze(beyond, p + onward, to_body, outline, back);
+      correct_for_opposed_surface(outline, p + to_body, onward, beyond, c);
+      const OpposedSurfaceCorrection squeezed = correct_for_opposed_surface(beyond, p + onward, to_body, outline, back);
       if (squeezed.close) {
         partner = problem.group_of[other];
         partner_gradient = squeezed.partner_gradient;
@@ -39,7 +38,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
     }
     grid.links.conductance[m] = grid.has_medium ? c.value * grid.medium.permittivity[slot] : c.value;
     const int k = grid.cells.cover[slot].boundary_number();
-    grid.boundary.link[side * grid.room[Of::boundary] + k] = m;
+    grid.boundary.link[side * grid.capacity[Items::boundary] + k] = m;
     grid.boundary.coupling[4 * k + side] = {static_cast<float>(grid.links.conductance[m]), grid.links.group[m]};
     if (!grid.finest) return;
     grid.links.gradient[m] = c.gradient;
@@ -48,7 +47,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Conductances between the cells of a medium, each at the cell on the left or below.
+/// Computes conductances between cells of a medium, stored with the left or lower cell.
 template <class Executor>
 void make_faces(const Executor& run, GridView grid) {
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
@@ -72,12 +71,12 @@ void make_medium_diagonals(const Executor& run, ProblemView problem, GridView gr
     const Layout& at = grid.layout;
     const int slot = slot_of(at, i, j);
     double sum = 0;
-    const Cover cover = grid.cells.cover[slot];
+    const CellOwner cover = grid.cells.cover[slot];
     if (cover.is_fluid()) {
       const Neighbours n = neighbours(at, slot);
       sum = static_cast<double>(grid.medium.east[n.west]) + grid.medium.east[slot] + grid.medium.north[n.south] +
             grid.medium.north[slot];
-      if (grid.may_have(Of::thin_conductors))
+      if (grid.may_have(Items::thin_conductors))
         sum += gathered(grid.layout, grid.medium.thin_conductors, i, j,
                         [](int, float conductance) { return conductance; });
       for (int side = 0; side < 4; ++side) {
@@ -92,8 +91,8 @@ void make_medium_diagonals(const Executor& run, ProblemView problem, GridView gr
   });
 }
 
-/// What a cell without links has: 4 neighbours, at an electrode half a cell away conductance 2, at an insulating side
-/// none.
+/// Returns the diagonal of a cell without links: 1 per neighbour, 2 for an electrode side half a cell away, 0 for an
+/// insulating side.
 LICHTENBERG_HOST_DEVICE inline int diagonal_without_links(const ProblemView& problem, const Layout& at, int i, int j) {
   int sum = 4;
   if (i == 0) sum += problem.electrode[0] ? 1 : -1;
@@ -103,7 +102,7 @@ LICHTENBERG_HOST_DEVICE inline int diagonal_without_links(const ProblemView& pro
   return sum;
 }
 
-/// 1 / sum of conductances: of cells that have no link, and the boundary cells' own sums.
+/// Computes 1 / sum of conductances of each cell, and the sums of boundary cells.
 template <class Executor>
 void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   if (grid.has_medium) {
@@ -125,7 +124,7 @@ void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
     }
     grid.cells.inverse_diagonal[slot] = inverse;
   });
-  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const int slot = grid.boundary.slot[k];
     const CellIndex cell = cell_of(grid.layout, slot);
     double sum = 0;

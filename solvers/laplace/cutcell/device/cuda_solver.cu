@@ -18,7 +18,6 @@ struct PetscSide<parallel::CudaExecutor> {
 
 std::unique_ptr<DeviceSolver> make_cuda_solver(const CutCellOptions& options) {
   parallel::require_cuda_device();
-  parallel::start_petsc();
   return std::make_unique<CutCell<parallel::CudaExecutor>>(options);
 }
 

@@ -13,11 +13,11 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/conjugate_gradients.hpp"
-#include "solvers/laplace/cutcell/device/balance.hpp"
+#include "solvers/laplace/cutcell/device/charge_correction.hpp"
 #include "solvers/laplace/cutcell/device/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
-#include "solvers/laplace/cutcell/device/first_guess.hpp"
 #include "solvers/laplace/cutcell/device/follow.hpp"
+#include "solvers/laplace/cutcell/device/initial_guess.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
 #include "solvers/laplace/cutcell/device/results.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
@@ -26,75 +26,27 @@
 
 namespace lichtenberg::laplace::device {
 
-/// What PETSc calls an executor's things, said where a solver is made on it: `vector_type`; `method`, the name of the
-/// fused conjugate gradients on it; make(), the executor on PETSc's device (PETSc runs by then).
+/// Names of PETSc for an executor, specialized where a solver is made on it: `vector_type`; `method`, the name of the
+/// fused conjugate gradients; make(), which makes the executor on PETSc's device while PETSc runs.
 template <class Executor>
 struct PetscSide;
 
-/// The cut-cell solver on an executor's device: ../solver.cpp with the vectors, the grids and the sums over there.
+/// Cut-cell solver on an executor's device.
 template <class Executor>
 class CutCell : public DeviceSolver {
  public:
-  explicit CutCell(const CutCellOptions& options) : options_(options) {}
+  explicit CutCell(const CutCellOptions& options) : DeviceSolver(options) {}
   ~CutCell() override { release_vectors(); }
 
-  LaplaceSolution solve(const LaplaceProblem& problem) override {
-    const auto start = std::chrono::steady_clock::now();
-    LaplaceSolution solution;
-    prepare_grids(problem);
-    problem_->upload(problem, cells_.nx, cells_.ny);
-    double before = 0;
-    do {
-      before = since(start);
-      run_->mark(moments_->begun);
-      multigrid_->build(problem, problem_->view());
-      prepare_system(problem);
-      run_->mark(moments_->discretized);
-      choose_scale();
-      begin();
-      krylov_.criterion = {options_.tolerance, 0, 0, 0};
-      if (is_fused_)
-        krylov_.solve(solution);
-      else
-        solve_by_petsc(solution);
-    } while (!is_settled_);  // in a scene in motion there may be more of something than last time
-
-    keep();
-    take_results(problem, solution);
-    solution.seconds.setup = before + moments_->discretized.seconds_since(moments_->begun);
-    solution.seconds.solve = moments_->iterated.seconds_since(moments_->discretized);
-    solution.seconds.forces = std::max(0.0, since(start) - solution.seconds.setup - solution.seconds.solve);
-    return solution;
-  }
-
-  Field field() const override {
-    if (past_count_ == 0) throw Failure("field solver: no field before the first solve");
-    const GridView& grid = multigrid_->finest().view();
-    const Layout& at = grid.layout;
-    std::vector<double> cell(at.size());
-    std::vector<Cover> cover(at.size());
-    run_->to_host(cell.data(), past_[0].view.cell, cell.size() * sizeof(double));
-    run_->to_host(cover.data(), grid.cells.cover, cover.size() * sizeof(Cover));
-    Field field{cells_.nx, cells_.ny, grid.h, {}, {}};
-    for (int j = 0; j < cells_.ny; ++j)
-      for (int i = 0; i < cells_.nx; ++i) {
-        const std::ptrdiff_t slot = at(i, j);
-        field.value.push_back(scale_ * cell[slot]);
-        field.body.push_back(cover[slot].is_fluid() ? -1 : cover[slot].body());
-      }
-    return field;
-  }
-
-  void forget() override { past_count_ = 0; }
   void follow(const CutCellBackend& coarser) override {
-    followed_ = dynamic_cast<const CutCell*>(&coarser);  // null: one on another kind of device
+    followed_ = dynamic_cast<const CutCell*>(&coarser);  // null: another kind of device
     recordings_.clear();
   }
-  void set_tolerance(double tolerance) override { options_.tolerance = tolerance; }
 
   Profile profile(int repeats) override {
     Profile profile;
-    double *r = b_, *z = arrays_->view.z, *y = arrays_->view.q;
+    const SolveVectors& vectors = arrays_->view.solve;
+    double *r = vectors.b, *z = vectors.z, *y = vectors.q;
     const auto per_call = [&](auto f) {
       f();
       return run_->seconds([&] {
@@ -121,22 +73,20 @@ class CutCell : public DeviceSolver {
     return profile;
   }
 
-  void multiply(const double* x, double* y) const {
-    apply_operator(*run_, problem_->view(), finest().view(), x, y, finest().partial());
-  }
+  void multiply(const double* x, double* y) const { apply_operator(*run_, problem_->view(), finest().view(), x, y); }
   void precondition(const double* r, double* z) const { multigrid_->apply(r, z); }
 
-  /// KSPSolve, and the results after it.
-  PetscErrorCode iterate(KSP ksp) {
+  /// KSPSolve, followed by the results.
+  PetscErrorCode iterate_as_ksp(KSP ksp) {
     Iterations* iterations = report_->iterations.device;
     begin_iterations(*run_, krylov_.criterion.tolerance, static_cast<int>(ksp->max_it), iterations);
     if (multigrid_->on_device()) {
       run_->run(recordings_.iterating, [&] {
-        better_guess();
+        improve_guess();
         run_->repeat([this](auto again) { iterate_once(again); });
       });
     } else {
-      better_guess();
+      improve_guess();
       const auto host_asks = [] LICHTENBERG_HOST_DEVICE(bool) {};
       int go_on = 1;
       while (go_on) {
@@ -144,7 +94,7 @@ class CutCell : public DeviceSolver {
         run_->to_host(&go_on, &iterations->go_on, sizeof go_on);
       }
     }
-    finish();
+    finish_on_device();
     const Iterations& found = *report_->iterations.host;
     for (ksp->its = 0; ksp->its <= std::min(found.done, Iterations::kept - 1); ++ksp->its) {
       ksp->rnorm = found.norm[ksp->its];
@@ -152,14 +102,93 @@ class CutCell : public DeviceSolver {
       PetscCall(KSPMonitor(ksp, ksp->its, ksp->rnorm));
     }
     ksp->its = found.done;
-    krylov_.criterion.scale = found.scale;
-    krylov_.criterion.last = found.scale > 0 ? ksp->rnorm / found.scale : 0.0;
-    ksp->reason = is_settled_ ? static_cast<KSPConvergedReason>(found.reason) : KSP_CONVERGED_ITS;
+    krylov_.criterion.scale = found.criterion.scale;
+    krylov_.criterion.record(ksp->rnorm);
+    ksp->reason = is_complete_ ? static_cast<KSPConvergedReason>(found.reason) : KSP_CONVERGED_ITS;
     return 0;
   }
 
+ protected:
+  void make_grids(const LaplaceProblem& problem) override {
+    if (!run_) run_ = PetscSide<Executor>::make();
+    release_vectors();
+    multigrid_.reset();
+    history_.clear();
+    check_memory(problem);
+    const Executor& run = *run_;
+    problem_ = std::make_unique<DeviceProblem<Executor>>(run);
+    multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, finest_.nx, finest_.ny, options_.links);
+    generation_ = 0;
+    moments_.emplace();
+    for (int k = 0; k < history_length; ++k) history_.emplace_back(run);
+    arrays_.emplace(run);
+    follower_.emplace(run);
+    report_.emplace(run);
+  }
+
+  void discretize(const LaplaceProblem& problem) override {
+    problem_->upload(problem, finest_.nx, finest_.ny);
+    seconds_before_ = seconds();
+    run_->mark(moments_->begun);
+    multigrid_->build(problem, problem_->view());
+    prepare_system(problem);
+    run_->mark(moments_->discretized);
+  }
+
+  void begin(const LaplaceProblem& /*problem*/, LaplaceSolution& /*solution*/) override {
+    if (unit_ != recorded_unit_) recordings_.clear();
+    recorded_unit_ = unit_;
+    const CoarseSolution ahead = followed_ ? followed_->last_solution() : CoarseSolution{};
+    const bool follows = history_size_ > 0 && follower_->is_comparable(ahead);
+    if (follows) follower_->compare(ahead, unit_);
+    const auto both = [this, follows] {
+      const SolveVectors& v = arrays_->view.solve;
+      right_hand_side(*run_, problem_->view(), finest().view(), v.b, unit_);
+      if (follows)
+        follow_change(*run_, problem_->view(), finest().view(), history_[0].view, follower_->change(), v.x);
+      else
+        initial_guess();
+    };
+    if (follows)
+      run_as_graph(recordings_.following[phase_], both);
+    else if (history_size_ == history_length)
+      run_as_graph(recordings_.begin[phase_], both);
+    else
+      both();
+  }
+
+  /// Iterates and computes the results on the device, so that one transfer fetches everything.
+  void iterate(LaplaceSolution& solution) override {
+    krylov_.criterion = {options_.tolerance, 0, 0, 0};
+    if (is_fused_)
+      krylov_.solve(solution);
+    else
+      solve_by_petsc(solution);
+  }
+
+  /// Returns whether the arrays were large enough: in a scene in motion lists grow.
+  bool is_complete() const override { return is_complete_; }
+
+  void finish(const LaplaceProblem& problem, LaplaceSolution& solution) override {
+    store_in_history();
+    copy_results(problem, solution);
+    solution.seconds.setup = seconds_before_ + moments_->discretized.seconds_since(moments_->begun);
+    solution.seconds.solve = moments_->iterated.seconds_since(moments_->discretized);
+  }
+
+  bool has_history() const override { return history_size_ > 0; }
+  void clear_history() override { history_size_ = 0; }
+  Field last_field() const override {
+    const GridView& grid = finest().view();
+    std::vector<double> cell(grid.layout.size());
+    std::vector<CellOwner> cover(grid.layout.size());
+    run_->to_host(cell.data(), history_[0].view.cell, cell.size() * sizeof(double));
+    run_->to_host(cover.data(), grid.cells.cover, cover.size() * sizeof(CellOwner));
+    return field_on(grid.layout, grid.h, cell.data(), cover.data());
+  }
+
  private:
-  using Past = parallel::Arrays<PastView, Executor>;
+  using StoredSolution = parallel::Arrays<SolutionView, Executor>;
   using Moment = typename Executor::Moment;
   using Recording = typename Executor::Recording;
   template <class T>
@@ -177,63 +206,39 @@ class CutCell : public DeviceSolver {
       end.clear();
     }
   };
-  /// What the host is told at the end of a solve.
+  /// Data that the host fetches at the end of a solve.
   struct Report {
     explicit Report(const Executor& run) : parcel(run) {}
     parallel::Parcel<Executor> parcel;
     Part<Iterations> iterations;
-    Part<double> potential;  ///< by group; then a mean or level of x
+    Part<double> potential;  ///< by group, followed by the mean or level of x
     Part<BodyResult> body_result;
     Part<SideResult> side_result;
   };
-  /// Arrays of a solve; x and b are the KSP's.
+  /// Arrays of a solve.
   struct Vectors {
-    double *r, *z, *p, *q, *next_potential;
+    SolveVectors solve;  ///< x and b are the KSP's
+    double* next_potential;
     BasisView basis;
-    BalanceView balance;
+    ChargeCorrection correction;
     Shares* shares;
   };
-  Found found() const {
-    if (past_count_ == 0) return {};
-    return {finest().view().layout, static_cast<int>(bodies_), past_[0].view, scale_};
-  }
-  static double since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  CoarseSolution last_solution() const {
+    if (history_size_ == 0) return {};
+    return {finest().view().layout, problem_->view().bodies, history_[0].view, unit_};
   }
   const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
 
-  void prepare_grids(const LaplaceProblem& problem) {
-    if (!run_) run_ = PetscSide<Executor>::make();
-    if (bodies_ != problem.bodies.size()) forget();
-    bodies_ = problem.bodies.size();
-    if (multigrid_ && size_ == problem.size) return;
-    cells_ = finest_grid(problem, options_.cells);
-    release_vectors();
-    forget();
-    multigrid_.reset();
-    past_.clear();
-    check_room(problem);
-    const Executor& run = *run_;
-    problem_ = std::make_unique<DeviceProblem<Executor>>(run);
-    multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, cells_.nx, cells_.ny, options_.links);
-    generation_ = 0;
-    moments_.emplace();
-    for (int k = 0; k < history_length; ++k) past_.emplace_back(run);
-    arrays_.emplace(run);
-    follower_.emplace(run);
-    report_.emplace(run);
-    size_ = problem.size;
-  }
-
-  /// Throws Failure if the device has no room for the grids, their links and vectors: about what they take.
-  void check_room(const LaplaceProblem& problem) const {
-    // In double: x, b, four of CG, the basis, its image and the past; the grids' cover, diagonals, v, f and media.
+  /// Throws Failure if the device lacks memory for the grids, links and vectors, as estimated.
+  void check_memory(const LaplaceProblem& problem) const {
+    // Double precision: x, b, four vectors of CG, the basis, its image and the history; then the grids' cover,
+    // diagonals, v, f and media.
     constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0;
     // A disk of R cells has 8 R links, 5.7 R cells beside it and pi R^2 in it; the coarser grids' edges are as long
     // together as the finest's; a quarter to spare.
     constexpr double a_link = 68, a_boundary_cell = 36, a_covered_cell = 8, spare = 1.25;
-    double bytes = a_cell * cells_.nx * cells_.ny;
-    const double h = problem.size.x / cells_.nx;
+    double bytes = a_cell * finest_.nx * finest_.ny;
+    const double h = problem.size.x / finest_.nx;
     for (const Body& body : problem.bodies) {
       const Outline outline = outline_in_cells(body.shape, h);
       const double radius = outline.round() ? outline.size : 0.5 * (outline.size + norm(outline.end - outline.centre));
@@ -242,14 +247,14 @@ class CutCell : public DeviceSolver {
     if (!problem.couplings.empty()) {
       // All groups in one cluster, on each grid from 8 cells a side on (clustering.hpp).
       const auto floating = std::ranges::count(problem.groups, true, &Group::floating);
-      bytes += sizeof(double) * (std::log2(cells_.nx / 8.0) + 2) * static_cast<double>(floating) * floating;
+      bytes += sizeof(double) * (std::log2(finest_.nx / 8.0) + 2) * static_cast<double>(floating) * floating;
     }
-    const double room = static_cast<double>(run_->room());
-    if (bytes <= room) return;
+    const double free_bytes = static_cast<double>(run_->room());
+    if (bytes <= free_bytes) return;
     const auto in_mib = [](double b) { return std::to_string(static_cast<long>(b / (1 << 20))) + " MiB"; };
-    throw Failure("the field on " + std::to_string(cells_.nx) + " x " + std::to_string(cells_.ny) + " cells around " +
+    throw Failure("the field on " + std::to_string(finest_.nx) + " x " + std::to_string(finest_.ny) + " cells around " +
                   std::to_string(problem.bodies.size()) + " conductors needs " + in_mib(bytes + (1 << 20)) +
-                  " of the device's memory, of which " + in_mib(room) + " are free");
+                  " of the device's memory, of which " + in_mib(free_bytes) + " are free");
   }
 
   void release_vectors() {
@@ -269,108 +274,84 @@ class CutCell : public DeviceSolver {
     generation_ = multigrid_->generation();
     recordings_.clear();
     Vectors& v = arrays_->view;
-    unknowns_ = n;
+    v.solve.size = n;
     for (int k = 0; k < history_length; ++k) arrays_->resize(n, v.basis.vector[k], v.basis.image[k]);
-    arrays_->resize(n, v.r, v.z, v.p, v.q);
-    arrays_->zero(v.z);
+    arrays_->resize(n, v.solve.r, v.solve.z, v.solve.p, v.solve.q);
+    arrays_->zero(v.solve.z);
     arrays_->resize(1, v.shares);
-    BalanceView& balance = v.balance;
-    arrays_->resize(groups, v.next_potential, balance.residual, balance.shift, balance.hold, balance.held,
-                    balance.to_cells, balance.from_cells, balance.r, balance.p, balance.q, balance.is_linked);
+    ChargeCorrection& correction = v.correction;
+    arrays_->resize(groups, v.next_potential, correction.residual, correction.shift, correction.hold, correction.held,
+                    correction.to_cells, correction.from_cells, correction.r, correction.p, correction.q,
+                    correction.is_linked);
     arrays_->resize(SolveGroups::threads * ((groups + SolveGroups::threads - 1) / SolveGroups::threads),
-                    balance.linked);
+                    correction.linked);
     std::tie(report_->iterations, report_->potential, report_->body_result, report_->side_result) =
         report_->parcel.template divide<Iterations, double, BodyResult, SideResult>(
-            {1, static_cast<std::size_t>(groups) + 1, bodies_, 4 * side_parts});
-    balance.level = report_->potential.device + groups;
+            {1, static_cast<std::size_t>(groups) + 1, problem.bodies.size(), 4 * side_parts});
+    v.solve.iterations = report_->iterations.device;
+    correction.level = report_->potential.device + groups;
   }
 
-  void choose_scale() {
-    const std::optional<double> unit = new_potential_unit(problem_->largest(), scale_, past_count_ > 0);
-    if (!unit) return;
-    forget();
-    if (*unit != scale_) recordings_.clear();
-    scale_ = *unit;
-  }
-
-  /// The right-hand side and the first guess.
-  void begin() {
-    const Found ahead = followed_ ? followed_->found() : Found{};
-    const bool follows = past_count_ > 0 && follower_->knows(ahead);
-    if (follows) follower_->compare(ahead, scale_);
-    const auto both = [this, follows] {
-      right_hand_side(*run_, problem_->view(), finest().view(), b_, scale_);
-      if (follows)
-        follow_change(*run_, problem_->view(), finest().view(), past_[0].view, follower_->change(), x_);
-      else
-        first_guess();
-    };
-    if (follows)
-      run_recorded(recordings_.following[phase_], both);
-    else if (past_count_ == history_length)
-      run_recorded(recordings_.begin[phase_], both);
-    else
-      both();
-  }
-
-  /// History::first_guess.
-  void first_guess() {
+  /// Initial guess from the history, as SolutionHistory::initial_guess.
+  void initial_guess() {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     Vectors& v = arrays_->view;
-    if (past_count_ == 0) return run_->fill(x_, 0, unknowns_ * sizeof(double));
-    v.basis.size = past_count_;
-    for (int p = 0; p < past_count_; ++p) {
-      past_on_unknowns(*run_, problem, grid, past_[p == 0 ? 0 : p - 1].view, p == 0 ? PastView{} : past_[p].view,
-                       v.basis.vector[p]);
+    if (history_size_ == 0) return run_->fill(v.solve.x, 0, v.solve.size * sizeof(double));
+    v.basis.size = history_size_;
+    for (int p = 0; p < history_size_; ++p) {
+      difference_on_unknowns(*run_, problem, grid, history_[p == 0 ? 0 : p - 1].view,
+                             p == 0 ? SolutionView{} : history_[p].view, v.basis.vector[p]);
       multiply(v.basis.vector[p], v.basis.image[p]);
     }
-    find_shares(*run_, unknowns_, v.basis, b_, v.shares);
-    combine(*run_, unknowns_, v.basis, v.shares, x_);
+    compute_shares(*run_, v.solve.size, v.basis, v.solve.b, v.shares);
+    combine(*run_, v.solve.size, v.basis, v.shares, v.solve.x);
   }
 
   /// The guess made better where it is worst, and its residual.
-  void better_guess() {
-    constexpr int sweeps = 4;  // as on the CPU
-    const Vectors& v = arrays_->view;
+  void improve_guess() {
+    const SolveVectors& v = arrays_->view.solve;
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
-    relax_edges(*run_, problem, grid, b_, x_, finest().partial(), v.next_potential, sweeps);
-    apply_field(*run_, problem, grid, x_, v.q, finest().partial());
-    take_guess(*run_, problem, grid, b_, v.q, x_, v.r, report_->iterations.device);
+    relax_edges(*run_, problem, grid, v, arrays_->view.next_potential, edge_sweeps);
+    apply_field(*run_, problem, grid, v.x, v.q);
+    scale_guess(*run_, problem, grid, v);
     if (problem.couplings.only_ground)
-      level_by_couplings(*run_, problem, grid, x_, v.r, report_->potential.device + problem.groups,
-                         report_->iterations.device);
+      fix_potential_level(*run_, problem, grid, v, report_->potential.device + problem.groups);
   }
 
-  void finish() {
+  /// The part of the results that is computed on the device.
+  void finish_on_device() {
     run_->mark(moments_->iterated);
-    run_recorded(recordings_.end, [this] { evaluate(); });
-    multigrid_->begin_to_settle();
+    run_as_graph(recordings_.end, [this] { evaluate(); });
+    multigrid_->begin_capacity_check();
     report_->parcel.fetch();
-    is_settled_ = multigrid_->settle();
+    is_complete_ = multigrid_->check_capacity();
   }
 
   /// From x to all that is reported.
   void evaluate() {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
-    balance_charges(*run_, problem, grid, b_, scale_, finest().partial(), arrays_->view.balance, x_);
-    if (!problem.grounded) fix_mean(*run_, problem, grid, x_, report_->potential.device + problem.groups);
-    group_potentials(*run_, problem, grid, x_, scale_, report_->potential.device);
-    const SolvedView solved{problem, grid, x_, scale_, report_->potential.device};
-    sum_bodies(*run_, solved, report_->body_result.device);
-    sum_sides(*run_, solved, report_->side_result.device);
+    const SolveVectors& v = arrays_->view.solve;
+    correct_charges(*run_, problem, grid, v, unit_, arrays_->view.correction);
+    if (!problem.grounded) fix_mean(*run_, problem, grid, v.x, report_->potential.device + problem.groups);
+    group_potentials(*run_, problem, grid, v.x, unit_, report_->potential.device);
+    sum_bodies(*run_, solved(), report_->body_result.device);
+    sum_sides(*run_, solved(), report_->side_result.device);
+  }
+  SolvedView solved() const {
+    return {problem_->view(), finest().view(), arrays_->view.solve.x, unit_, report_->potential.device};
   }
 
-  void take_results(const LaplaceProblem& problem, LaplaceSolution& solution) const {
+  void copy_results(const LaplaceProblem& problem, LaplaceSolution& solution) const {
+    const std::size_t bodies = problem.bodies.size();
     solution.unknowns = multigrid_->fluid_cells();
-    for (const Group& group : problem.groups) solution.unknowns += group.floating;
     solution.group_potential.assign(report_->potential.host, report_->potential.host + problem.groups.size());
     solution.energy = 0;
-    solution.body_charge.resize(bodies_);
-    solution.body_force.resize(bodies_);
-    for (std::size_t k = 0; k < bodies_; ++k) {
+    solution.body_charge.resize(bodies);
+    solution.body_force.resize(bodies);
+    for (std::size_t k = 0; k < bodies; ++k) {
       const BodyResult& body = report_->body_result.host[k];
       solution.energy += 0.5 * body.charge * solution.group_potential[problem.bodies[k].group];
       solution.body_charge[k] = body.charge;
@@ -383,14 +364,14 @@ class CutCell : public DeviceSolver {
     }
   }
 
-  void keep() {
-    std::rotate(past_.begin(), past_.end() - 1, past_.end());
+  void store_in_history() {
+    std::rotate(history_.begin(), history_.end() - 1, history_.end());
     phase_ = (phase_ + 1) % history_length;
-    past_[0].resize(finest().view().layout.size(), past_[0].view.cell);
-    past_[0].resize(bodies_, past_[0].view.body);
-    remember(*run_, problem_->view(), finest().view(), x_, report_->potential.device, scale_, past_[0].view);
-    past_count_ = std::min(past_count_ + 1, history_length);
-    if (followed_) follower_->keep(followed_->found());
+    history_[0].resize(finest().view().layout.size(), history_[0].view.cell);
+    history_[0].resize(problem_->view().bodies, history_[0].view.body);
+    store_solution(*run_, solved(), history_[0].view);
+    history_size_ = std::min(history_size_ + 1, history_length);
+    if (followed_) follower_->keep(followed_->last_solution());
   }
 
   void make_ksp(PetscInt n) {
@@ -399,8 +380,8 @@ class CutCell : public DeviceSolver {
     parallel::check_petsc(VecSetSizes(krylov_.x, n, n));
     parallel::check_petsc(VecSetType(krylov_.x, PetscSide<Executor>::vector_type));
     parallel::check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
-    b_ = WriteAccess(krylov_.b);
-    x_ = WriteAccess(krylov_.x);
+    arrays_->view.solve.b = WriteAccess(krylov_.b);
+    arrays_->view.solve.x = WriteAccess(krylov_.x);
     const char* method = PetscSide<Executor>::method;
     const Shell shell = Shell::of(this, "cut-cell multigrid on the device", PetscSide<Executor>::vector_type);
     register_natural_method<iterate_on_device<CutCell>>(method);
@@ -427,58 +408,52 @@ class CutCell : public DeviceSolver {
   void iterate_once(Again again) {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
-    Iterations* iterations = report_->iterations.device;
-    const Vectors& v = arrays_->view;
+    const SolveVectors& v = arrays_->view.solve;
     multigrid_->cycle(v.z);
-    if (!problem.grounded) level_out(*run_, problem, grid, v.z, report_->potential.device + problem.groups);
-    judge(*run_, unknowns_, v.r, v.z, iterations);
-    turn_direction(*run_, problem, grid, v.z, v.p, iterations);
+    if (!problem.grounded) remove_mean(*run_, problem, grid, v.z, report_->potential.device + problem.groups);
+    test_convergence(*run_, v);
+    update_direction(*run_, v);
     multiply(v.p, v.q);
-    find_step(*run_, unknowns_, v.p, v.q, iterations, again);
-    step_along(*run_, problem, grid, v.p, v.q, x_, v.r, iterations);
+    compute_step(*run_, v, again);
+    take_step(*run_, grid, v);
   }
 
   /// By a method that the user has asked for.
   void solve_by_petsc(LaplaceSolution& solution) {
     begin_iterations(*run_, 0, 0, report_->iterations.device);
-    better_guess();
+    improve_guess();
     report_->parcel.fetch();
-    krylov_.criterion.energy_norm = report_->iterations.host->energy_norm;
-    krylov_.criterion.rounding = report_->iterations.host->rounding;
+    krylov_.criterion.energy_norm = report_->iterations.host->criterion.energy_norm;
+    krylov_.criterion.rounding = report_->iterations.host->criterion.rounding;
     krylov_.solve(solution);
-    finish();
+    finish_on_device();
   }
 
   /// Records f as a graph, or does what it says where the host has a part in each cycle.
   template <class F>
-  void run_recorded(typename Executor::Recording& recording, F f) {
+  void run_as_graph(typename Executor::Recording& recording, F f) {
     if (multigrid_->on_device())
       run_->run(recording, f);
     else
       f();
   }
-  CutCellOptions options_;
   std::unique_ptr<Executor> run_;
-  GridSize cells_{};  // of the finest grid
-  Vec2 size_;
-  std::size_t bodies_ = 0;
   std::unique_ptr<DeviceProblem<Executor>> problem_;
   std::unique_ptr<DeviceMultigrid<Executor>> multigrid_;
   std::optional<Moments> moments_;
   int generation_ = 0;  // of the grids that the recordings are for
   Krylov krylov_;
-  bool is_fused_ = true;                // the KSP is iterate()
-  double *b_ = nullptr, *x_ = nullptr;  // of krylov_
-  long unknowns_ = 0;                   // entries of a vector
+  bool is_fused_ = true;  // the KSP is iterate()
   std::optional<parallel::Arrays<Vectors, Executor>> arrays_;
   Recordings recordings_;
-  double scale_ = 1;                            // V: x, b and the past are in units of it
-  std::vector<Past> past_;                      // newest first
-  int past_count_ = 0, phase_ = 0;              // phase_: says where in memory the newest is
+  double recorded_unit_ = 1;                    // unit_ in the recordings
+  double seconds_before_ = 0;                   // the last discretization
+  std::vector<StoredSolution> history_;         // newest first
+  int history_size_ = 0, phase_ = 0;            // phase_: says where in memory the newest is
   const CutCell* followed_ = nullptr;           // the solver on a coarser grid
   std::optional<Follower<Executor>> follower_;  // what it had found at the last solve here
   std::optional<Report> report_;
-  bool is_settled_ = false;
+  bool is_complete_ = false;
 };
 
 }  // namespace lichtenberg::laplace::device

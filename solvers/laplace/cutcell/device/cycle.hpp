@@ -1,6 +1,7 @@
 #pragma once
 
-// A large grid's part of the V-cycle, a kernel each: the halves of tiles.hpp, and what groups do before and after.
+// Large grids of the V-cycle, with a kernel per step: the halves of tiles.hpp, and the steps of groups before and after
+// them.
 
 #include "solvers/laplace/cutcell/device/bound.hpp"
 #include "solvers/laplace/cutcell/device/relax_clusters.hpp"
@@ -8,17 +9,16 @@
 
 namespace lichtenberg::laplace::device {
 
-/// z = v and phi, where the finest grid is the coarsest: 0 in covered cells, which hold their group's potential there.
+/// Sets z from v and phi if there is only one grid; 0 in covered cells.
 template <class Executor>
-void take_potentials(const Executor& run, ProblemView problem, GridView grid, const float* v, double* z) {
+void copy_potentials(const Executor& run, ProblemView problem, GridView grid, const float* v, double* z) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int k) { z[k] = grid.cells.inverse_diagonal[k] > 0 ? v[k] : 0.0; });
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { z[cells + g] = grid.cycle.phi[g]; });
 }
 
-/// f or, behind the cells, the groups' charges from an entry of the residual; groups are the finest grid's first to be
-/// relaxed.
-struct TakeResidual {
+/// Stores an entry of the residual as f or, after the cells, as a group's charge, and relaxes the group.
+struct StoreResidual {
   GridView grid;
   LICHTENBERG_HOST_DEVICE void operator()(int k, double r) const {
     const int cells = static_cast<int>(grid.layout.size());
@@ -32,21 +32,21 @@ struct TakeResidual {
 };
 
 template <class Executor>
-void take_residual(const Executor& run, ProblemView problem, GridView grid, const double* r) {
-  const TakeResidual take{grid};
+void store_residual(const Executor& run, ProblemView problem, GridView grid, const double* r) {
+  const StoreResidual take{grid};
   run.for_each(static_cast<long>(grid.layout.size()) + problem.groups,
                [=] LICHTENBERG_HOST_DEVICE(int k) { take(k, r[k]); });
 }
 
-/// What a group's direct links with other groups bring, for sums over its links. Groups of given potential have 0 in
-/// `phi`: the right-hand side knows of them.
+/// Flux to a group through direct links with other groups, for sums over its links. Groups of given potential have 0 in
+/// `phi`: they are on the right-hand side.
 template <class Real>
 struct DirectFluxes {
   ProblemView problem;
   GridView grid;
   const Real* phi;
   LICHTENBERG_HOST_DEVICE int count(int g) const {
-    return grid.may_have(Of::direct_links) ? grid.direct_links_of(problem, g) : 0;
+    return grid.may_have(Items::direct_links) ? grid.direct_links_of(problem, g) : 0;
   }
   LICHTENBERG_HOST_DEVICE Real value(int g, int t) const {
     const DirectLink& link = grid.direct.link[grid.first_direct_link(problem, g) + t];
@@ -54,31 +54,29 @@ struct DirectFluxes {
   }
 };
 
-/// phi_next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly, those
-/// of a cluster as one. `more`: is added to phi; `z`: becomes the potentials too; null: nothing.
+/// Jacobi sweep over groups with direct links: (flux + flux through direct links) / diagonal; clusters are relaxed as
+/// one.
 template <class Executor>
-void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
-                        const float* more, float* phi_next, double* z = nullptr) {
-  if (grid.groups.clusters)
-    return relax_clusters(run, problem, grid, flux == grid.cycle.charge ? nullptr : flux, phi, more, phi_next, z);
-  const CycleFluxes of_phi{problem, grid, phi};
+void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, GroupSweep sweep) {
+  if (grid.groups.clusters) return relax_clusters(run, problem, grid, sweep);
+  const CycleFluxes of_phi{problem, grid, sweep.phi};
   run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return of_phi.count(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const float own = of_phi.value(g, t);
-        return more ? own + CycleFluxes{of_phi.problem, of_phi.grid, more}.value(g, t) : own;
+        return sweep.correction ? own + CycleFluxes{of_phi.problem, of_phi.grid, sweep.correction}.value(g, t) : own;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-        phi_next[g] = (flux[g] + sum) * grid.groups.inverse_diagonal[g];
-        if (z) z[g] = phi_next[g];
+        sweep.next[g] = (sweep.flux[g] + sum) * grid.groups.inverse_diagonal[g];
+        if (sweep.z) sweep.z[g] = sweep.next[g];
       });
 }
 
-/// The groups' residuals after the way down, as the coarse grid's charges; collect() adds what its cells have got.
-/// Clusters were in balance when they were relaxed: what has changed since is theirs.
+/// Computes the groups' residuals after the way down, as charges of the coarse grid; restrict_charges() adds those of
+/// its cells. A cluster was in balance when it was relaxed, so that only later changes count.
 template <class V, class Executor>
-void leave_group_residuals(const Executor& run, ProblemView problem, GridView fine, GridView coarse, const float* phi,
-                           const V* v) {
+void restrict_group_residuals(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
+                              const float* phi, const V* v) {
   const auto flux = [=] LICHTENBERG_HOST_DEVICE(int link) {
     return static_cast<float>(fine.links.conductance[link]) * static_cast<float>(v[fine.links.slot[link]]);
   };
@@ -93,7 +91,7 @@ void leave_group_residuals(const Executor& run, ProblemView problem, GridView fi
                  });
 }
 
-/// The residual of a group that a grid is the first to absorb goes to the four cells around it.
+/// Distributes the residuals of groups that this grid absorbs first to the four cells around each.
 template <class Executor>
 void restrict_absorbed(const Executor& run, GridView grid) {
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
@@ -103,9 +101,10 @@ void restrict_absorbed(const Executor& run, GridView grid) {
   });
 }
 
-/// A group's charge is what its cells have got, too. It spreads into its potential before the cells see it.
+/// Adds the charges of covered cells to their group's charge, and relaxes the groups before the cells use their
+/// potentials.
 template <class Executor>
-void collect_charges(const Executor& run, ProblemView problem, GridView grid) {
+void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
       grid.covered_pieces(problem), grid.cycle.partial,
       [=] LICHTENBERG_HOST_DEVICE(int m) { return grid.cycle.f[grid.covered.slot[m]]; }, parallel::NoMore{},
@@ -115,7 +114,7 @@ void collect_charges(const Executor& run, ProblemView problem, GridView grid) {
       });
 }
 
-/// An absorbed group's potential is that of the four cells around it: potential(slot).
+/// Returns the potential of an absorbed group, interpolated between the four cells around it: potential(slot).
 template <class Potential>
 LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, const GridView& grid, int g,
                                                  Potential potential) {
@@ -127,15 +126,15 @@ LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, con
 
 template <class Executor>
 void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
-  for_each_of(run, grid, Of::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
+  for_each_item(run, grid, Items::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
     const int g = grid.medium.absorbed_groups.item[m];
     grid.cycle.phi[g] = absorbed_potential(
         problem, grid, g, [&](std::ptrdiff_t slot) { return potential_at(problem, grid, static_cast<int>(slot)); });
   });
 }
 
-/// flux: the groups' charges (not where there are clusters) and what their cells bring; their potentials from that,
-/// where no direct links are. `z`: becomes the potentials too; null: nothing.
+/// Computes the flux from cells to groups, with the groups' charges if there are no clusters. Without direct links it
+/// gives the groups' potentials. `z`: becomes the potentials too; null: unused.
 template <class V, class Executor>
 void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, double* z) {
   const bool are_linked = grid.may_link_groups();
@@ -156,20 +155,20 @@ void relax_groups(const Executor& run, ProblemView problem, GridView grid, const
       });
 }
 
-/// The groups' potentials on the way down.
+/// Returns the groups' potentials on the way down; null if there are none.
 inline const float* potentials_down(const GridView& grid) {
-  if (!grid.may_have(Of::unknown_groups)) return nullptr;
+  if (!grid.may_have(Items::unknown_groups)) return nullptr;
   return grid.may_link_groups() ? grid.cycle.phi_down : grid.cycle.phi;
 }
 
-/// What comes before descend() but on the finest grid, whose residual is taken as it is (TakeResidual).
+/// Restricts charges before descend(), except on the finest grid, where StoreResidual sets the residual.
 template <class Executor>
 void collect(const Executor& run, const ProblemView& problem, const GridView& grid) {
-  if (grid.may_have(Of::newly_absorbed)) restrict_absorbed(run, grid);
-  if (grid.may_have(Of::unknown_groups)) collect_charges(run, problem, grid);
+  if (grid.may_have(Items::newly_absorbed)) restrict_absorbed(run, grid);
+  if (grid.may_have(Items::unknown_groups)) restrict_charges(run, problem, grid);
 }
 
-/// f(the tiling that suits a grid).
+/// Calls f with the tiling for a grid.
 template <class F>
 void with_tiles(const GridView& coarse, F f) {
   constexpr int small = 192;  // cells along a side of the coarse grid: fewer large tiles than processors
@@ -179,20 +178,21 @@ void with_tiles(const GridView& coarse, F f) {
     f(Tiling<32, 16>{});
 }
 
-/// Groups from their charges and what bound cells hold for them.
+/// Relaxes groups first, from their charges and the fluxes of bound cells.
 template <class Executor>
 void relax_groups_first(const Executor& run, const ProblemView& problem, const GridView& grid) {
-  if (grid.binds) take_from_bound_cells(run, problem, grid);
+  if (grid.binds) sum_bound_cells(run, problem, grid);
   if (grid.groups.clusters && grid.binds)
     solve_clusters(run, problem, grid, static_cast<const double*>(grid.cycle.group_rhs), grid.cycle.phi);
   else if (grid.groups.clusters)
     solve_clusters(run, problem, grid, static_cast<const float*>(grid.cycle.charge), grid.cycle.phi);
   if (grid.may_link_groups())
-    relax_direct_links(run, problem, grid, grid.binds ? grid.cycle.flux : grid.cycle.charge, grid.cycle.phi, nullptr,
-                       grid.cycle.phi_down);
+    relax_direct_links(
+        run, problem, grid,
+        GroupSweep{grid.binds ? grid.cycle.flux : grid.cycle.charge, grid.cycle.phi, nullptr, grid.cycle.phi_down});
 }
 
-/// A grid's part of the V-cycle on the way down: conductors, red, black, and what is left for the next coarser grid.
+/// Way down on a grid: groups, red cells, black cells, and the residual for the next coarser grid.
 template <class V, class Executor>
 void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
   const float* phi = potentials_down(grid);
@@ -202,10 +202,11 @@ void descend(const Executor& run, const ProblemView& problem, const GridView& gr
     using Half = Descend<V, Tiles>;
     run.template for_each_block<512>(Tiles::all(coarse), Half::bytes(grid), Half{problem, grid, coarse, phi, v});
   });
-  if (phi) leave_group_residuals(run, problem, grid, coarse, phi, static_cast<const V*>(v));
+  if (phi) restrict_group_residuals(run, problem, grid, coarse, phi, static_cast<const V*>(v));
 }
 
-/// The mirror image of descend(): black, red, conductors. `z`: becomes the groups' potentials; null: nothing.
+/// Way up, the mirror image of descend(): black cells, red cells, groups. `z`: becomes the groups' potentials; null:
+/// unused.
 template <class V, class Executor>
 void ascend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v,
             double* z) {
@@ -219,10 +220,11 @@ void ascend(const Executor& run, const ProblemView& problem, const GridView& gri
   if (!phi) return;
   relax_groups(run, problem, grid, static_cast<const V*>(v), z);
   if (grid.may_link_groups()) {
-    relax_direct_links(run, problem, grid, grid.cycle.flux, phi, coarse.cycle.phi, grid.cycle.phi_next);
-    relax_direct_links(run, problem, grid, grid.cycle.flux, grid.cycle.phi_next, nullptr, grid.cycle.phi, z);
+    relax_direct_links(run, problem, grid, GroupSweep{grid.cycle.flux, phi, coarse.cycle.phi, grid.cycle.phi_next});
+    relax_direct_links(run, problem, grid,
+                       GroupSweep{grid.cycle.flux, grid.cycle.phi_next, nullptr, grid.cycle.phi, z});
   }
-  if (grid.binds) follow_groups(run, grid, v);
+  if (grid.binds) update_bound_cells(run, grid, v);
 }
 
 }  // namespace lichtenberg::laplace::device

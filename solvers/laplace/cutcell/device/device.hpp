@@ -23,6 +23,7 @@ struct Profile {
 /// bodies go there and only what belongs to a body or a group comes back.
 class DeviceSolver : public CutCellBackend {
  public:
+  using CutCellBackend::CutCellBackend;
   /// Times the parts on the last solve's grids.
   virtual Profile profile(int repeats) = 0;
 };

@@ -1,19 +1,18 @@
 #pragma once
 
-// Links of bodies to bodies and electrode sides: those of bodies without cells are found here, all are made and sorted.
+// Direct links of bodies to bodies and electrode sides: finds those of bodies without cells, computes and sorts all.
 
-#include "solvers/laplace/cutcell/device/smeared.hpp"
+#include "solvers/laplace/cutcell/device/homogenized.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Whether a body's potential is an unknown or given.
+/// Returns whether a body's potential is an unknown or given.
 LICHTENBERG_HOST_DEVICE inline bool has_potential(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.has_medium || !grid.medium.absorbed[problem.group_of[body]];
 }
 
-/// What conductors that all but touch exchange does not pass through cells, or through bound ones alone: where one of
-/// them is thin, calls f(other, kind, DirectLink::slot), once for both. Conductances do not depend on the size of
-/// cells.
+/// Calls f(other, kind, DirectLink::slot) once per inherited link if one of the two bodies is thin: flux between
+/// conductors that nearly touch passes no cells, or only bound ones. The conductances do not depend on the cell size.
 template <class F>
 LICHTENBERG_HOST_DEVICE void for_each_inherited(const ProblemView& problem, const GridView& grid, int body, F f) {
   if (!has_potential(problem, grid, body)) return;
@@ -30,8 +29,8 @@ LICHTENBERG_HOST_DEVICE void for_each_inherited(const ProblemView& problem, cons
     inherit(grid.inherited.joined[m], -1 - m);
 }
 
-/// Calls f(owner, kind, corner) for each body of another group that has a cell which one without cells is in or
-/// exchanges flux with: kind and corner as in DirectLink; and for what it has inherited.
+/// Calls f(owner, kind, corner) for each body of another group whose cell contains, or exchanges flux with, a body
+/// without cells; kind and corner as in DirectLink. Includes inherited links.
 template <class F>
 LICHTENBERG_HOST_DEVICE void for_each_owner(const ProblemView& problem, const GridView& grid, int body, F f) {
   const int group = problem.group_of[body];
@@ -41,7 +40,7 @@ LICHTENBERG_HOST_DEVICE void for_each_owner(const ProblemView& problem, const Gr
   if (!grid.has_medium || !is_thin(problem, grid, body)) return;
   const Interpolation around = interpolate(grid.layout, grid.bodies.outline[body].centre, problem.electrode);
   for (int k = 0; k < 4; ++k) {
-    const Cover cover = grid.cells.cover[around.cell[k]];
+    const CellOwner cover = grid.cells.cover[around.cell[k]];
     if (around.weight[k] != 0 && !cover.is_fluid() && problem.group_of[cover.body()] != group)
       f(cover.body(), DirectLink::Kind::thin_conductor, k);
   }
@@ -60,12 +59,12 @@ void count_without_cells(const Executor& run, ProblemView problem, GridView grid
   });
 }
 
-/// Lists the direct links of bodies without cells behind those of the strips; `before`: how many before each body.
+/// Lists direct links of bodies without cells after those of the strips; `before`: their number before each body.
 template <class Executor>
 void list_without_cells(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* before) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    if (grid.number[Of::without_cells] == 0) return;
-    int at = grid.number[Of::direct_links] - grid.number[Of::without_cells] + 2 * before[body].direct_links;
+    if (grid.number[Items::without_cells] == 0) return;
+    int at = grid.number[Items::direct_links] - grid.number[Items::without_cells] + 2 * before[body].direct_links;
     for_each_owner(problem, grid, body, [&](int other, DirectLink::Kind kind, int which) {
       const auto k = static_cast<std::uint8_t>(which);  // corner
       grid.direct.link[at++] = {
@@ -76,16 +75,17 @@ void list_without_cells(const Executor& run, ProblemView problem, GridView grid,
   });
 }
 
-/// Conductance of a direct link on the finest grid from which on groups are clustered, on all grids. The host has a
-/// part in that, which is not worth its while before: disks of 4 cells at a tenth of a cell.
+/// Conductance of a direct link on the finest grid above which groups are clustered on all grids; disks of 4 cells have
+/// it at a tenth of a cell. Clusters need the host, which costs more than it gains below.
 constexpr double strong_link = 16;
-/// So many solves in a row without one, and the host has no part any more until there is one again. Either change
-/// records all kernels anew, which costs as much as some ten solves, and the host's part a quarter of a prediction.
+/// Number of successive solves without a strong link after which the host takes no part until there is one again.
+/// Either change records all kernels again, which costs some ten solves; the host's part costs a quarter of a
+/// prediction.
 constexpr int solves_to_forget_strong_links = 200;
 
 template <class Executor>
 void make_direct_links(const Executor& run, ProblemView problem, GridView grid) {
-  for_each_of(run, grid, Of::direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
+  for_each_item(run, grid, Items::direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
     DirectLink& link = grid.direct.link[m];
     const Outline& own = grid.bodies.outline[link.own];
     if (link.kind == DirectLink::Kind::inherited) {
@@ -99,7 +99,7 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
       if (link.kind == DirectLink::Kind::thin_conductor) {
         const Outline& disk = own_has_cell ? other : own;
         const Interpolation around = interpolate(grid.layout, disk.centre, problem.electrode);
-        link.conductance = std::abs(around.weight[link.corner]) * thin_conductance(disk, grid.layout);
+        link.conductance = std::abs(around.weight[link.corner]) * subgrid_conductance(disk, grid.layout);
         return;
       }
       const PairConductance c = own_has_cell ? shared_cell_link(other, own) : shared_cell_link(own, other);
@@ -110,36 +110,36 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
     const CellIndex cell = cell_of(grid.layout, link.slot);
     const Vec2 p = cell_centre(cell.i, cell.j), e = direction(link.side);
     if (link.is_to_electrode()) {
-      const PairConductance c = channel_between(own, p, e, 0.5, nullptr);
+      const PairConductance c = conductor_link(own, p, e, 0.5, nullptr);
       link.conductance = c.value;
       link.gradient = c.gradient_a;
       return;
     }
-    // In one order, so that either side gets the same bits: the system is symmetric.
+    // Computes both directions in one order, so that the system is symmetric to the last bit.
     const Outline& other = grid.bodies.outline[link.other];
     const bool first = link.own < link.other;
     const PairConductance c =
-        first ? channel_between(own, p, e, 1.0, &other) : channel_between(other, p + e, -e, 1.0, &own);
+        first ? conductor_link(own, p, e, 1.0, &other) : conductor_link(other, p + e, -e, 1.0, &own);
     link.conductance = c.value;
     link.gradient = first ? c.gradient_a : c.gradient_b;
-    if (grid.finest && c.value > strong_link) grid.wanted[Of::strong_links] = 1;  // all write the same
+    if (grid.finest && c.value > strong_link) grid.required[Items::strong_links] = 1;  // all write the same
   });
 }
 
-/// Of direct or joined links: by the own body's rank, for sorting; behind them what there is room for.
+/// Makes sort keys of direct or joined links: the own body's rank; unused entries come last.
 template <class Executor>
-void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, Of::Kind kind, const DirectLink* link,
-                      int* key, int* index) {
-  run.for_each(grid.room[kind], [=] LICHTENBERG_HOST_DEVICE(int m) {
-    key[m] = m < grid.number[kind] ? problem.rank_of[link[m].own] : problem.bodies;
-    index[m] = m;
+void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, Items::Kind kind, const DirectLink* link,
+                      SortArrays sort) {
+  run.for_each(grid.capacity[kind], [=] LICHTENBERG_HOST_DEVICE(int m) {
+    sort.key[m] = m < grid.number[kind] ? problem.rank_of[link[m].own] : problem.bodies;
+    sort.index[m] = m;
   });
 }
 
 template <class Executor>
-void sort_direct_links(const Executor& run, GridView grid, Of::Kind kind, const DirectLink* link, const int* index,
+void sort_direct_links(const Executor& run, GridView grid, Items::Kind kind, const DirectLink* link, const int* index,
                        DirectLink* sorted) {
-  for_each_of(run, grid, kind, [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = link[index[m]]; });
+  for_each_item(run, grid, kind, [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = link[index[m]]; });
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -1,13 +1,12 @@
 #pragma once
 
-// From the bodies to one grid's covered cells and lists of links: level.cpp's rules, an item a body or a strip of
-// cells.
+// Covered cells and lists of links of a grid, by the rules of level.cpp; one item per body or strip of cells.
 
 #include "solvers/laplace/cutcell/device/grid.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// A row of a body's bounding box, or a part of it.
+/// Row of a body's bounding box, or a part of it.
 struct Strip {
   int body, j, from_i, to_i;
 };
@@ -16,7 +15,8 @@ LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
   return (range.to_j - range.from_j + 1) * ((range.to_i - range.from_i) / strip_width + 1);
 }
 
-/// A thin conductor (../medium.hpp): a disk that its grid does not resolve and that is no part of the medium either.
+/// Returns whether a body is a thin conductor (../medium.hpp): a disk that the grid does not resolve and that is no
+/// part of the medium.
 LICHTENBERG_HOST_DEVICE inline bool is_thin(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.bodies.resolved[body] && !grid.medium.absorbed[problem.group_of[body]];
 }
@@ -51,7 +51,7 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Strips of a body's cells. A point of thin conductors has a strip for its links, the first body's.
+/// Counts the strips of each body's cells. A point of thin conductors has one strip for its links, with its first body.
 template <class Executor>
 void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -67,73 +67,74 @@ void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Takes down how many strips there are; none, if there is no room for so many.
+/// Sets the number of strips; 0 if it exceeds the capacity.
 template <class Executor>
-void settle_strips(const Executor& run, ProblemView problem, GridView grid) {
+void finalize_strip_count(const Executor& run, ProblemView problem, GridView grid) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
     const int strips = grid.strips.start[problem.bodies];
-    grid.wanted[Of::strips] = strips;
-    grid.number[Of::strips] = strips <= grid.room[Of::strips] ? strips : 0;
-    for (const Of::Kind kind : {Of::unknown_groups, Of::own_groups, Of::strong_links})  // of those that set them
-      grid.number[kind] = grid.wanted[kind] = 0;
-    grid.number[Of::newly_absorbed] = grid.wanted[Of::newly_absorbed] =
+    grid.required[Items::strips] = strips;
+    grid.number[Items::strips] = strips <= grid.capacity[Items::strips] ? strips : 0;
+    for (const Items::Kind kind :
+         {Items::unknown_groups, Items::own_groups, Items::strong_links})  // of those that set them
+      grid.number[kind] = grid.required[kind] = 0;
+    grid.number[Items::newly_absorbed] = grid.required[Items::newly_absorbed] =
         grid.has_medium ? grid.medium.absorbed_groups.start[bins_of(grid.layout)] : 0;
   });
 }
 
-/// Likewise all that is listed by strip or by body.
+/// Sets the numbers of all items listed by strip or by body; 0 if one exceeds its capacity.
 template <class Executor>
-void settle_lists(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* without_cells) {
+void finalize_list_counts(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* without_cells) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-    const Counts total = grid.strips.counts[grid.number[Of::strips]];
+    const Counts total = grid.strips.counts[grid.number[Items::strips]];
     const WithoutCells without = without_cells[problem.bodies];
-    grid.wanted[Of::covered] = total.covered;
-    grid.wanted[Of::links] = total.links;
-    grid.wanted[Of::boundary] = total.boundary;
-    grid.wanted[Of::direct_links] = total.direct_links + 2 * without.direct_links;
-    grid.wanted[Of::without_cells] = 2 * without.direct_links;
-    grid.wanted[Of::thin_conductors] = without.thin_conductors;
-    grid.wanted[Of::floating_thin_conductors] = without.floating_thin_conductors;
+    grid.required[Items::covered] = total.covered;
+    grid.required[Items::links] = total.links;
+    grid.required[Items::boundary] = total.boundary;
+    grid.required[Items::direct_links] = total.direct_links + 2 * without.direct_links;
+    grid.required[Items::without_cells] = 2 * without.direct_links;
+    grid.required[Items::thin_conductors] = without.thin_conductors;
+    grid.required[Items::floating_thin_conductors] = without.floating_thin_conductors;
     bool fits = true;
-    for (int kind = Of::covered; kind <= Of::floating_thin_conductors; ++kind)
-      fits = fits && grid.wanted[kind] <= grid.room[kind];
-    if (!fits) grid.number[Of::strips] = 0;
-    for (int kind = Of::covered; kind <= Of::floating_thin_conductors; ++kind)
-      grid.number[kind] = fits ? grid.wanted[kind] : 0;
+    for (int kind = Items::covered; kind <= Items::floating_thin_conductors; ++kind)
+      fits = fits && grid.required[kind] <= grid.capacity[kind];
+    if (!fits) grid.number[Items::strips] = 0;
+    for (int kind = Items::covered; kind <= Items::floating_thin_conductors; ++kind)
+      grid.number[kind] = fits ? grid.required[kind] : 0;
   });
 }
 
-/// Which body has which cell: the first one where they overlap; then, of the disks that have none, the first one in a
-/// cell that is still free.
+/// Assigns cells to bodies: to the first where bodies overlap; then, to disks without a cell, the free cell of their
+/// centre.
 template <class Executor>
 void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
-  for_each_of(run, grid, Of::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
+  for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
     if (!grid.bodies.resolved[strip.body]) return;
     const Outline& outline = grid.bodies.outline[strip.body];
     for (int i = strip.from_i; i <= strip.to_i; ++i)
       if (covers(outline, i, strip.j)) claim(&grid.cells.cover[slot_of(grid.layout, i, strip.j)], strip.body);
   });
-  for_each_of(run, grid, Of::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
+  for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
     for (int i = strip.from_i; i <= strip.to_i; ++i)
       if (grid.cells.cover[slot_of(grid.layout, i, strip.j)].is(strip.body)) grid.bodies.present[strip.body] = 1;
   });
   const auto own_cell = [=] LICHTENBERG_HOST_DEVICE(int body) {
     const Outline& outline = grid.bodies.outline[body];
-    if (outline.kind != Outline::Kind::disk || grid.bodies.present[body]) return static_cast<Cover*>(nullptr);
+    if (outline.kind != Outline::Kind::disk || grid.bodies.present[body]) return static_cast<CellOwner*>(nullptr);
     const Layout& at = grid.layout;
     return &grid.cells.cover[slot_of(at, cell_at(outline.centre.x, at.nx), cell_at(outline.centre.y, at.ny))];
   };
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    if (Cover* cover = own_cell(body)) claim(cover, problem.bodies + body);  // behind all bodies of the first round
+    if (CellOwner* cover = own_cell(body)) claim(cover, problem.bodies + body);  // behind all bodies of the first round
   });
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    if (Cover* cover = own_cell(body)) {
+    if (CellOwner* cover = own_cell(body)) {
       const int had = cover->body();  // read once: the winner may be writing it
       const int winner = had < problem.bodies ? had : had - problem.bodies;
       if (winner == body)
-        *cover = Cover::by(body);
+        *cover = CellOwner::by(body);
       else
         grid.bodies.cell_owner[body] = winner;
     }
@@ -146,7 +147,7 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
                                    Visitor& visitor) {
   const Layout& at = grid.layout;
   if (!grid.bodies.resolved[strip.body]) {
-    const float* share = grid.medium.absorbed_bodies.smeared[grid.medium.point[strip.body]].share;
+    const float* share = grid.medium.absorbed_bodies.points[grid.medium.point[strip.body]].share;
     const auto [i, j] = base_of_bin(at, bin_of(at, grid.bodies.outline[strip.body].centre));
     for (int k = 0; k < 4; ++k) {
       if (share[k] == 0) continue;  // as beyond the box
@@ -167,14 +168,14 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
         continue;
       }
       const int next = slot_of(at, ni, nj);
-      const Cover beside = grid.cells.cover[next];
+      const CellOwner beside = grid.cells.cover[next];
       if (!beside.is_fluid()) {
         const int other = beside.body();
         if (other != strip.body && problem.group_of[other] != problem.group_of[strip.body])
           visitor.direct_link(slot, side, other);
         continue;
       }
-      // The cell's first link, by side, makes it a boundary cell.
+      // A cell's first link, by side, makes it a boundary cell.
       bool first = true;
       for (int s = 0; s < (side ^ 1); ++s) {
         const int bi = ni + step_i(s), bj = nj + step_j(s);
@@ -215,10 +216,10 @@ struct FillVisitor {
     grid.links.group[at.links] = group;
     grid.links.end[at.links++] = end;
     if (!first) return;
-    grid.cells.cover[slot] = Cover::boundary_cell(at.boundary);
+    grid.cells.cover[slot] = CellOwner::boundary_cell(at.boundary);
     grid.boundary.slot[at.boundary] = slot;
     for (int side = 0; side < 4; ++side) {
-      grid.boundary.link[side * grid.room[Of::boundary] + at.boundary] = -1;
+      grid.boundary.link[side * grid.capacity[Items::boundary] + at.boundary] = -1;
       grid.boundary.coupling[4 * at.boundary + side] = {};
     }
     ++at.boundary;
@@ -227,23 +228,24 @@ struct FillVisitor {
 
 template <class Executor>
 void count_in_strips(const Executor& run, ProblemView problem, GridView grid) {
-  run.for_each(grid.room[Of::strips] + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
+  run.for_each(grid.capacity[Items::strips] + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
     CountVisitor visitor{};
-    if (index < grid.number[Of::strips]) visit(problem, grid, strip_at(problem, grid, index), visitor);
+    if (index < grid.number[Items::strips]) visit(problem, grid, strip_at(problem, grid, index), visitor);
     grid.strips.counts[index] = visitor.counts;
   });
 }
 
 template <class Executor>
 void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
-  for_each_of(run, grid, Of::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
+  for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
     FillVisitor visitor{grid, strip.body, problem.group_of[strip.body], grid.strips.counts[index]};
     visit(problem, grid, strip, visitor);
   });
 }
 
-/// `start[k]`: the first of the n ascending keys that is not below k; or, if `place` is given, the place of that.
+/// Sets `start[k]` to the first of the n ascending keys that is at least k or, if `place` is given, to that key's
+/// place.
 template <class Executor>
 void start_segments(const Executor& run, const int* key, int n, int segments, int* start, const int* place = nullptr) {
   run.for_each(segments + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {

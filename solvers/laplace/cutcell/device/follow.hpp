@@ -1,39 +1,40 @@
 #pragma once
 
-// First guesses from what a solver on a coarser grid has found since: ../follow.hpp's.
+// Initial guesses from the change of a solution on a coarser grid, as ../follow.hpp.
 
 #include "solvers/laplace/cutcell/device/operator.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// A solver's last solution, by slot of its finest grid and by body, in units of `scale`, V. Of no body: there is none.
-struct Found {
+/// Last solution of a solver on a coarser grid, by slot of its finest grid and by body, in units of `scale` (V). No
+/// bodies: none.
+struct CoarseSolution {
   Layout layout;
   int bodies = 0;
-  PastView potentials{};
+  SolutionView potentials{};
   double scale = 1;
 
-  /// V, of the k-th slot and behind them bodies.
+  /// Returns the potential (V) of the k-th slot or, after the slots, body.
   LICHTENBERG_HOST_DEVICE double potential(int k) const {
     const int cells = static_cast<int>(layout.size());
     return scale * (k < cells ? potentials.cell[k] : potentials.body[k - cells]);
   }
 };
 
-/// By how much a solution on a coarser grid has changed: by slot of its layout and by body.
+/// Change of a solution on a coarser grid, by slot of its layout and by body.
 struct ChangeView {
   Layout layout;
   const double *cell, *body;
 };
 
-/// What a solver has of the one that it follows. Memory moves only when the number of bodies, or the box, does.
+/// Earlier solution of the followed solver, and its change. Memory moves only with the number of bodies or the box.
 template <class Executor>
 class Follower {
  public:
   explicit Follower(const Executor& run) : run_(run), then_(run), change_(run) {}
 
-  /// Keeps what has been found by now.
-  void keep(const Found& now) {
+  /// Stores the solution.
+  void keep(const CoarseSolution& now) {
     layout_ = now.layout;
     bodies_ = now.bodies;
     if (bodies_ == 0) return;
@@ -41,12 +42,12 @@ class Follower {
     double* then = then_.data();
     run_.for_each(size(), [=] LICHTENBERG_HOST_DEVICE(int k) { then[k] = now.potential(k); });
   }
-  /// Whether something was kept of which `now` may be told apart.
-  bool knows(const Found& now) const {
+  /// Returns whether a stored solution has the grid and bodies of `now`.
+  bool is_comparable(const CoarseSolution& now) const {
     return now.bodies > 0 && now.bodies == bodies_ && now.layout.nx == layout_.nx && now.layout.ny == layout_.ny;
   }
-  /// What has changed since it was kept, in units of `scale`, V.
-  void compare(const Found& now, double scale) {
+  /// Computes the change since the stored solution, in units of `scale` (V).
+  void compare(const CoarseSolution& now, double scale) {
     const double* then = then_.data();
     double* change = change_.data();
     run_.for_each(size(), [=] LICHTENBERG_HOST_DEVICE(int k) { change[k] = (now.potential(k) - then[k]) / scale; });
@@ -59,14 +60,14 @@ class Follower {
   const Executor& run_;
   Layout layout_;
   int bodies_ = 0;
-  parallel::Array<double, Executor> then_, change_;  ///< cells, then bodies; of the first V
+  parallel::Array<double, Executor> then_, change_;  ///< cells, then bodies; `then_` in V
 };
 
-/// x: the newest solution and what has changed on the coarser grid since (add_change): between cell centres bilinearly,
-/// the groups' as their members' on average. Beyond a side that insulates the change goes on evenly; the potential of
-/// an electrode does not change, and the field is odd about it.
+/// Sets x to the newest solution plus the change on the coarser grid (add_change): bilinearly between cell centres, a
+/// group's by the mean of its members. The change is even about an insulating side and odd about an electrode, whose
+/// potential does not change.
 template <class Executor>
-void follow_change(const Executor& run, ProblemView problem, GridView grid, PastView newest, ChangeView change,
+void follow_change(const Executor& run, ProblemView problem, GridView grid, SolutionView newest, ChangeView change,
                    double* x) {
   const int cells = static_cast<int>(grid.layout.size());
   const double ratio = static_cast<double>(change.layout.nx) / grid.layout.nx;

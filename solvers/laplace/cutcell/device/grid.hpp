@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "solvers/laplace/cutcell/cover.hpp"
+#include "solvers/laplace/cutcell/cell_owner.hpp"
 #include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
@@ -12,28 +12,28 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Sets of groups that coarse grids treat like one (../sets.hpp); null: each is one of its own.
+/// Sets of groups that coarse grids treat as one (../agglomerates.hpp); null: each group is its own set.
 struct SetsView {
   const int* of_group;         ///< a set's first group
   const int *start, *group;    ///< by first group: its set's groups
-  const int *is_alone, *held;  ///< by group: whether its set is one body that floats; Sets::is_held
+  const int *is_alone, *held;  ///< by group: whether its set is one floating body; Agglomerates::is_grounded
   bool operator==(const SetsView&) const = default;
 };
 
-/// Couplings between groups (LaplaceProblem::couplings) as conductances, listed by either group that floats.
+/// Couplings between groups (LaplaceProblem::couplings) as conductances, listed for each floating group.
 struct CouplingView {
-  const int *start, *other;  ///< by group, and one behind the last; groups. Null: there are none
+  const int *start, *other;  ///< by group, with one more at the end; groups. Null: none
   const double* conductance;
   const double* to_given;  ///< the sum of those to given potentials
-  bool only_ground;        ///< nothing but what groups are coupled to has a given potential
+  bool only_ground;        ///< all given potentials are those of coupled groups
   bool operator==(const CouplingView&) const = default;
 };
 
-/// Electrode side faces, and what else a grid shares with all others. Bodies are sorted by group ("rank"), so that
-/// what belongs to a body or a group is contiguous.
+/// Bodies, groups and sides of a problem, for all grids. Bodies are sorted by group ("rank"), so that the items of a
+/// body or a group are contiguous.
 struct ProblemView {
   int bodies;
-  int groups;  ///< what there is room for: those behind the problem's own have no bodies, and a given potential
+  int groups;  ///< capacity; groups after the problem's own have no bodies and a given potential
   Vec2 size;
   double permittivity;
   bool electrode[4];
@@ -44,43 +44,43 @@ struct ProblemView {
   const int* group_of;           ///< by body
   const int* body_at;            ///< by rank
   const int* rank_of;            ///< by body
-  const int* first_rank;         ///< by group, and one behind the last
+  const int* first_rank;         ///< by group, with one more at the end
   const int* floating;           ///< by group
   const double* charge;          ///< C/m, by group
   const double* potential;       ///< V, by group, of fixed ones
   SetsView sets;
   CouplingView couplings;
 
-  /// A group's bodies.
+  /// Number of a group's bodies, and the t-th of them.
   LICHTENBERG_HOST_DEVICE int members(int g) const { return first_rank[g + 1] - first_rank[g]; }
   LICHTENBERG_HOST_DEVICE int member(int g, int t) const { return body_at[first_rank[g] + t]; }
   bool operator==(const ProblemView&) const = default;
 };
 
-/// What a grid holds some of. The device counts them, and the host does not ask how many there are: it knows how many
-/// there is room for.
-struct Of {
+/// Kinds of items that a grid holds. The device counts them; the host has only the capacities of their arrays until the
+/// end of a solve.
+struct Items {
   enum Kind {
     strips,
     covered,
     links,
     boundary,
     direct_links,
-    without_cells,  ///< direct links of bodies without cells
+    without_cells,  ///< direct links of bodies that cover no cell
     newly_absorbed,
     thin_conductors,
     floating_thin_conductors,
-    unknown_groups,   ///< 1 if there is any group with a potential of its own
-    own_groups,       ///< on a small grid, of these
-    joined_links,     ///< what bound cells join (bound.hpp)
-    strong_links,     ///< on the finest grid, 1 if there is any direct link that groups are to be clustered for
+    unknown_groups,   ///< 1 if any group has an unknown potential
+    own_groups,       ///< on a small grid: groups with an unknown potential
+    joined_links,     ///< links made by the elimination of bound cells (bound.hpp)
+    strong_links,     ///< on the finest grid: 1 if any direct link requires clusters
     coarse_unknowns,  ///< of the coarsest grid
     kinds
   };
 };
-using Numbers = std::array<int, Of::kinds>;
+using Numbers = std::array<int, Items::kinds>;
 
-/// Numbers of what a strip of cells holds.
+/// Numbers of items in a strip of cells.
 struct Counts {
   int covered = 0, links = 0, boundary = 0, direct_links = 0;
   LICHTENBERG_HOST_DEVICE friend Counts operator+(Counts a, Counts b) {
@@ -88,8 +88,8 @@ struct Counts {
   }
 };
 
-/// What links a body to another body, or to an electrode side, with no fluid cell between them. A link of two bodies is
-/// listed once for either.
+/// Link of a body to another body, or to an electrode side, with no fluid cell between them. A link of two bodies is
+/// listed once for each.
 struct DirectLink {
   enum class Kind : std::uint8_t {
     face,            ///< `side` of the own cell `slot`: the other body's cell is behind it, or an electrode side
@@ -104,7 +104,7 @@ struct DirectLink {
   int slot;  ///< this and `side` only of Kind::face
   Kind kind;
   std::uint8_t side, corner;
-  bool own_has_cell;  ///< of a shared cell or a thin conductor: whether the own body is the one that has the cell
+  bool own_has_cell;  ///< of a shared cell or a thin conductor: whether the own body has the cell
   double conductance;
   Vec2 gradient;  ///< of the conductance with respect to the own body's position, per cell
 
@@ -113,8 +113,8 @@ struct DirectLink {
   LICHTENBERG_HOST_DEVICE int face() const { return -1 - other; }
 };
 
-/// The body that a link leads to and where it is as seen from the link's fluid cell: at one of its sides, or, of a thin
-/// conductor, with that cell as one of the four around it. In one integer: 4 body + side, or -1 - (4 body + corner).
+/// End of a link from a fluid cell: the body, and either the cell's side or, for a thin conductor, which of the four
+/// cells around it the cell is. One integer: 4 body + side, or -1 - (4 body + corner).
 class LinkEnd {
  public:
   LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_side(int body, int side) { return LinkEnd(4 * body + side); }
@@ -131,8 +131,8 @@ class LinkEnd {
   int code_;
 };
 
-/// Numbers of what a body without cells has: direct links with those that have them; whether it is a thin conductor,
-/// and floats.
+/// Numbers of items of a body without cells: direct links to bodies with cells; whether it is a thin conductor; whether
+/// that floats.
 struct WithoutCells {
   int direct_links = 0, thin_conductors = 0, floating_thin_conductors = 0;
   LICHTENBERG_HOST_DEVICE friend WithoutCells operator+(WithoutCells a, WithoutCells b) {
@@ -141,26 +141,27 @@ struct WithoutCells {
   }
 };
 
-/// A point's group, and its shares in the four cells of its bin: lower left and right, upper left and right.
-struct Smeared {
+/// Homogenized point: its group, and its shares in the four cells of its bin: lower left and right, upper left and
+/// right.
+struct HomogenizedPoint {
   int group;
   float share[4];
-  /// Shares alone.
-  LICHTENBERG_HOST_DEVICE Smeared& operator+=(const Smeared& other) {
+  /// Adds the shares; the group stays.
+  LICHTENBERG_HOST_DEVICE HomogenizedPoint& operator+=(const HomogenizedPoint& other) {
     for (int k = 0; k < 4; ++k) share[k] += other.share[k];
     return *this;
   }
 };
 
-/// Points in the plane, sorted by the lower left one of the four cells between which they are interpolated: what they
-/// bring to a cell can then be summed in the same order each time.
+/// Points in the plane, sorted by the lower left one of the four cells between which they are interpolated. Sums over
+/// the points of a cell then always have the same order.
 struct Bins {
-  int* start;        ///< of the points, by bin, and one behind the last
-  Smeared* smeared;  ///< by point
-  int* item;         ///< what the points are of, sorted by bin: a group each, or bodies
+  int* start;                ///< first point of each bin, with one more at the end
+  HomogenizedPoint* points;  ///< by point
+  int* item;                 ///< groups or bodies, sorted by bin
 };
 LICHTENBERG_HOST_DEVICE inline int bins_of(const Layout& at) { return (at.nx + 1) * (at.ny + 1); }
-/// The lower left cell of a bin, from -1 on.
+/// Returns the lower left cell of a bin; indices begin at -1.
 LICHTENBERG_HOST_DEVICE inline InterpolationBase base_of_bin(const Layout& at, int bin) {
   return {bin % (at.nx + 1) - 1, bin / (at.nx + 1) - 1};
 }
@@ -171,7 +172,7 @@ LICHTENBERG_HOST_DEVICE inline int bin_of(const Layout& at, Vec2 p) {
   return (j + 1) * (at.nx + 1) + i + 1;
 }
 
-/// What the V-cycle needs of a link from a boundary cell.
+/// Link of a boundary cell for the V-cycle.
 struct Coupling {
   float conductance;  ///< 0: no link
   int group;
@@ -184,31 +185,31 @@ struct Extent;
 struct BodyArrays {
   Outline* outline;
   int* present;     ///< 1: covers a cell
-  int* cell_owner;  ///< of a body that covers no cell's centre: the body whose cell it is in, or -1
+  int* cell_owner;  ///< of a body that covers no cell centre: the body whose cell contains it, or -1
   int* resolved;
 };
 
-/// Homogenized bodies, in a grid that has a medium: groups without a potential of their own, and points of their
-/// bodies, sorted by cell. Bodies of one group in one bin are one point.
+/// Homogenized bodies of a grid that has a medium: groups without an unknown potential, and points of their bodies,
+/// sorted by bin. Bodies of one group in one bin are one point.
 struct MediumArrays {
   int* absorbed;         ///< by group
   Vec2* centre;          ///< by group
-  Extent* extent;        ///< by group, then by set's first group; null: there are no sets
+  Extent* extent;        ///< by group, then by the set's first group; null: no sets
   Bins absorbed_bodies;  ///< the start, and likewise of thin conductors, in one array
   Bins thin_conductors;
-  Bins absorbed_groups;  ///< those that the finer grid still has
-  int* point;            ///< by body: the number of the point that it is the first body of, or -1
+  Bins absorbed_groups;  ///< groups that the next finer grid does not absorb
+  int* point;            ///< by body: number of the point whose first body it is, or -1
   float* permittivity;   ///< by slot
   float *east, *north;   ///< by slot: conductance of a cell's face to the next cell, 0 if either is covered
 };
 
-/// Arrays by slot. A boundary cell is a fluid one with at least one link.
+/// Arrays by slot. A boundary cell is a fluid cell with a link.
 struct CellArrays {
-  Cover* cover;
+  CellOwner* cover;
   float* inverse_diagonal;  ///< 0 in covered cells and padding
 };
 
-/// The cells of the bodies' bounding boxes in strips of one row.
+/// Cells of the bodies' bounding boxes in strips of one row.
 struct StripArrays {
   int* start;      ///< by rank
   Counts* counts;  ///< by strip, summed over the strips before
@@ -225,23 +226,23 @@ struct LinkArrays {
   LinkEnd* end;
   int* group;
   double* conductance;
-  Vec2* gradient;          ///< finest only, like the two below
-  int* partner_group;      ///< of the body on the opposite side of a squeezed cell, or -1
+  Vec2* gradient;          ///< on the finest grid only, as the next two
+  int* partner_group;      ///< of the body on the opposite side of a narrow gap's cell, or -1
   Vec2* partner_gradient;  ///< of that body's link with respect to this link's body
 };
 
 struct BoundaryArrays {
   int* slot;
-  int* link;  ///< by side (side * room[Of::boundary] + k), -1: none
+  int* link;  ///< by side (side * capacity[Items::boundary] + k), -1: none
   double* diagonal;
   Coupling* coupling;  ///< by boundary cell and side: 4 k + side
 };
 
-/// Bound cells, where the cycle eliminates them.
+/// Bound cells of a grid on which the cycle eliminates them.
 struct BoundArrays {
   int* is_bound;       ///< by boundary cell
-  float* share;        ///< by link: conductance over the diagonal of its cell, if that is bound; else 0
-  double* kept;        ///< by link of such a cell: its contribution to a group's diagonal
+  float* share;        ///< by link: conductance / diagonal of its cell if the cell is bound, else 0
+  double* kept;        ///< by link of a bound cell: contribution to its group's diagonal
   DirectLink* joined;  ///< sorted by body
   int* joined_start;   ///< by rank
 };
@@ -252,25 +253,26 @@ struct DirectArrays {
   int* start;  ///< by rank
 };
 
-/// The finest grid's direct links, and those that its bound cells join, on coarse grids that keep them; else null.
+/// Direct links of the finest grid, and links made by its bound cells, on coarse grids that keep them; else null.
 struct InheritedArrays {
   const DirectLink *link, *joined;
   const int *link_start, *joined_start;  ///< by rank
 };
 
-/// Pieces of a group's links and, behind those of all groups, of its covered cells. Partial sums run over pieces, so
-/// that a large group is no long serial sum.
+/// Pieces of the groups' links and, after them, of the groups' covered cells. Partial sums run over pieces, so that a
+/// large group is no long serial sum.
 struct PieceArrays {
-  int room;    ///< for n pieces
-  int* start;  ///< 2 groups + 1
+  int capacity;  ///< in pieces
+  int* start;    ///< 2 groups + 1
   int *begin, *end, *segment;
-  int* done;  ///< 2 groups
+  int* done;        ///< 2 groups
+  double* partial;  ///< by piece: partial sums in double precision
 };
 
 struct GroupArrays {
-  int* own;                           ///< of a small grid: groups that have a potential of their own
-  const ClusterView* clusters;        ///< of groups that are relaxed together (relax_clusters.hpp); null: none
-  const ClusterView* exact_clusters;  ///< finest only: of all that are coupled or linked, where any are coupled
+  int* own;                           ///< of a small grid: groups with an unknown potential
+  const ClusterView* clusters;        ///< groups that are relaxed together (relax_clusters.hpp); null: none
+  const ClusterView* exact_clusters;  ///< finest grid with couplings: all coupled or linked groups
   double* diagonal;                   ///< 0: fixed, or a group without any link
   double* cycle_diagonal;             ///< likewise, with bound cells eliminated
   float* inverse_diagonal;            ///< 1 / cycle_diagonal
@@ -284,8 +286,7 @@ struct CycleArrays {
   float* partial;                                    ///< by piece
 };
 
-/// One grid's arrays, as kernels see them. Sides of cells and of the box are numbered by SideIndex; side ^ 1 is the
-/// opposite one.
+/// Arrays of a grid for kernels. Sides of cells and of the box are numbered by SideIndex; side ^ 1 is the opposite one.
 struct GridView {
   Layout layout;
   double h;
@@ -294,9 +295,9 @@ struct GridView {
   bool has_medium;  ///< some bodies are smaller than this grid resolves (../medium.hpp)
   bool binds;       ///< the cycle eliminates bound cells (bound.hpp)
 
-  Numbers room;  ///< the number of items that arrays have memory for
-  int* number;   ///< by Of::Kind; 0 for all lists if one of them does not fit
-  int* wanted;   ///< by Of::Kind: the number of items found
+  Numbers capacity;  ///< the number of items that arrays have memory for
+  int* number;       ///< by Items::Kind; 0 for all lists if one exceeds its capacity
+  int* required;     ///< by Items::Kind: the number of items found
 
   BodyArrays bodies;
   MediumArrays medium;
@@ -313,22 +314,23 @@ struct GridView {
   CycleArrays cycle;
 
   LICHTENBERG_HOST_DEVICE const Counts& before(int rank) const {
-    const int start = strips.start[rank], end = number[Of::strips];
+    const int start = strips.start[rank], end = number[Items::strips];
     return strips.counts[start < end ? start : end];
   }
   LICHTENBERG_HOST_DEVICE int link_start(int rank) const { return before(rank).links; }
   LICHTENBERG_HOST_DEVICE int covered_start(int rank) const { return before(rank).covered; }
   LICHTENBERG_HOST_DEVICE int boundary_link_of(int k, int side) const {
-    return boundary.link[side * room[Of::boundary] + k];
+    return boundary.link[side * capacity[Items::boundary] + k];
   }
-  /// A group's direct links.
+  /// First direct link of a group, and their number.
   LICHTENBERG_HOST_DEVICE int first_direct_link(const ProblemView& problem, int g) const {
     return direct.start[problem.first_rank[g]];
   }
   LICHTENBERG_HOST_DEVICE int direct_links_of(const ProblemView& problem, int g) const {
     return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
   }
-  /// Of those and what bound cells join, which the cycle treats alike: how many, and the t-th.
+  /// Number of a group's direct links and links made by bound cells, which the cycle treats as equal; and the t-th of
+  /// them.
   LICHTENBERG_HOST_DEVICE int cycle_links_of(const ProblemView& problem, int g) const {
     return direct_links_of(problem, g) + joined_before(problem, g + 1) - joined_before(problem, g);
   }
@@ -337,33 +339,33 @@ struct GridView {
     return t < n ? direct.link[first_direct_link(problem, g) + t] : bound.joined[joined_before(problem, g) + t - n];
   }
   LICHTENBERG_HOST_DEVICE int joined_before(const ProblemView& problem, int g) const {
-    return may_have(Of::joined_links) ? bound.joined_start[problem.first_rank[g]] : 0;
+    return may_have(Items::joined_links) ? bound.joined_start[problem.first_rank[g]] : 0;
   }
-  /// Whether the k-th entry of a vector, by slot and then by group, is an unknown.
+  /// Returns whether the k-th entry of a vector, by slot and then by group, is an unknown.
   LICHTENBERG_HOST_DEVICE bool is_unknown(int k) const {
     const int size = static_cast<int>(layout.size());
     return k < size ? cells.inverse_diagonal[k] > 0 : groups.diagonal[k - size] > 0;
   }
-  LICHTENBERG_HOST_DEVICE bool may_have(Of::Kind kind) const { return room[kind] > 0; }
-  /// Whether any groups may be linked to each other.
+  LICHTENBERG_HOST_DEVICE bool may_have(Items::Kind kind) const { return capacity[kind] > 0; }
+  /// Returns whether groups may be linked to each other.
   LICHTENBERG_HOST_DEVICE bool may_link_groups() const {
-    return groups.clusters || may_have(Of::direct_links) || may_have(Of::joined_links);
+    return groups.clusters || may_have(Items::direct_links) || may_have(Items::joined_links);
   }
-  /// Those of the groups' links, and of their covered cells.
+  /// Pieces of the groups' links, and of their covered cells.
   LICHTENBERG_HOST_DEVICE parallel::Pieces link_pieces(const ProblemView& problem) const {
-    return {problem.groups, pieces.room, pieces.start, pieces.begin, pieces.end, pieces.segment, 0, pieces.done};
+    return {problem.groups, pieces.capacity, pieces.start, pieces.begin, pieces.end, pieces.segment, 0, pieces.done};
   }
   LICHTENBERG_HOST_DEVICE parallel::Pieces covered_pieces(const ProblemView& problem) const {
     const int n = problem.groups;
-    return {n, pieces.room, pieces.start + n, pieces.begin, pieces.end, pieces.segment, n, pieces.done + n};
+    return {n, pieces.capacity, pieces.start + n, pieces.begin, pieces.end, pieces.segment, n, pieces.done + n};
   }
 };
 
-/// f(k) for each of what a grid has of a kind.
+/// Calls f(k) for each item of a kind.
 template <class Executor, class F>
-void for_each_of(const Executor& run, const GridView& grid, Of::Kind kind, F f) {
+void for_each_item(const Executor& run, const GridView& grid, Items::Kind kind, F f) {
   const int* number = grid.number + kind;
-  run.for_each(grid.room[kind], [=] LICHTENBERG_HOST_DEVICE(int k) {
+  run.for_each(grid.capacity[kind], [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (k < *number) f(k);
   });
 }
@@ -372,11 +374,11 @@ constexpr int strip_width = 32;
 constexpr int piece_length = 128;
 
 LICHTENBERG_HOST_DEVICE inline int slot_of(const Layout& at, int i, int j) { return static_cast<int>(at(i, j)); }
-/// The four neighbours of a cell, which have the other colour.
+/// Slots of a cell's four neighbours, which have the other colour.
 struct Neighbours {
   int west, east, south, north;
 };
-/// `row` and `column` count padding: row j + 1, column k + pad.
+/// Neighbours by row and column including padding: row j + 1, column k + pad.
 LICHTENBERG_HOST_DEVICE inline Neighbours neighbours(const Layout& at, int colour, int row, int column) {
   const int stride = static_cast<int>(at.stride);
   const int beside = (1 - colour) * static_cast<int>(at.colour_size()) + row * stride + column;
@@ -390,7 +392,7 @@ LICHTENBERG_HOST_DEVICE inline Neighbours neighbours(const Layout& at, int slot)
   return neighbours(at, colour, inner / stride, inner % stride);
 }
 
-/// The last of the n + 1 ascending entries that is not above `value`.
+/// Returns the last of the n + 1 ascending entries that is at most `value`.
 LICHTENBERG_HOST_DEVICE inline int segment_of(const int* start, int n, int value) {
   int low = 0, high = n;
   while (high - low > 1) {
@@ -400,12 +402,12 @@ LICHTENBERG_HOST_DEVICE inline int segment_of(const int* start, int n, int value
   return low;
 }
 
-/// The least of the body indices wins; fluid, -1, counts as the largest.
-LICHTENBERG_HOST_DEVICE inline void claim(Cover* cover, int body) {
+/// Assigns a cell to a body: the lowest index wins; fluid, -1, counts as the highest.
+LICHTENBERG_HOST_DEVICE inline void claim(CellOwner* cover, int body) {
 #ifdef __CUDA_ARCH__
   atomicMin(reinterpret_cast<unsigned*>(cover), static_cast<unsigned>(body));
 #else
-  if (cover->is_fluid() || body < cover->body()) *cover = Cover::by(body);
+  if (cover->is_fluid() || body < cover->body()) *cover = CellOwner::by(body);
 #endif
 }
 

@@ -12,17 +12,17 @@
 
 namespace lichtenberg::laplace::device {
 
-/// How a grid takes part in a V-cycle. `number`, `wanted`: on the device (GridView).
+/// Part of a grid in the V-cycle. `number`, `required`: on the device (GridView).
 struct GridRole {
   bool has_medium = false;  ///< some bodies are smaller than this grid resolves
-  bool is_small = false;    ///< its groups are listed
+  bool is_small = false;    ///< its groups with unknown potentials are listed
   bool binds = false;       ///< the cycle eliminates bound cells
-  int *number = nullptr, *wanted = nullptr;
-  const ClusterView *clusters = nullptr, *exact_clusters = nullptr;  ///< where there may be any
+  int *number = nullptr, *required = nullptr;
+  const ClusterView *clusters = nullptr, *exact_clusters = nullptr;  ///< null: none
   const GridView* finest = nullptr;  ///< the grid whose direct links this coarse one inherits
 };
 
-/// One grid on the device: its memory and how it is filled.
+/// Grid on the device: its memory, and its discretization.
 template <class Executor>
 class DeviceGrid {
  public:
@@ -39,20 +39,18 @@ class DeviceGrid {
   }
 
   const GridView& view() const { return arrays_.view.grid; }
-  /// `numbers`: of this grid.
+  /// Returns the number of fluid cells from this grid's `numbers`.
   long fluid_cells(const Numbers& numbers) const {
-    return static_cast<long>(view().layout.nx) * view().layout.ny - numbers[Of::covered];
+    return static_cast<long>(view().layout.nx) * view().layout.ny - numbers[Items::covered];
   }
-  /// Sums by piece, in double precision.
-  double* partial() const { return arrays_.view.partial; }
 
-  /// Memory for as many of each kind as `room` says. Arrays may move.
-  void make_room(const ProblemView& problem, const GridRole& role) {
+  /// Reserves memory for `capacity` items of each kind. Arrays may move.
+  void reserve(const ProblemView& problem, const GridRole& role) {
     GridView& grid = own();
     grid.has_medium = role.has_medium;
     grid.binds = role.binds;
     grid.number = role.number;
-    grid.wanted = role.wanted;
+    grid.required = role.required;
     grid.groups.clusters = role.clusters;
     grid.groups.exact_clusters = role.exact_clusters;
     grid.inherited = {};
@@ -60,55 +58,57 @@ class DeviceGrid {
       grid.inherited.link = role.finest->direct.link;
       grid.inherited.link_start = role.finest->direct.start;
     }
-    if (role.finest && role.finest->may_have(Of::joined_links)) {
+    if (role.finest && role.finest->may_have(Items::joined_links)) {
       grid.inherited.joined = role.finest->bound.joined;
       grid.inherited.joined_start = role.finest->bound.joined_start;
     }
-    if (!role.has_medium)  // what was smeared out before is in the bins still
-      for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
-        grid.room[kind] = 0;
-    make_room_for_bodies(problem);
-    if (role.has_medium) make_room_for_medium(problem);
-    make_room_for_lists();
-    make_room_for_groups(problem, role.is_small);
+    if (!role.has_medium)  // the bins still hold what an earlier set-up homogenized
+      for (const Items::Kind kind : {Items::newly_absorbed, Items::thin_conductors, Items::floating_thin_conductors})
+        grid.capacity[kind] = 0;
+    reserve_bodies(problem);
+    if (role.has_medium) reserve_medium(problem);
+    reserve_lists();
+    reserve_groups(problem, role.is_small);
   }
-  bool fits(const Numbers& wanted) const {
-    for (int kind = 0; kind < Of::kinds; ++kind)
-      if (wanted[kind] > view().room[kind]) return false;
+  bool fits(const Numbers& required) const {
+    for (int kind = 0; kind < Items::kinds; ++kind)
+      if (required[kind] > view().capacity[kind]) return false;
     return true;
   }
-  /// For make_room(): so many and, in a scene in motion, half as many more, of all that may soon be too many: growing
-  /// costs as much as ten solves. The coarsest grid's matrix is to stay small, and changes by groups alone.
-  void enlarge(const ProblemView& problem, const Numbers& wanted) {
-    Numbers& room = own().room;
-    if (view().has_medium && wanted[Of::strips] > 0) {
-      // Groups in motion become thin conductors on one grid after the other: there is room for all at once.
-      for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
-        room[kind] = std::max(room[kind], problem.bodies);
-      room[Of::strips] = std::max(room[Of::strips], wanted[Of::strips] + problem.bodies);
-      room[Of::links] = std::max(room[Of::links], wanted[Of::links] + 4 * problem.bodies);
+  /// Raises the capacities for reserve() to the required numbers and, of items that may soon exceed them in motion,
+  /// half as many more: growing costs as much as ten solves. The coarsest grid's matrix must stay small, and changes
+  /// with groups only.
+  void enlarge(const ProblemView& problem, const Numbers& required) {
+    Numbers& capacity = own().capacity;
+    if (view().has_medium && required[Items::strips] > 0) {
+      // Groups in motion become thin conductors on one grid after the other; reserves memory for all at once.
+      for (const Items::Kind kind : {Items::newly_absorbed, Items::thin_conductors, Items::floating_thin_conductors})
+        capacity[kind] = std::max(capacity[kind], problem.bodies);
+      capacity[Items::strips] = std::max(capacity[Items::strips], required[Items::strips] + problem.bodies);
+      capacity[Items::links] = std::max(capacity[Items::links], required[Items::links] + 4 * problem.bodies);
     }
-    for (int kind = 0; kind < Of::kinds; ++kind) {
-      const bool is_near = wanted[kind] + wanted[kind] / 8 > room[kind];
-      const int spare = kind == Of::coarse_unknowns ? 16 : wanted[kind] / 2 + 256;
-      if (wanted[kind] > 0 && is_near) room[kind] = wanted[kind] + spare;
+    for (int kind = 0; kind < Items::kinds; ++kind) {
+      const bool is_near = required[kind] + required[kind] / 8 > capacity[kind];
+      const int spare = kind == Items::coarse_unknowns ? 16 : required[kind] / 2 + 256;
+      if (required[kind] > 0 && is_near) capacity[kind] = required[kind] + spare;
     }
   }
 
-  /// Until there is one again, which enlarge() has to be told of; make_room() is to follow.
-  void forget_strong_links() { own().room[Of::strong_links] = 0; }
+  /// Sets the capacity of strong links to 0, until enlarge() raises it; reserve() must follow.
+  void forget_strong_links() { own().capacity[Items::strong_links] = 0; }
 
-  /// `finer`: the next finer grid, whose outlines have been made; null for the finest.
+  /// Computes the bodies' outlines and the absorbed groups. `finer`: the next finer grid, with outlines; null for the
+  /// finest.
   void outline(const ProblemView& problem, const GridView* finer) {
     outline_bodies(run_, problem, view());
     if (view().has_medium)
-      absorb_groups(run_, problem, view(), finer && finer->has_medium ? finer->medium.absorbed : nullptr, scratch().key,
-                    view().medium.absorbed_groups.item);
+      absorb_groups(run_, problem, view(), finer && finer->has_medium ? finer->medium.absorbed : nullptr,
+                    {scratch().sort.key, view().medium.absorbed_groups.item});
   }
 
-  /// The rest, for which all outlines have been made.
+  /// Discretizes the grid; the outlines of all grids must exist.
   void build(const ProblemView& problem) {
-    if (view().has_medium) smear(problem);
+    if (view().has_medium) homogenize(problem);
     cover(problem);
     count(problem);
     fill_strips(run_, problem, filled());
@@ -123,8 +123,8 @@ class DeviceGrid {
  private:
   /// Arrays of the set-up.
   struct Scratch {
-    int *key, *index;             ///< for sorting
-    PointsView points;            ///< without its key
+    SortArrays sort;
+    PointsView points;            ///< without keys
     WithoutCells* without_cells;  ///< by body
     DirectLink *unsorted_direct, *unsorted_joined;
     int* joined_before;  ///< by boundary cell
@@ -132,7 +132,6 @@ class DeviceGrid {
   struct All {
     GridView grid;
     Scratch scratch;
-    double* partial;
   };
   GridView& own() { return arrays_.view.grid; }
   Scratch& scratch() { return arrays_.view.scratch; }
@@ -142,22 +141,23 @@ class DeviceGrid {
     arrays_.zero(pointer...);
   }
 
-  void make_room_for_bodies(const ProblemView& problem) {
+  void reserve_bodies(const ProblemView& problem) {
     GridView& grid = own();
     Scratch& scratch = this->scratch();
     arrays_.resize(problem.bodies, grid.bodies.outline, grid.bodies.present, grid.bodies.cell_owner,
                    grid.bodies.resolved);
     arrays_.resize(problem.bodies + 1, grid.strips.start, grid.direct.start, grid.bound.joined_start,
                    scratch.without_cells);
-    arrays_.resize(std::max({problem.groups, problem.bodies, grid.room[Of::direct_links], grid.room[Of::joined_links]}),
-                   scratch.key);
+    arrays_.resize(std::max({problem.groups, problem.bodies, grid.capacity[Items::direct_links],
+                             grid.capacity[Items::joined_links]}),
+                   scratch.sort.key);
   }
 
-  void make_room_for_medium(const ProblemView& problem) {
+  void reserve_medium(const ProblemView& problem) {
     MediumArrays& medium = own().medium;
     const Layout& at = view().layout;
     if (!medium.permittivity) resize_with_zeros(at.size(), medium.permittivity, medium.east, medium.north);
-    arrays_.resize(problem.groups, medium.absorbed, medium.centre, medium.absorbed_groups.smeared,
+    arrays_.resize(problem.groups, medium.absorbed, medium.centre, medium.absorbed_groups.points,
                    medium.absorbed_groups.item);
     medium.extent = nullptr;
     if (problem.sets.of_group) arrays_.resize(2L * problem.groups, medium.extent);
@@ -165,41 +165,42 @@ class DeviceGrid {
     arrays_.resize(bins + 1, medium.absorbed_groups.start);
     arrays_.resize(2 * bins + 1, medium.absorbed_bodies.start);
     PointsView& points = scratch().points;
-    arrays_.resize(problem.bodies, medium.absorbed_bodies.smeared, medium.absorbed_bodies.item, medium.point,
+    arrays_.resize(problem.bodies, medium.absorbed_bodies.points, medium.absorbed_bodies.item, medium.point,
                    points.share);
     arrays_.resize(problem.bodies + 1, points.before, points.first);
     medium.thin_conductors = medium.absorbed_bodies;
     medium.thin_conductors.start += bins;  // behind them
   }
 
-  void make_room_for_lists() {
+  void reserve_lists() {
     GridView& grid = own();
     Scratch& scratch = this->scratch();
-    if (!grid.binds) grid.room[Of::joined_links] = 0;
-    const Numbers& room = grid.room;
-    arrays_.resize(room[Of::strips] + 1, grid.strips.counts);
-    arrays_.resize(room[Of::covered], grid.covered.slot, grid.covered.group);
-    arrays_.resize(room[Of::links], grid.links.slot, grid.links.end, grid.links.group, grid.links.conductance);
+    if (!grid.binds) grid.capacity[Items::joined_links] = 0;
+    const Numbers& capacity = grid.capacity;
+    arrays_.resize(capacity[Items::strips] + 1, grid.strips.counts);
+    arrays_.resize(capacity[Items::covered], grid.covered.slot, grid.covered.group);
+    arrays_.resize(capacity[Items::links], grid.links.slot, grid.links.end, grid.links.group, grid.links.conductance);
     if (grid.finest)
-      arrays_.resize(room[Of::links], grid.links.gradient, grid.links.partner_group, grid.links.partner_gradient);
-    arrays_.resize(room[Of::boundary], grid.boundary.slot, grid.boundary.diagonal);
-    arrays_.resize(4L * room[Of::boundary], grid.boundary.link, grid.boundary.coupling);
-    arrays_.resize(room[Of::direct_links], grid.direct.link);
-    if (grid.may_have(Of::without_cells)) arrays_.resize(room[Of::direct_links], scratch.unsorted_direct);
-    arrays_.resize(std::max(room[Of::direct_links], room[Of::joined_links]), scratch.index);
+      arrays_.resize(capacity[Items::links], grid.links.gradient, grid.links.partner_group,
+                     grid.links.partner_gradient);
+    arrays_.resize(capacity[Items::boundary], grid.boundary.slot, grid.boundary.diagonal);
+    arrays_.resize(4L * capacity[Items::boundary], grid.boundary.link, grid.boundary.coupling);
+    arrays_.resize(capacity[Items::direct_links], grid.direct.link);
+    if (grid.may_have(Items::without_cells)) arrays_.resize(capacity[Items::direct_links], scratch.unsorted_direct);
+    arrays_.resize(std::max(capacity[Items::direct_links], capacity[Items::joined_links]), scratch.sort.index);
     if (!grid.binds) return;
-    arrays_.resize(room[Of::boundary], grid.bound.is_bound);
-    arrays_.resize(room[Of::boundary] + 1, scratch.joined_before);
-    arrays_.resize(room[Of::links], grid.bound.share, grid.bound.kept);
-    arrays_.resize(room[Of::joined_links], grid.bound.joined, scratch.unsorted_joined);
+    arrays_.resize(capacity[Items::boundary], grid.bound.is_bound);
+    arrays_.resize(capacity[Items::boundary] + 1, scratch.joined_before);
+    arrays_.resize(capacity[Items::links], grid.bound.share, grid.bound.kept);
+    arrays_.resize(capacity[Items::joined_links], grid.bound.joined, scratch.unsorted_joined);
   }
 
-  void make_room_for_groups(const ProblemView& problem, bool is_small) {
+  void reserve_groups(const ProblemView& problem, bool is_small) {
     GridView& grid = own();
     auto [pieces, groups, cycle] = std::tie(grid.pieces, grid.groups, grid.cycle);
-    pieces.room = (grid.room[Of::links] + grid.room[Of::covered]) / piece_length + 2 * problem.groups;
+    pieces.capacity = (grid.capacity[Items::links] + grid.capacity[Items::covered]) / piece_length + 2 * problem.groups;
     arrays_.resize(2 * problem.groups + 1, pieces.start);
-    arrays_.resize(pieces.room, pieces.begin, pieces.end, pieces.segment, cycle.partial, arrays_.view.partial);
+    arrays_.resize(pieces.capacity, pieces.begin, pieces.end, pieces.segment, pieces.partial, cycle.partial);
     resize_with_zeros(2 * problem.groups, pieces.done);
     arrays_.resize(problem.groups, groups.diagonal, groups.inverse_diagonal, cycle.phi, cycle.phi_down, cycle.phi_next,
                    cycle.charge, cycle.flux);
@@ -211,29 +212,29 @@ class DeviceGrid {
     if (groups.clusters) arrays_.resize(problem.groups, cycle.group_rhs);
   }
 
-  /// Sorts what is smeared out by where it is.
-  void smear(const ProblemView& problem) {
+  /// Sorts groups and bodies that are homogenized here by bins, and computes what each brings to its cells.
+  void homogenize(const ProblemView& problem) {
     const GridView& grid = view();
     const int bins = bins_of(grid.layout);
     const Bins &groups = grid.medium.absorbed_groups, &bodies = grid.medium.absorbed_bodies;
-    int* key = scratch().key;
+    int* key = scratch().sort.key;
     run_.sort(key, groups.item, problem.groups, bins);
     start_segments(run_, key, problem.groups, bins, groups.start);
-    smeared_keys(run_, problem, grid, key, bodies.item);
+    homogenized_keys(run_, problem, grid, {key, bodies.item});
     run_.sort(key, bodies.item, problem.bodies, 2 * bins);
     PointsView points = scratch().points;
     points.key = key;
     number_points(run_, problem, grid, points);
     start_segments(run_, key, problem.bodies, 2 * bins, bodies.start, points.before);
-    share_out(run_, problem, grid, points);
+    distribute_points(run_, problem, grid, points);
   }
 
   void cover(const ProblemView& problem) {
     const GridView& grid = view();
     count_strips(run_, problem, grid);
     run_.exclusive_scan(grid.strips.start, problem.bodies + 1);
-    settle_strips(run_, problem, grid);
-    run_.fill(grid.cells.cover, 0xff, grid.layout.size() * sizeof(Cover));  // fluid
+    finalize_strip_count(run_, problem, grid);
+    run_.fill(grid.cells.cover, 0xff, grid.layout.size() * sizeof(CellOwner));  // fluid
     cover_cells(run_, problem, grid);
   }
 
@@ -241,46 +242,46 @@ class DeviceGrid {
     const GridView& grid = view();
     WithoutCells* without_cells = scratch().without_cells;
     count_in_strips(run_, problem, grid);
-    run_.exclusive_scan(grid.strips.counts, grid.room[Of::strips] + 1);
+    run_.exclusive_scan(grid.strips.counts, grid.capacity[Items::strips] + 1);
     count_without_cells(run_, problem, grid, without_cells);
     run_.exclusive_scan(without_cells, problem.bodies + 1);
-    settle_lists(run_, problem, grid, without_cells);
+    finalize_list_counts(run_, problem, grid, without_cells);
   }
 
-  /// With the list of direct links that is filled, which may have to be sorted.
+  /// Returns the view with the unsorted list of direct links, if they are to be sorted.
   GridView filled() const {
     GridView grid = view();
-    if (grid.may_have(Of::without_cells)) grid.direct.link = arrays_.view.scratch.unsorted_direct;
+    if (grid.may_have(Items::without_cells)) grid.direct.link = arrays_.view.scratch.unsorted_direct;
     return grid;
   }
 
   void build_direct_links(const ProblemView& problem) {
     const GridView &grid = view(), list = filled();
-    const int room = grid.room[Of::direct_links];
-    if (room == 0) return run_.fill(grid.direct.start, 0, (problem.bodies + 1) * sizeof(int));
-    const auto [key, index] = std::pair(scratch().key, scratch().index);
-    if (grid.may_have(Of::without_cells)) list_without_cells(run_, problem, list, scratch().without_cells);
+    const int capacity = grid.capacity[Items::direct_links];
+    if (capacity == 0) return run_.fill(grid.direct.start, 0, (problem.bodies + 1) * sizeof(int));
+    const SortArrays& sort = scratch().sort;
+    if (grid.may_have(Items::without_cells)) list_without_cells(run_, problem, list, scratch().without_cells);
     make_direct_links(run_, problem, list);
-    direct_link_keys(run_, problem, grid, Of::direct_links, list.direct.link, key, index);
-    if (grid.may_have(Of::without_cells)) {
-      run_.sort(key, index, room, problem.bodies);
-      sort_direct_links(run_, grid, Of::direct_links, list.direct.link, index, grid.direct.link);
+    direct_link_keys(run_, problem, grid, Items::direct_links, list.direct.link, sort);
+    if (grid.may_have(Items::without_cells)) {
+      run_.sort(sort.key, sort.index, capacity, problem.bodies);
+      sort_direct_links(run_, grid, Items::direct_links, list.direct.link, sort.index, grid.direct.link);
     }
-    start_segments(run_, key, room, problem.bodies, grid.direct.start);
+    start_segments(run_, sort.key, capacity, problem.bodies, grid.direct.start);
   }
 
   void bind(const ProblemView& problem) {
     const GridView& grid = view();
-    const auto [key, index, unsorted] = std::tuple(scratch().key, scratch().index, scratch().unsorted_joined);
-    const int* before = scratch().joined_before;
+    const SortArrays& sort = scratch().sort;
+    DirectLink* unsorted = scratch().unsorted_joined;
     find_bound_cells(run_, problem, grid, scratch().joined_before);
-    const int room = grid.room[Of::joined_links];
-    if (room == 0) return;
-    list_joined(run_, problem, grid, before, unsorted);
-    direct_link_keys(run_, problem, grid, Of::joined_links, unsorted, key, index);
-    run_.sort(key, index, room, problem.bodies);
-    sort_direct_links(run_, grid, Of::joined_links, unsorted, index, grid.bound.joined);
-    start_segments(run_, key, room, problem.bodies, grid.bound.joined_start);
+    const int capacity = grid.capacity[Items::joined_links];
+    if (capacity == 0) return;
+    list_joined(run_, problem, grid, scratch().joined_before, unsorted);
+    direct_link_keys(run_, problem, grid, Items::joined_links, unsorted, sort);
+    run_.sort(sort.key, sort.index, capacity, problem.bodies);
+    sort_direct_links(run_, grid, Items::joined_links, unsorted, sort.index, grid.bound.joined);
+    start_segments(run_, sort.key, capacity, problem.bodies, grid.bound.joined_start);
   }
 
   void build_groups(const ProblemView& problem) {
@@ -291,8 +292,8 @@ class DeviceGrid {
     count_pieces(run_, problem, grid);
     run_.exclusive_scan(grid.pieces.start, 2 * problem.groups + 1);
     cut_pieces(run_, problem, grid);
-    make_group_diagonals(run_, problem, grid, partial());
-    if (grid.binds) make_cycle_diagonals(run_, problem, grid, partial());
+    make_group_diagonals(run_, problem, grid);
+    if (grid.binds) make_cycle_diagonals(run_, problem, grid);
   }
 
   const Executor& run_;

@@ -10,7 +10,6 @@ struct PetscSide<parallel::HostExecutor> {
 };
 
 std::unique_ptr<DeviceSolver> make_host_solver(const CutCellOptions& options) {
-  parallel::start_petsc();
   return std::make_unique<CutCell<parallel::HostExecutor>>(options);
 }
 

@@ -18,7 +18,7 @@
 
 namespace lichtenberg::laplace::device {
 
-/// The smallest disks of a problem, which say whether a grid resolves all.
+/// Smallest disks of a problem, which decide whether a grid resolves all.
 class SmallestDisks {
  public:
   explicit SmallestDisks(const LaplaceProblem& problem) {
@@ -30,7 +30,7 @@ class SmallestDisks {
         radius_[alone] = std::min(radius_[alone], disk->radius);
       }
   }
-  /// Whether a grid of cells of size h does not resolve one.
+  /// Returns whether a grid with cells of size h (m) does not resolve a disk.
   bool unresolved(double h) const {
     for (const bool alone : {false, true})
       if (radius_[alone] < infinite &&
@@ -41,12 +41,12 @@ class SmallestDisks {
 
  private:
   static constexpr double infinite = std::numeric_limits<double>::infinity();
-  double radius_[2] = {infinite, infinite};  // in groups; alone
+  double radius_[2] = {infinite, infinite};  // of disks in groups; of single ones
 };
 
-/// The grids and the V-cycle on them (../multigrid.hpp): large ones a few kernels each, small ones all in one. Where
-/// groups are coupled directly, each sweep over conductors is two Jacobi sweeps in place of one of Gauss-Seidel, over
-/// clusters of them where links are strong.
+/// Grids and the V-cycle on them (../multigrid.hpp): a few kernels per large grid, one kernel for all small ones. Where
+/// groups have direct links, each Gauss-Seidel sweep over conductors is replaced by two Jacobi sweeps, over clusters of
+/// groups where links are strong.
 template <class Executor>
 class DeviceMultigrid {
  public:
@@ -56,11 +56,11 @@ class DeviceMultigrid {
       grids_.emplace_back(run, size.nx, size.ny, problem.size.x / size.nx, formula, grids_.empty());
     medium_.assign(grids_.size(), false);
     if (levels() > 1) return;
-    only_.resize(grids_[0].view().layout.size());
-    only_.zero();
+    single_grid_v_.resize(grids_[0].view().layout.size());
+    single_grid_v_.zero();
   }
 
-  /// Discretizes on all grids. Whether there was room for all of it, the device knows; settle() asks.
+  /// Discretizes on all grids. Only the device knows whether the arrays are large enough: see check_capacity().
   void build(const LaplaceProblem& problem, const ProblemView& view) {
     prepare(problem, view);
     if (fits_) {
@@ -75,57 +75,57 @@ class DeviceMultigrid {
     if (clustered()) clustering_.find_clusters(problem);
     if (coarsest_.on_device()) return;
     numbers_.fetch();
-    if (!lacking()) coarsest_.factorize(problem, grids_.back().view(), wanted(levels() - 1));
+    if (!lacks_capacity()) coarsest_.factorize(problem, grids_.back().view(), required(levels() - 1));
   }
 
-  /// For settle(), before which the executor must have waited.
-  void begin_to_settle() { numbers_.begin_fetch(); }
-  /// Returns whether all that build() has made is there; if not, building again makes it. Throws Failure if the
-  /// coarsest grid's system is singular.
-  bool settle() {
-    if (lacking()) {
+  /// Starts the transfer for check_capacity(), before which the executor must have waited.
+  void begin_capacity_check() { numbers_.begin_fetch(); }
+  /// Returns whether the arrays were large enough; if not, enlarges them, and build() must be repeated. Throws Failure
+  /// if the coarsest grid's system is singular.
+  bool check_capacity() {
+    if (lacks_capacity()) {
       enlarge();
       return false;
     }
     if (coarsest_.on_device() && *singular_.host)
       throw Failure(
           "field solver: the Cholesky factorization of the coarsest grid failed (a conductor without any link?)");
-    solves_without_strong_links_ = wanted(0)[Of::strong_links] > 0 ? 0 : solves_without_strong_links_ + 1;
+    solves_without_strong_links_ = required(0)[Items::strong_links] > 0 ? 0 : solves_without_strong_links_ + 1;
     return true;
   }
-  /// Changes whenever arrays have moved.
+  /// Number that changes when arrays move.
   int generation() const { return generation_; }
   bool on_device() const { return coarsest_.on_device(); }
-  long fluid_cells() const { return finest().fluid_cells(wanted(0)); }
-  /// Whether the host has a part in the set-up: it finds the groups that are relaxed together.
-  bool clustered() const { return coupled() || finest().view().may_have(Of::strong_links); }
-  bool coupled() const { return posed_.couplings.start; }
-  /// Of what a grid holds, as settle() found it.
-  Numbers wanted(int level) const {
+  long fluid_cells() const { return finest().fluid_cells(required(0)); }
+  /// Returns whether the host takes part in the set-up: it computes the groups that are relaxed together.
+  bool clustered() const { return coupled() || finest().view().may_have(Items::strong_links); }
+  bool coupled() const { return given_problem_.couplings.start; }
+  /// Returns the required numbers of a grid's items, as known to check_capacity().
+  Numbers required(int level) const {
     Numbers numbers;
-    std::copy_n(wanted_.host + level * Of::kinds, Of::kinds, numbers.begin());
+    std::copy_n(required_.host + level * Items::kinds, Items::kinds, numbers.begin());
     return numbers;
   }
 
   const DeviceGrid<Executor>& finest() const { return grids_.front(); }
   int levels() const { return static_cast<int>(grids_.size()); }
-  long coarse_unknowns() const { return wanted(levels() - 1)[Of::coarse_unknowns]; }
+  long coarse_unknowns() const { return required(levels() - 1)[Items::coarse_unknowns]; }
 
   /// z = M r
   void apply(const double* r, double* z) {
     run_.fill(z, 0, grids_[0].view().layout.size() * sizeof(double));
-    take_residual(run_, problem_, grids_[0].view(), r);
+    store_residual(run_, problem_, grids_[0].view(), r);
     apply(z);
   }
 
-  /// z = M r with the residual r that has been taken (TakeResidual). z holds zeros already where there are no cells.
+  /// Computes z = M r from the stored residual (StoreResidual). z must be 0 outside the cells.
   void apply(double* z) {
     if (on_device())
       run_.run(recordings_[z], [&] { cycle(z); });
     else
       cycle(z);
   }
-  /// The same, kernel by kernel.
+  /// Computes the same, kernel by kernel.
   void cycle(double* z) {
     double* z_of_groups = z + grids_[0].view().layout.size();
     if (first_solved_ > 0) down(0, z);
@@ -133,45 +133,45 @@ class DeviceMultigrid {
     solve_coarse();
     for (int l = first_solved_ - 1; l > 0; --l) up(l, grids_[l].view().cycle.v, nullptr);
     if (first_solved_ > 0) return up(0, z, z_of_groups);
-    // The finest grid is the coarsest: its potentials are double.
+    // There is one grid only, whose potentials are double.
     const GridView& grid = grids_[0].view();
-    take_potentials(run_, problem_, grid, only_.data(), z);
+    copy_potentials(run_, problem_, grid, single_grid_v_.data(), z);
     if (!grid.groups.clusters) return;
-    relax_groups(run_, problem_, grid, static_cast<const float*>(only_.data()), nullptr);
-    relax_direct_links(run_, problem_, grid, grid.cycle.flux, grid.cycle.phi, nullptr, grid.cycle.phi_next,
-                       z_of_groups);
+    relax_groups(run_, problem_, grid, static_cast<const float*>(single_grid_v_.data()), nullptr);
+    relax_direct_links(run_, problem_, grid,
+                       GroupSweep{grid.cycle.flux, grid.cycle.phi, nullptr, grid.cycle.phi_next, z_of_groups});
   }
 
  private:
-  /// Whether it is time to have set-ups without the host again.
+  /// Returns whether set-ups may do without the host again.
   bool may_forget_strong_links() const {
-    return finest().view().may_have(Of::strong_links) && !coupled() &&
+    return finest().view().may_have(Items::strong_links) && !coupled() &&
            solves_without_strong_links_ >= solves_to_forget_strong_links;
   }
 
-  /// Takes note of what has changed since the last build, and makes room for it.
+  /// Detects changes since the last build, and reserves memory for them.
   void prepare(const LaplaceProblem& problem, const ProblemView& view) {
     const SmallestDisks disks(problem);
     std::vector<bool> medium;
     for (const DeviceGrid<Executor>& grid : grids_)
       medium.push_back(!medium.empty() && disks.unresolved(grid.view().h));
     const bool forgets = may_forget_strong_links();
-    if (generation_ > 0 && posed_ == view && medium_ == medium && !forgets) return;
+    if (generation_ > 0 && given_problem_ == view && medium_ == medium && !forgets) return;
     if (forgets) grids_[0].forget_strong_links();
-    posed_ = view;
+    given_problem_ = view;
     medium_ = medium;
     fits_ = false;
-    const std::size_t numbers = grids_.size() * Of::kinds;
-    std::tie(wanted_, singular_) = numbers_.template divide<int, int>({numbers, 1});
+    const std::size_t numbers = grids_.size() * Items::kinds;
+    std::tie(required_, singular_) = numbers_.template divide<int, int>({numbers, 1});
     number_.resize(numbers);
     run_.fill(number_.data(), 0, numbers * sizeof(int));
-    run_.fill(wanted_.device, 0, numbers * sizeof(int));
-    make_room();
+    run_.fill(required_.device, 0, numbers * sizeof(int));
+    reserve();
   }
 
-  void make_room() {
-    problem_ = posed_;
-    if (clustered()) problem_.sets = clustering_.make_room_for_sets(problem_.groups);
+  void reserve() {
+    problem_ = given_problem_;
+    if (clustered()) problem_.sets = clustering_.reserve_sets(problem_.groups);
     const int first_small = this->first_small();
     std::vector<GridView> views;
     for (int l = 0; l < levels(); ++l) {
@@ -179,18 +179,18 @@ class DeviceMultigrid {
       role.has_medium = medium_[l];
       role.is_small = l >= first_small;
       role.binds = l < first_small && l + 1 < levels();
-      role.number = number_.data() + l * Of::kinds;
-      role.wanted = wanted_.device + l * Of::kinds;
+      role.number = number_.data() + l * Items::kinds;
+      role.required = required_.device + l * Items::kinds;
       if (clustered()) role.clusters = clustering_.clusters(l);
       if (clustered() && l > 0) role.finest = &grids_[0].view();
       if (coupled() && l == 0) role.exact_clusters = clustering_.exact_clusters();
-      grids_[l].make_room(problem_, role);
+      grids_[l].reserve(problem_, role);
       views.push_back(grids_[l].view());
     }
-    if (clustered()) clustering_.make_room_for_links(problem_.groups, views);
-    if (levels() == 1) views[0].cycle.v = only_.data();
+    if (clustered()) clustering_.reserve_links(problem_.groups, views);
+    if (levels() == 1) views[0].cycle.v = single_grid_v_.data();
     views_.upload(views);
-    coarsest_.make_room(problem_, grids_.back().view(), clustered());
+    coarsest_.reserve(problem_, grids_.back().view(), clustered());
     first_solved_ = on_device() ? first_small : levels() - 1;
     recordings_.clear();
     building_.clear();
@@ -198,22 +198,22 @@ class DeviceMultigrid {
     ++generation_;
   }
 
-  bool lacking() const {
+  bool lacks_capacity() const {
     for (int l = 0; l < levels(); ++l)
-      if (!grids_[l].fits(wanted(l))) return true;
+      if (!grids_[l].fits(required(l))) return true;
     return false;
   }
-  /// Returns whether anything had no room.
+  /// Returns whether any array was too small.
   bool enlarge() {
-    if (!lacking()) return false;
-    for (int l = 0; l < levels(); ++l) grids_[l].enlarge(problem_, wanted(l));
-    make_room();
+    if (!lacks_capacity()) return false;
+    for (int l = 0; l < levels(); ++l) grids_[l].enlarge(problem_, required(l));
+    reserve();
     fits_ = false;
     return true;
   }
 
-  /// All grids at once; or, where groups are clustered, the finest one first: from its direct links the host finds what
-  /// coarse grids are to treat like one.
+  /// Discretizes all grids at once or, where groups are clustered, the finest one first: the host computes the coarse
+  /// grids' sets from its direct links.
   void discretize(const LaplaceProblem& problem) {
     if (!clustered()) return record(building_, [&] { build_from(0); });
     record(building_finest_, [&] {
@@ -247,7 +247,7 @@ class DeviceMultigrid {
     run_.copy(singular_.device, coarsest_.is_singular(), sizeof(int));
   }
 
-  /// The finest of the grids that one block has memory for, together with all coarser ones.
+  /// Returns the finest of the grids that fit into one block's memory together with all coarser ones.
   int first_small() const {
     int first = levels() - 1;
     while (first > 1 && levels() - first < SmallGrids::most &&
@@ -279,14 +279,14 @@ class DeviceMultigrid {
   void up(int l, V* v, double* z_of_groups) {
     const GridView& coarse = grids_[l + 1].view();
     const bool was_small = on_device() && l + 1 == first_solved_;
-    if (!was_small && coarse.may_have(Of::newly_absorbed)) interpolate_absorbed(run_, problem_, coarse);
+    if (!was_small && coarse.may_have(Items::newly_absorbed)) interpolate_absorbed(run_, problem_, coarse);
     ascend(run_, problem_, grids_[l].view(), coarse, v, z_of_groups);
   }
 
-  /// The small grids' part of the cycle; or the coarsest one's solution, by the host.
+  /// Solves on the small grids, or on the coarsest one by the host.
   void solve_coarse() {
     const GridView& grid = grids_.back().view();
-    float* v = levels() > 1 ? grid.cycle.v : only_.data();
+    float* v = levels() > 1 ? grid.cycle.v : single_grid_v_.data();
     if (!on_device()) {
       if (levels() > 1) collect(run_, problem_, grid);
       return coarsest_.solve(grid, v);
@@ -297,21 +297,21 @@ class DeviceMultigrid {
 
   const Executor& run_;
   std::vector<DeviceGrid<Executor>> grids_;
-  std::vector<bool> medium_;         // by grid
-  ProblemView posed_{}, problem_{};  // the latter with sets of groups
+  std::vector<bool> medium_;                 // by grid
+  ProblemView given_problem_{}, problem_{};  // problem_: with sets of groups
   Coarsest<Executor> coarsest_;
   parallel::Array<GridView, Executor> views_{run_};
-  int first_solved_ = 0;  ///< of the grids that are solved in one kernel, or of one by the host
+  int first_solved_ = 0;  ///< first of the grids that one kernel solves, or the host
   parallel::Array<int, Executor> number_{run_};
   parallel::Parcel<Executor> numbers_;
-  typename parallel::Parcel<Executor>::template Part<int> wanted_, singular_;
+  typename parallel::Parcel<Executor>::template Part<int> required_, singular_;
   bool fits_ = false;  // as far as is known
   int generation_ = 0;
   int solves_without_strong_links_ = 0;  // in a row
   typename Executor::Recording building_, building_finest_;
   std::map<double*, typename Executor::Recording> recordings_;  // by z
   Clustering<Executor> clustering_;
-  parallel::Array<float, Executor> only_{run_};
+  parallel::Array<float, Executor> single_grid_v_{run_};
 };
 
 }  // namespace lichtenberg::laplace::device

@@ -1,6 +1,6 @@
 #pragma once
 
-// The finest grid's system in double precision: operator.cpp's, and the first guess.
+// System of the finest grid in double precision, as operator.cpp, and the steps of a solve on it.
 
 #include <cmath>
 
@@ -10,18 +10,26 @@
 
 namespace lichtenberg::laplace::device {
 
-/// finish(g, what a group's links and direct links with floating groups bring).
+/// Vectors of a solve, by slot and then by group, and the state of its iterations.
+struct SolveVectors {
+  long size;      ///< entries of each
+  double *b, *x;  ///< right-hand side; potentials, in units of the solver's potential unit
+  double *r, *z;  ///< residual b - A x; the same, preconditioned
+  double *p, *q;  ///< search direction; A p
+  Iterations* iterations;
+};
+
+/// Calls finish(g, flux through links and through direct links with floating groups).
 template <class Executor, class Finish>
-void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, double* partial,
-                  Finish finish) {
+void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, Finish finish) {
   run.sum_pieces(
-      grid.link_pieces(problem), partial,
+      grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
       DirectFluxes<double>{problem, grid, x + grid.layout.size()}, finish);
 }
 
-/// y += what couplings carry, both by group, as fluxes: what leaves one group enters the other to the last digit,
-/// however strong the coupling and however much of the flux is rounding. Groups of given potential have 0 in x.
+/// Adds the fluxes of couplings to y, both by group: the flux that leaves one group enters the other to the last digit,
+/// however strong the coupling. Groups of given potential have 0 in x.
 template <class Executor>
 void add_couplings(const Executor& run, ProblemView problem, const double* x, double* y) {
   const CouplingView couplings = problem.couplings;
@@ -35,9 +43,9 @@ void add_couplings(const Executor& run, ProblemView problem, const double* x, do
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { y[g] += sum; });
 }
 
-/// y = A x but for couplings.
+/// Computes y = A x without couplings.
 template <class Executor>
-void apply_field(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y, double* partial) {
+void apply_field(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(2 * (grid.layout.ny + 2), static_cast<int>(grid.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int all_rows, int column) {
@@ -47,7 +55,7 @@ void apply_field(const Executor& run, ProblemView problem, GridView grid, const 
                      colour * static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
                  const int j = row - 1, i = 2 * (column - Layout::pad) + Layout::parity(colour, j);
                  double value = 0;
-                 const Cover cover = grid.cells.cover[slot];
+                 const CellOwner cover = grid.cells.cover[slot];
                  if (column >= Layout::pad && inside(at, i, j) && cover.is_fluid()) {
                    const Neighbours n = neighbours(at, colour, row, column);
                    const double around = x[n.west] + x[n.east] + x[n.south] + x[n.north];
@@ -63,25 +71,24 @@ void apply_field(const Executor& run, ProblemView problem, GridView grid, const 
                    }
                  }
                  y[slot] = value;
-                 // Zero in what lies behind the last row of each colour, too.
+                 // The padding after the last row of each colour is 0, too.
                  if (row == 0 && column < Layout::pad)
                    y[colour * at.colour_size() + (at.ny + 2) * at.stride + column] = 0;
                });
-  group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+  group_fluxes(run, problem, grid, x, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
     const double diagonal = grid.groups.diagonal[g];
     y[cells + g] = diagonal > 0 ? diagonal * x[cells + g] - sum : 0.0;
   });
 }
 
-/// y = A x.
+/// Computes y = A x.
 template <class Executor>
-void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y,
-                    double* partial) {
-  apply_field(run, problem, grid, x, y, partial);
+void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
+  apply_field(run, problem, grid, x, y);
   add_couplings(run, problem, x + grid.layout.size(), y + grid.layout.size());
 }
 
-/// For the first guess x and q, what the field makes of it: how it is to be stretched (Iterations::take_guess).
+/// Sums for the scale of the initial guess x, with q = A x without couplings (Iterations::set_guess_scale).
 struct GuessSums {
   double product = 0, energy = 0, largest = 0, of_couplings = 0;
   LICHTENBERG_HOST_DEVICE GuessSums& operator+=(const GuessSums& other) {
@@ -93,7 +100,7 @@ struct GuessSums {
   }
 };
 
-/// A group's share of what couplings have in x'A x.
+/// Returns a group's share of the couplings' part of x'A x.
 LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem, const double* x_group, int g) {
   const CouplingView& couplings = problem.couplings;
   double sum = 0;
@@ -104,36 +111,34 @@ LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem
   return sum;
 }
 
-/// Stretches the guess x, of which q is the field's part of the image; r = b - A x, taken for the V-cycle.
+/// Scales the initial guess x, with q = A x without couplings, and sets and stores r = b - A x.
 template <class Executor>
-void take_guess(const Executor& run, ProblemView problem, GridView grid, const double* b, double* q, double* x,
-                double* r, Iterations* iterations) {
+void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
   const int cells = static_cast<int>(grid.layout.size());
-  const long n = static_cast<long>(cells) + problem.groups;
   const bool is_coupled = problem.couplings.start;
   run.sum(
-      n,
+      v.size,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
-        GuessSums sums{b[k] * x[k], x[k] * q[k], std::abs(x[k])};
-        if (is_coupled && k >= cells) sums.of_couplings = coupling_energy(problem, x + cells, k - cells);
+        GuessSums sums{v.b[k] * v.x[k], v.x[k] * v.q[k], std::abs(v.x[k])};
+        if (is_coupled && k >= cells) sums.of_couplings = coupling_energy(problem, v.x + cells, k - cells);
         return sums;
       },
       [=] LICHTENBERG_HOST_DEVICE(const GuessSums& sums) {
         const double energy = sums.energy + sums.of_couplings;
-        iterations->take_guess(sums.product, energy, sums.largest, static_cast<double>(n));
-        if (is_coupled) iterations->set_energy_of_field(sums.energy);
+        v.iterations->set_guess_scale(sums.product, energy, sums.largest, static_cast<double>(v.size));
+        if (is_coupled) v.iterations->set_energy_of_field(sums.energy);
       });
-  add_couplings(run, problem, x + cells, q + cells);
-  const TakeResidual take{grid};
-  run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const double factor = iterations->factor;
-    x[k] *= factor;
-    r[k] = b[k] - factor * q[k];
-    take(k, r[k]);
+  add_couplings(run, problem, v.x + cells, v.q + cells);
+  const StoreResidual take{grid};
+  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const double factor = v.iterations->factor;
+    v.x[k] *= factor;
+    v.r[k] = v.b[k] - factor * v.q[k];
+    take(k, v.r[k]);
   });
 }
 
-/// Conductance of a group's couplings to given potentials, times what value(group) says of them.
+/// Returns the sum over a group's couplings to given potentials of the conductance times value(other group).
 template <class Value>
 LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value value) {
   const CouplingView& couplings = problem.couplings;
@@ -143,47 +148,44 @@ LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value
   return sum;
 }
 
-/// CutCellOperator::level_out, for systems whose only ground are couplings: r, taken for the V-cycle, sums to zero.
+/// CutCellOperator::fix_potential_level, for systems grounded by couplings only: shifts x so that r, which is stored,
+/// sums to zero.
 template <class Executor>
-void level_by_couplings(const Executor& run, ProblemView problem, GridView grid, double* x, double* r, double* level,
-                        Iterations* iterations) {
+void fix_potential_level(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* level) {
   const int cells = static_cast<int>(grid.layout.size());
-  const long n = static_cast<long>(cells) + problem.groups;
   run.sum(
-      n, [=] LICHTENBERG_HOST_DEVICE(int k) { return r[k]; },
+      v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.r[k]; },
       [=] LICHTENBERG_HOST_DEVICE(double sum) {
         *level = sum / *problem.couplings.to_given;
-        iterations->raise_rounding(std::abs(*level), static_cast<double>(n));
+        v.iterations->raise_rounding(std::abs(*level), static_cast<double>(v.size));
       });
-  const TakeResidual take{grid};
-  run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    if (grid.is_unknown(k)) x[k] += *level;
+  const StoreResidual take{grid};
+  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (grid.is_unknown(k)) v.x[k] += *level;
     if (k < cells) return;
-    r[k] -= *level * to_given(problem, k - cells, [](int) { return 1.0; });
-    take(k, r[k]);
+    v.r[k] -= *level * to_given(problem, k - cells, [](int) { return 1.0; });
+    take(k, v.r[k]);
   });
 }
 
-/// p = z + beta p; without reading p if beta is 0.
+/// Computes p = z + beta p, without reading p if beta is 0.
 template <class Executor>
-void turn_direction(const Executor& run, ProblemView problem, GridView grid, const double* z, double* p,
-                    const Iterations* iterations) {
-  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const double beta = iterations->beta;
-    p[k] = beta == 0 ? z[k] : z[k] + beta * p[k];
+void update_direction(const Executor& run, SolveVectors v) {
+  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const double beta = v.iterations->cg.beta;
+    v.p[k] = beta == 0 ? v.z[k] : v.z[k] + beta * v.p[k];
   });
 }
 
-/// x += alpha p, r -= alpha q, taken for the V-cycle.
+/// Computes x += alpha p and r -= alpha q, and stores r for the V-cycle.
 template <class Executor>
-void step_along(const Executor& run, ProblemView problem, GridView grid, const double* p, const double* q, double* x,
-                double* r, const Iterations* iterations) {
-  const TakeResidual take{grid};
-  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const double alpha = iterations->alpha;
-    x[k] += alpha * p[k];
-    const double residual = r[k] - alpha * q[k];
-    r[k] = residual;
+void take_step(const Executor& run, GridView grid, SolveVectors v) {
+  const StoreResidual take{grid};
+  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const double alpha = v.iterations->alpha;
+    v.x[k] += alpha * v.p[k];
+    const double residual = v.r[k] - alpha * v.q[k];
+    v.r[k] = residual;
     take(k, residual);
   });
 }
@@ -193,41 +195,41 @@ void begin_iterations(const Executor& run, double tolerance, int most, Iteration
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) { iterations->begin(tolerance, most); });
 }
 
-/// How far to go along p, of which q is the image; and `again`, whether another iteration follows.
+/// Computes the step length along p, and calls again(whether another iteration follows).
 template <class Executor, class Again>
-void find_step(const Executor& run, long n, const double* p, const double* q, Iterations* iterations, Again again) {
+void compute_step(const Executor& run, SolveVectors v, Again again) {
   run.sum(
-      n, [=] LICHTENBERG_HOST_DEVICE(int k) { return p[k] * q[k]; },
+      v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.p[k] * v.q[k]; },
       [=] LICHTENBERG_HOST_DEVICE(double curvature) {
-        iterations->set_step(curvature);
-        again(iterations->go_on != 0);
+        v.iterations->set_step(curvature);
+        again(v.iterations->go_on != 0);
       });
 }
 
-/// Whether the residual r, z preconditioned, is small enough, and how the next direction turns.
+/// Tests convergence of the residual, and computes beta of the next direction.
 template <class Executor>
-void judge(const Executor& run, long n, const double* r, const double* z, Iterations* iterations) {
+void test_convergence(const Executor& run, SolveVectors v) {
   run.sum(
-      n, [=] LICHTENBERG_HOST_DEVICE(int k) { return r[k] * z[k]; },
-      [=] LICHTENBERG_HOST_DEVICE(double product) { iterations->judge(product); });
+      v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.r[k] * v.z[k]; },
+      [=] LICHTENBERG_HOST_DEVICE(double product) { v.iterations->test_convergence(product); });
 }
 
-/// Each floating group's potential from its own balance (CutCellOperator::balance does more). `next`: one a group,
-/// which is needed where groups see each other's potentials.
+/// Solves each floating group's equation for given potentials of the cells. `next`: scratch memory, one value per
+/// group, used if groups depend on each other.
 template <class Executor>
-void balance_groups(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
-                    double* partial, double* next) {
+void solve_group_potentials(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
+                            double* next) {
   const int cells = static_cast<int>(grid.layout.size());
   if (grid.groups.exact_clusters) {
     run.sum_pieces(
-        grid.link_pieces(problem), partial,
+        grid.link_pieces(problem), grid.pieces.partial,
         [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
         parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { next[g] = b[cells + g] + sum; });
     return solve_exactly(run, problem, grid, next, x + cells);
   }
-  const bool direct_links = grid.may_have(Of::direct_links);
+  const bool direct_links = grid.may_have(Items::direct_links);
   if (!direct_links) next = x + cells;
-  group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+  group_fluxes(run, problem, grid, x, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
     const double diagonal = grid.groups.diagonal[g];
     next[g] = diagonal > 0 ? (b[cells + g] + sum) / diagonal : x[cells + g];
   });
@@ -235,12 +237,13 @@ void balance_groups(const Executor& run, ProblemView problem, GridView grid, con
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { x[cells + g] = next[g]; });
 }
 
-/// b: charges, and what groups and sides of given potential bring, potentials in units of `unit`, V.
+/// Computes the right-hand side b: charges, and fluxes from groups and sides of given potential; `unit`: potential unit
+/// (V).
 template <class Executor>
 void right_hand_side(const Executor& run, ProblemView problem, GridView grid, double* b, double unit = 1) {
   run.fill(b, 0, (grid.layout.size() + problem.groups) * sizeof(double));
   const int cells = static_cast<int>(grid.layout.size());
-  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     double sum = 0;
     for (int side = 0; side < 4; ++side) {
       const int link = grid.boundary_link_of(k, side);
@@ -249,7 +252,7 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
     }
     b[grid.boundary.slot[k]] = sum / unit;
   });
-  // The sides left and right, then bottom and top: a corner has one of either.
+  // Adds left and right sides, then bottom and top: a corner cell has one of each pair.
   for (int first = 0; first < 4; first += 2)
     run.for_each(2, problem.faces, [=] LICHTENBERG_HOST_DEVICE(int row, int face) {
       const int side = first + row;
@@ -273,14 +276,14 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
       });
 }
 
-/// v: 1 on every unknown.
+/// Sets v to 1 for every unknown, else 0.
 template <class Executor>
 void mark_unknowns(const Executor& run, ProblemView problem, GridView grid, double* v) {
   run.for_each(static_cast<long>(grid.layout.size()) + problem.groups,
                [=] LICHTENBERG_HOST_DEVICE(int k) { v[k] = grid.is_unknown(k) ? 1.0 : 0.0; });
 }
 
-/// A sum and how many it is of.
+/// Sum and number of its terms.
 struct Mean {
   double sum = 0, count = 0;
   LICHTENBERG_HOST_DEVICE Mean& operator+=(const Mean& other) {
@@ -291,7 +294,7 @@ struct Mean {
   LICHTENBERG_HOST_DEVICE double value() const { return count > 0 ? sum / count : 0.0; }
 };
 
-/// x - mean on every unknown.
+/// Subtracts the mean from every unknown.
 template <class Executor>
 void subtract(const Executor& run, ProblemView problem, GridView grid, const double* mean, double* x) {
   run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -299,9 +302,9 @@ void subtract(const Executor& run, ProblemView problem, GridView grid, const dou
   });
 }
 
-/// Takes from z, where nothing is grounded, what the operator takes to zero: its mean over all unknowns.
+/// Subtracts from z its mean over all unknowns, the null space if nothing is grounded.
 template <class Executor>
-void level_out(const Executor& run, ProblemView problem, GridView grid, double* z, double* mean) {
+void remove_mean(const Executor& run, ProblemView problem, GridView grid, double* z, double* mean) {
   run.sum(
       static_cast<long>(grid.layout.size()) + problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -311,7 +314,7 @@ void level_out(const Executor& run, ProblemView problem, GridView grid, double* 
   subtract(run, problem, grid, mean, z);
 }
 
-/// Where nothing is grounded the bodies' mean potential is zero.
+/// Shifts the potentials so that the bodies' mean potential is zero.
 template <class Executor>
 void fix_mean(const Executor& run, ProblemView problem, GridView grid, double* x, double* mean) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -324,7 +327,7 @@ void fix_mean(const Executor& run, ProblemView problem, GridView grid, double* x
   subtract(run, problem, grid, mean, x);
 }
 
-/// Of all groups, V.
+/// Computes the potentials of all groups (V).
 template <class Executor>
 void group_potentials(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
                       double* potential) {
@@ -334,25 +337,13 @@ void group_potentials(const Executor& run, ProblemView problem, GridView grid, c
   });
 }
 
-/// A past solution: by slot, covered cells filled with their conductor's potential; by body.
-struct PastView {
+/// Stored solution: by slot, with their conductor's potential in covered cells; by body.
+struct SolutionView {
   double* cell;
   double* body;
 };
 
-template <class Executor>
-void remember(const Executor& run, ProblemView problem, GridView grid, const double* x, const double* group_potential,
-              double scale, PastView past) {
-  run.for_each(static_cast<long>(grid.layout.size()), [=] LICHTENBERG_HOST_DEVICE(int slot) {
-    const Cover cover = grid.cells.cover[slot];
-    past.cell[slot] = cover.is_fluid() ? x[slot] : group_potential[problem.group_of[cover.body()]] / scale;
-  });
-  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    past.body[body] = group_potential[problem.group_of[body]] / scale;
-  });
-}
-
-/// Of the unknowns' potentials, x by group: the mean of value(body) over a group's bodies.
+/// Sets x of each group to the mean of value(body) over its bodies.
 template <class Executor, class Value>
 void average_bodies(const Executor& run, ProblemView problem, GridView grid, double* x, Value value) {
   run.sum_segments(
@@ -363,18 +354,18 @@ void average_bodies(const Executor& run, ProblemView problem, GridView grid, dou
       });
 }
 
-/// The past solution on the present unknowns, less an older one (null: none): uncovered cells have their conductor's
-/// last potential, a new group the mean of its members'.
+/// Computes a stored solution on the present unknowns, less an older one (null: none). Uncovered cells have their
+/// conductor's last potential, a new group the mean of its members.
 template <class Executor>
-void past_on_unknowns(const Executor& run, ProblemView problem, GridView grid, PastView past, PastView older,
-                      double* v) {
+void difference_on_unknowns(const Executor& run, ProblemView problem, GridView grid, SolutionView solution,
+                            SolutionView older, double* v) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) {
-    const double value = older.cell ? past.cell[slot] - older.cell[slot] : past.cell[slot];
+    const double value = older.cell ? solution.cell[slot] - older.cell[slot] : solution.cell[slot];
     v[slot] = grid.cells.inverse_diagonal[slot] > 0 ? value : 0.0;
   });
   average_bodies(run, problem, grid, v + cells, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    return older.body ? past.body[body] - older.body[body] : past.body[body];
+    return older.body ? solution.body[body] - older.body[body] : solution.body[body];
   });
 }
 

@@ -2,12 +2,12 @@
 
 #include "solvers/laplace/cutcell/device/grid.hpp"
 
-// Groups: their links and covered cells in pieces that sums run over, and what they are linked to in all.
+// Pieces of the groups' links and covered cells, over which sums run; and the groups' diagonals.
 
 namespace lichtenberg::laplace::device {
 
-/// Begin and end of a group's links (segment < groups) or covered cells. Groups of given potential have none: nobody
-/// asks for their sums, and in the end of a run they have most of the bodies.
+/// Begin and end of a group's links (segment < groups) or covered cells. Groups of given potential have no pieces,
+/// because their sums are unused; at the end of a run they contain most bodies.
 LICHTENBERG_HOST_DEVICE inline int piece_segment(const ProblemView& problem, const GridView& grid, int segment) {
   if (segment < problem.groups) return grid.link_start(problem.first_rank[segment]);
   return grid.covered_start(problem.first_rank[segment - problem.groups]);
@@ -31,7 +31,7 @@ void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
 
 template <class Executor>
 void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
-  run.for_each(grid.pieces.room, [=] LICHTENBERG_HOST_DEVICE(int piece) {
+  run.for_each(grid.pieces.capacity, [=] LICHTENBERG_HOST_DEVICE(int piece) {
     if (piece >= grid.pieces.start[2 * problem.groups]) return;
     const int segment = segment_of(grid.pieces.start, 2 * problem.groups, piece);
     const int begin = piece_segment(problem, grid, segment) + (piece - grid.pieces.start[segment]) * piece_length;
@@ -42,7 +42,7 @@ void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// A group's direct links' conductances, for sums over its links.
+/// Conductances of a group's direct links, for sums over its links.
 struct DirectConductances {
   ProblemView problem;
   GridView grid;
@@ -52,19 +52,19 @@ struct DirectConductances {
   }
 };
 
-/// The groups' sums of the conductances of all that they are linked to, and which have a potential of their own.
+/// Computes each group's sum of conductances, and which groups have unknown potentials.
 template <class Executor>
-void make_group_diagonals(const Executor& run, ProblemView problem, GridView grid, double* partial) {
+void make_group_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
-      grid.link_pieces(problem), partial,
+      grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link]; }, DirectConductances{problem, grid},
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
         const bool unknown = problem.floating[g] && sum > 0;
         grid.groups.diagonal[g] = unknown ? sum : 0.0;
         grid.groups.inverse_diagonal[g] = unknown ? static_cast<float>(1.0 / sum) : 0.0f;
         if (!unknown) return;
-        grid.number[Of::unknown_groups] = grid.wanted[Of::unknown_groups] = 1;  // all write the same
-        if (grid.groups.own) grid.groups.own[parallel::take_place(grid.number + Of::own_groups)] = g;
+        grid.number[Items::unknown_groups] = grid.required[Items::unknown_groups] = 1;  // all write the same
+        if (grid.groups.own) grid.groups.own[parallel::take_place(grid.number + Items::own_groups)] = g;
       });
 }
 

@@ -14,15 +14,15 @@
 
 namespace lichtenberg::laplace::device {
 
-/// A problem's bodies, groups and sides on the device. What is there moves only when there is more of it.
+/// Bodies, groups and sides of a problem on the device. Arrays move only when they grow.
 template <class Executor>
 class DeviceProblem {
  public:
   explicit DeviceProblem(const Executor& run) : parcel_(run), couplings_(run), side_potential_(run) {}
 
-  /// nx, ny: the finest grid's, on whose faces the sides' potentials are taken.
+  /// `nx`, `ny`: size of the finest grid, whose faces sample the sides' potentials.
   void upload(const LaplaceProblem& problem, int nx, int ny) {
-    make_room(problem);
+    reserve(problem);
     send_sides(problem, nx, ny);
     write_bodies(problem);
     write_groups(problem);
@@ -31,26 +31,25 @@ class DeviceProblem {
   }
 
   const ProblemView& view() const { return view_; }
-  /// Largest charge / permittivity or potential given, V.
-  double largest() const { return std::max(largest_of_groups_, largest_of_sides_); }
 
  private:
   template <class T>
   using Part = typename parallel::Parcel<Executor>::template Part<T>;
 
-  void make_room(const LaplaceProblem& problem) {
+  void reserve(const LaplaceProblem& problem) {
     const std::size_t bodies = problem.bodies.size(), groups = problem.groups.size();
     view_.size = problem.size;
     view_.permittivity = problem.permittivity;
     view_.grounded = problem.has_ground();
     if (view_.shape && static_cast<int>(bodies) == view_.bodies && static_cast<int>(groups) <= view_.groups) return;
-    // In motion they become more by and by, and making room anew takes as long as a hundred solves: once, for all.
-    const std::size_t room = view_.shape ? std::max(groups, bodies) : groups;
+    // In motion the number of groups grows; reserving memory again takes as long as a hundred solves, so that the
+    // second reservation is for as many groups as bodies.
+    const std::size_t capacity = view_.shape ? std::max(groups, bodies) : groups;
     view_.bodies = static_cast<int>(bodies);
-    view_.groups = static_cast<int>(room);
+    view_.groups = static_cast<int>(capacity);
     std::tie(shape_, group_of_, body_at_, rank_of_, first_rank_, floating_, charge_, potential_) =
         parcel_.template divide<Outline, int, int, int, int, int, double, double>(
-            {bodies, bodies, bodies, bodies, room + 1, room, room, room});
+            {bodies, bodies, bodies, bodies, capacity + 1, capacity, capacity, capacity});
     view_.shape = shape_.device;
     view_.group_of = group_of_.device;
     view_.body_at = body_at_.device;
@@ -79,14 +78,11 @@ class DeviceProblem {
   }
 
   void write_groups(const LaplaceProblem& problem) {
-    largest_of_groups_ = 0;
     for (int g = 0; g < view_.groups; ++g) {
       const Group group = g < static_cast<int>(problem.groups.size()) ? problem.groups[g] : Group{.floating = false};
       floating_.host[g] = group.floating;
       charge_.host[g] = group.floating ? group.charge : 0.0;
       potential_.host[g] = group.floating ? 0.0 : group.potential;
-      largest_of_groups_ = std::max(largest_of_groups_,
-                                    std::abs(group.floating ? group.charge / problem.permittivity : group.potential));
     }
   }
 
@@ -94,11 +90,11 @@ class DeviceProblem {
     view_.couplings = {};
     if (problem.couplings.empty()) return;
     const auto groups = static_cast<std::size_t>(view_.groups), entries = 2 * problem.couplings.size();
-    if (entries > coupling_room_ || groups != coupling_groups_) {
-      coupling_room_ = entries + entries / 2;
+    if (entries > coupling_capacity_ || groups != coupling_groups_) {
+      coupling_capacity_ = entries + entries / 2;
       coupling_groups_ = groups;
       std::tie(coupling_start_, coupled_to_, coupling_, to_given_) =
-          couplings_.template divide<int, int, double, double>({groups + 1, coupling_room_, coupling_room_, 1});
+          couplings_.template divide<int, int, double, double>({groups + 1, coupling_capacity_, coupling_capacity_, 1});
     }
     const auto is_listed = [&](const laplace::Coupling& coupling, int own) {
       return problem.groups[own].floating && coupling.capacitance > 0;
@@ -123,7 +119,7 @@ class DeviceProblem {
                        problem.has_ground() && !problem.has_fixed_conductor()};
   }
 
-  /// Where they are what they were, they are there.
+  /// Skips the upload of unchanged sides.
   void send_sides(const LaplaceProblem& problem, int nx, int ny) {
     const int faces = std::max(nx, ny);
     bool same = view_.faces == faces;
@@ -147,8 +143,6 @@ class DeviceProblem {
         potential[side * faces + k] = problem.sides[side].potential_at(h * (centre + 0.5 * direction(side)));
       }
     }
-    largest_of_sides_ = 0;
-    for (const double v : potential) largest_of_sides_ = std::max(largest_of_sides_, std::abs(v));
     side_potential_.upload(potential);
     view_.side_potential = side_potential_.data();
   }
@@ -161,10 +155,9 @@ class DeviceProblem {
   parallel::Parcel<Executor> couplings_;
   Part<int> coupling_start_, coupled_to_;
   Part<double> coupling_, to_given_;
-  std::size_t coupling_room_ = 0, coupling_groups_ = 0;
+  std::size_t coupling_capacity_ = 0, coupling_groups_ = 0;
   parallel::Array<double, Executor> side_potential_;
   std::array<double, 4> constant_{};  ///< V, of sides; NaN: it varies
-  double largest_of_groups_ = 0, largest_of_sides_ = 0;
   std::vector<int> next_;
 };
 

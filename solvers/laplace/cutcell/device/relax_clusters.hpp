@@ -1,6 +1,6 @@
 #pragma once
 
-// Groups whose direct links outweigh their links to cells, on the device: how they are relaxed.
+// Relaxation of groups whose direct links outweigh their links to cells.
 
 #include "solvers/laplace/cutcell/device/grid.hpp"
 
@@ -9,14 +9,14 @@ namespace lichtenberg::laplace::device {
 /// Threads that share the sum over a group's direct links.
 constexpr int group_lanes = 8;
 
-/// A grid's clusters as the device has them (Clusters).
+/// Clusters of a grid in device memory (Clusters).
 struct ClusterView {
   const int *row, *group, *first, *size;
   const long* start;
   const double* inverse;
 
   LICHTENBERG_HOST_DEVICE int size_of(int g) const { return row[g] < 0 ? 0 : size[row[g]]; }
-  /// What the t-th of the cluster of g makes of its part of `rhs`.
+  /// Returns the contribution of the t-th group of g's cluster in `rhs` to the potential of g.
   template <class Real>
   LICHTENBERG_HOST_DEVICE double value(int g, int t, const Real* rhs) const {
     const int own = row[g];
@@ -27,14 +27,14 @@ struct ClusterView {
   }
 };
 
-/// What the cycle's direct links bring a group from others that are not of its cluster, for sums over its links.
-/// Groups of given potential have 0 in `phi`: the right-hand side knows of them.
+/// Flux through the cycle's direct links to a group from groups outside its cluster, for sums over its links. Groups of
+/// given potential have 0 in `phi`: they are on the right-hand side.
 struct CycleFluxes {
   ProblemView problem;
   GridView grid;
   const float* phi;
   const float* more = nullptr;    ///< is added to phi; null: nothing
-  const float* before = nullptr;  ///< is taken off for groups in a cluster, which were in balance then; null: nothing
+  const float* before = nullptr;  ///< subtracted for groups in a cluster, which were in balance then; null: nothing
   LICHTENBERG_HOST_DEVICE int count(int g) const {
     return grid.may_link_groups() ? grid.cycle_links_of(problem, g) : 0;
   }
@@ -49,8 +49,8 @@ struct CycleFluxes {
   }
 };
 
-/// phi = what `rhs` makes of the groups' potentials: of a cluster's together, of any other by its diagonal. `z`:
-/// becomes the potentials too, without rounding to phi's precision; null: nothing.
+/// Solves for the groups' potentials phi: a cluster's by its inverse, others by their diagonal. `z`: becomes the
+/// potentials in double precision; null: unused.
 template <class Executor, class Real>
 void solve_clusters(const Executor& run, ProblemView problem, GridView grid, const Real* rhs, float* phi,
                     double* z = nullptr) {
@@ -64,7 +64,7 @@ void solve_clusters(const Executor& run, ProblemView problem, GridView grid, con
       });
 }
 
-/// x = what `rhs` makes of the groups' potentials by all that links them to each other, couplings and direct links.
+/// Solves for the groups' potentials x with all couplings and direct links.
 template <class Executor>
 void solve_exactly(const Executor& run, ProblemView problem, GridView grid, const double* rhs, double* x) {
   run.template sum_segments<group_lanes>(
@@ -76,19 +76,28 @@ void solve_exactly(const Executor& run, ProblemView problem, GridView grid, cons
       });
 }
 
-/// A sweep over all groups: from their charges, `flux`, what cells bring (null: nothing), and what `phi` and `more`
-/// bring from other clusters. In double precision: rounding of what couplings carry is in the charges, and cancels.
+/// One Jacobi sweep over the groups' potentials, all arrays by group.
+struct GroupSweep {
+  const float* flux;        ///< from cells, with the groups' charges if there are no clusters; or the charges
+  const float* phi;         ///< potentials before the sweep
+  const float* correction;  ///< is added to phi; null: nothing
+  float* next;              ///< becomes the potentials after it
+  double* z = nullptr;      ///< becomes these, too; null: nothing
+};
+
+/// Relaxes all groups from their charges and the fluxes from cells and other clusters. Double precision, because the
+/// charges contain the rounding of couplings' fluxes, which cancels.
 template <class Executor>
-void relax_clusters(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
-                    const float* more, float* phi_next, double* z = nullptr) {
-  const CycleFluxes outside{problem, grid, phi, more};
+void relax_clusters(const Executor& run, ProblemView problem, GridView grid, const GroupSweep& sweep) {
+  const CycleFluxes outside{problem, grid, sweep.phi, sweep.correction};
+  const float* flux = sweep.flux == grid.cycle.charge ? nullptr : sweep.flux;
   run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return outside.count(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return outside.value(g, t); },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         grid.cycle.group_rhs[g] = static_cast<double>(grid.cycle.charge[g]) + (flux ? flux[g] + sum : sum);
       });
-  solve_clusters(run, problem, grid, grid.cycle.group_rhs, phi_next, z);
+  solve_clusters(run, problem, grid, grid.cycle.group_rhs, sweep.next, sweep.z);
 }
 
 }  // namespace lichtenberg::laplace::device

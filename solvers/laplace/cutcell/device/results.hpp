@@ -1,12 +1,12 @@
 #pragma once
 
-// Charges, forces and energy: results.cpp's arithmetic, a sum a body and a sum a part of each side.
+// Charges, forces and energy, with the formulas of ../results.cpp; one sum per body and per part of a side.
 
-#include "solvers/laplace/cutcell/device/grid.hpp"
+#include "solvers/laplace/cutcell/device/operator.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Charge (C/m) of a body and force (N/m) on it, by some of its links or by all.
+/// Charge of a body (C/m) and force on it (N/m), from some or all of its links.
 struct BodyResult {
   double charge = 0, force_x = 0, force_y = 0;
   LICHTENBERG_HOST_DEVICE BodyResult& operator+=(const BodyResult& other) {
@@ -15,7 +15,7 @@ struct BodyResult {
     force_y += other.force_y;
     return *this;
   }
-  LICHTENBERG_HOST_DEVICE void pull(double stress, Vec2 gradient) {
+  LICHTENBERG_HOST_DEVICE void add_force(double stress, Vec2 gradient) {
     force_x += stress * gradient.x;
     force_y += stress * gradient.y;
   }
@@ -30,7 +30,7 @@ struct SideResult {
   }
 };
 
-/// A solved grid: cell potentials in units of `scale` and the groups' in V.
+/// Solved grid: cell potentials in units of `scale` (V), group potentials in V.
 struct SolvedView {
   ProblemView problem;
   GridView grid;
@@ -39,6 +39,7 @@ struct SolvedView {
   const double* group_potential;
 
   LICHTENBERG_HOST_DEVICE double potential(int slot) const { return scale * cell[slot]; }
+  LICHTENBERG_HOST_DEVICE double body_potential(int body) const { return group_potential[problem.group_of[body]]; }
 
   LICHTENBERG_HOST_DEVICE BodyResult link_result(int m) const {
     const LinkArrays& links = grid.links;
@@ -46,42 +47,52 @@ struct SolvedView {
     const double d = group_potential[links.group[m]] - own;
     BodyResult result;
     result.charge = eps * links.conductance[m] * d;
-    result.pull(stress * d * d, links.gradient[m]);
+    result.add_force(stress * d * d, links.gradient[m]);
     if (const int partner = links.partner_group[m]; partner >= 0) {
       const double across = group_potential[partner] - own;
-      result.pull(stress * across * across, links.partner_gradient[m]);
+      result.add_force(stress * across * across, links.partner_gradient[m]);
     }
     return result;
   }
 
   LICHTENBERG_HOST_DEVICE BodyResult direct_link_result(const DirectLink& link) const {
     const double eps = problem.permittivity, stress = 0.5 * eps / grid.h;
-    const double other =
-        link.is_to_electrode() ? problem.side_potential[link.face()] : group_potential[problem.group_of[link.other]];
-    const double d = group_potential[problem.group_of[link.own]] - other;
+    const double other = link.is_to_electrode() ? problem.side_potential[link.face()] : body_potential(link.other);
+    const double d = body_potential(link.own) - other;
     BodyResult result;
     result.charge = eps * link.conductance * d;
-    result.pull(stress * d * d, link.gradient);
+    result.add_force(stress * d * d, link.gradient);
     return result;
   }
 
   LICHTENBERG_HOST_DEVICE SideResult face_result(int side, int face) const {
     const auto [i, j] = cell_at_face(grid.layout, side, face);
     const int slot = slot_of(grid.layout, i, j);
-    const Cover cover = grid.cells.cover[slot];
+    const CellOwner cover = grid.cells.cover[slot];
     const double given = problem.side_potential[side * problem.faces + face];
     double conductance = 2, other = 0;
     if (cover.is_fluid()) {
       other = potential(slot);
     } else {
       const int body = cover.body();
-      conductance = channel_between(grid.bodies.outline[body], cell_centre(i, j), direction(side), 0.5, nullptr).value;
-      other = group_potential[problem.group_of[body]];
+      conductance = conductor_link(grid.bodies.outline[body], cell_centre(i, j), direction(side), 0.5, nullptr).value;
+      other = body_potential(body);
     }
     const double flux = problem.permittivity * conductance * (given - other);
     return {flux, 0.5 * flux * given};
   }
 };
+
+template <class Executor>
+void store_solution(const Executor& run, SolvedView solved, SolutionView solution) {
+  run.for_each(static_cast<long>(solved.grid.layout.size()), [=] LICHTENBERG_HOST_DEVICE(int slot) {
+    const CellOwner cover = solved.grid.cells.cover[slot];
+    solution.cell[slot] = cover.is_fluid() ? solved.cell[slot] : solved.body_potential(cover.body()) / solved.scale;
+  });
+  run.for_each(solved.problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    solution.body[body] = solved.body_potential(body) / solved.scale;
+  });
+}
 
 /// By body.
 template <class Executor>

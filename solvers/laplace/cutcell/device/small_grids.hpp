@@ -1,16 +1,16 @@
 #pragma once
 
-// The V-cycle's small grids, all by one block in its own fast memory: a loop of it takes less than a kernel. What
-// tiles.hpp computes anew for each tile stands in memory here.
+// Small grids of the V-cycle in one block and its fast memory: a loop takes less time than a kernel. Memory holds the
+// values that tiles.hpp computes again for each tile.
 
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// A small grid's cells in a block's memory, in the order of Layout.
+/// Cells of a small grid in a block's memory, in the order of Layout.
 struct SmallGrid {
   int nx = 0, ny = 0, stride = 0, colour_size = 0;
-  int begin = 0;  ///< of its arrays, in the memory
+  int begin = 0;  ///< start of its arrays in the memory
   bool medium = false;
 
   SmallGrid() = default;
@@ -22,7 +22,7 @@ struct SmallGrid {
         begin(begin_),
         medium(medium_) {}
   LICHTENBERG_HOST_DEVICE int size() const { return 2 * colour_size; }
-  /// One behind the last of its arrays.
+  /// End of its arrays.
   int end() const { return begin + (medium ? 5 : 3) * size(); }
 };
 
@@ -59,7 +59,7 @@ struct SmallGrids {
   }
 
  private:
-  /// Where things of a grid are.
+  /// Pointers to a grid's arrays.
   struct Cells {
     float *v, *f, *inverse, *east, *north;
     int nx, ny, stride, colour_size;
@@ -80,7 +80,7 @@ struct SmallGrids {
       return colour * colour_size + (j + 1) * stride + Layout::pad + m;
     }
     LICHTENBERG_HOST_DEVICE int slot_at(int i, int j) const { return slot((i + j) & 1, j, i >> 1); }
-    /// What the neighbours' potentials bring to it.
+    /// Returns the flux from the neighbours.
     LICHTENBERG_HOST_DEVICE float flux(int colour, int j, int m) const {
       const int own = slot(colour, j, m), beside = slot(1 - colour, j, m);
       const int to_east = beside + ((colour + j) & 1), to_west = to_east - 1;
@@ -88,19 +88,19 @@ struct SmallGrids {
       if (!medium) return v[to_west] + v[to_east] + v[south] + v[to_north];
       return east[to_west] * v[to_west] + east[own] * v[to_east] + north[south] * v[south] + north[own] * v[to_north];
     }
-    /// f(colour, row, number) of all cells.
+    /// Calls f(colour, row, number) for all cells.
     template <class Block, class F>
     LICHTENBERG_HOST_DEVICE void each(const Block& block, F of) const {
       block.each(2 * ny, nx / 2, [&](int row, int m) { of(row >= ny, row >= ny ? row - ny : row, m); });
     }
-    /// Of those of a colour.
+    /// Calls f(slot, row, number) for the cells of a colour.
     template <class Block, class F>
     LICHTENBERG_HOST_DEVICE void each_of(const Block& block, int colour, F of) const {
       block.each(ny, nx / 2, [&](int row, int m) { of(slot(colour, row, m), row, m); });
     }
   };
 
-  /// Puts what cells need into the block's memory.
+  /// Loads the cells' data into the block's memory.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void load(const Block& block, int l) const {
     const Cells here(block, *this, l);
@@ -117,29 +117,33 @@ struct SmallGrids {
     });
   }
 
-  LICHTENBERG_HOST_DEVICE bool has(int l, Of::Kind kind) const { return grid[l].number[kind] > 0; }
-  LICHTENBERG_HOST_DEVICE bool links_groups(int l) const { return grid[l].groups.clusters || has(l, Of::direct_links); }
+  LICHTENBERG_HOST_DEVICE bool has(int l, Items::Kind kind) const { return grid[l].number[kind] > 0; }
+  LICHTENBERG_HOST_DEVICE static parallel::SegmentList own_groups(const GridView& here) {
+    return {here.groups.own, here.number[Items::own_groups]};
+  }
+  LICHTENBERG_HOST_DEVICE bool links_groups(int l) const {
+    return grid[l].groups.clusters || has(l, Items::direct_links);
+  }
 
-  /// The finer grid's groups' residuals, in `charge`: of those that are absorbed here to the four cells around, and
-  /// what a conductor's cells have got then to its charge. A conductor's charge spreads into its potential before the
-  /// cells see it.
+  /// Restricts the finer grid's group residuals (`charge`): those of groups absorbed here to the four cells around, and
+  /// those of covered cells to their group. Relaxes groups before the cells use their potentials.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void collect(const Block& block, int l) const {
     const GridView& here = grid[l];
     const Cells cells(block, *this, l);
     float *charge = here.cycle.charge, *phi = here.cycle.phi;
-    if (has(l, Of::newly_absorbed)) {
+    if (has(l, Items::newly_absorbed)) {
       const Bins bins = here.medium.absorbed_groups;
       block.each(cells.ny, cells.nx, [&](int j, int i) {
         const float sum = gathered(here.layout, bins, i, j, [&](int g, float share) { return charge[g] * share; });
         if (sum != 0) cells.f[cells.slot_at(i, j)] += sum;
       });
     }
-    if (!has(l, Of::unknown_groups)) return;
-    const int *covered = here.covered.slot, *own = here.groups.own, n = here.number[Of::own_groups];
+    if (!has(l, Items::unknown_groups)) return;
+    const int *covered = here.covered.slot, *own = here.groups.own, n = here.number[Items::own_groups];
     const float* inverse_diagonal = here.groups.inverse_diagonal;
     block.sum_pieces(
-        here.covered_pieces(problem), own, n, here.cycle.partial, [&](int m) { return cells.f[covered[m]]; },
+        here.covered_pieces(problem), own_groups(here), here.cycle.partial, [&](int m) { return cells.f[covered[m]]; },
         parallel::NoMore{},
         [&](int g, float sum) {
           charge[g] += sum;
@@ -156,14 +160,14 @@ struct SmallGrids {
     });
   }
 
-  /// As of a large grid (relax_clusters.hpp).
+  /// Solves clusters as on large grids (relax_clusters.hpp).
   template <class Block, class Real>
   LICHTENBERG_HOST_DEVICE void solve_clusters(const Block& block, const GridView& here, const Real* rhs,
                                               float* phi) const {
     const int* own = here.groups.own;
     const ClusterView& clusters = *here.groups.clusters;
     block.sum_segments(
-        here.number[Of::own_groups], [&](int k) { return clusters.size_of(own[k]); },
+        here.number[Items::own_groups], [&](int k) { return clusters.size_of(own[k]); },
         [&](int k, int t) { return clusters.value(own[k], t, rhs); },
         [&](int k, double sum) {
           const int g = own[k];
@@ -171,8 +175,8 @@ struct SmallGrids {
         });
   }
 
-  /// next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly, those of
-  /// a cluster as one.
+  /// Jacobi sweep over groups with direct links: next = (flux + flux through direct links) / diagonal; clusters are
+  /// relaxed as one.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void relax_direct_links(const Block& block, const GridView& here, const float* flux,
                                                   const float* phi, float* next) const {
@@ -180,7 +184,7 @@ struct SmallGrids {
     if (here.groups.clusters) {
       const CycleFluxes outside{problem, here, phi};
       block.sum_segments(
-          here.number[Of::own_groups], [&](int k) { return outside.count(own[k]); },
+          here.number[Items::own_groups], [&](int k) { return outside.count(own[k]); },
           [&](int k, int t) { return outside.value(own[k], t); },
           [&](int k, float sum) {
             const int g = own[k];
@@ -191,14 +195,14 @@ struct SmallGrids {
     }
     const CycleFluxes fluxes{problem, here, phi};
     block.sum_segments(
-        here.number[Of::own_groups], [&](int k) { return here.direct_links_of(problem, own[k]); },
+        here.number[Items::own_groups], [&](int k) { return here.direct_links_of(problem, own[k]); },
         [&](int k, int t) { return fluxes.value(own[k], t); },
         [&](int k, float sum) { next[own[k]] = (flux[own[k]] + sum) * here.groups.inverse_diagonal[own[k]]; });
   }
 
-  /// What groups bring to a cell, if a grid has any.
+  /// Flux from groups to a cell, if the grid has any.
   struct FromGroups {
-    const Cover* cover;
+    const CellOwner* cover;
     const Coupling* coupling;
     Bins thin;
     Layout layout;
@@ -211,12 +215,12 @@ struct SmallGrids {
           thin(all.grid[l].medium.thin_conductors),
           layout(all.grid[l].layout),
           phi(phi_),
-          any(all.has(l, Of::unknown_groups)),
-          any_thin(all.has(l, Of::floating_thin_conductors)) {}
+          any(all.has(l, Items::unknown_groups)),
+          any_thin(all.has(l, Items::floating_thin_conductors)) {}
     LICHTENBERG_HOST_DEVICE float operator()(int slot, int i, int j) const {
       float sum = 0;
       if (!any) return sum;
-      if (const Cover own = cover[slot]; own.is_boundary_cell())
+      if (const CellOwner own = cover[slot]; own.is_boundary_cell())
         for (int k = 4 * own.boundary_number(), end = k + 4; k < end; ++k)
           sum += coupling[k].conductance * phi[coupling[k].group];
       if (any_thin) sum += gathered(layout, thin, i, j, [&](int g, float conductance) { return conductance * phi[g]; });
@@ -237,12 +241,12 @@ struct SmallGrids {
     cells.each_of(block, 1, [&](int slot, int j, int m) {
       cells.v[slot] = (cells.f[slot] + cells.flux(1, j, m)) * cells.inverse[slot];
     });
-    // A red cell's residual, in place of its potential, is what its black neighbours have brought.
+    // A red cell's residual is the flux from its black neighbours; it replaces the cell's potential.
     cells.each_of(block, 0, [&](int slot, int j, int m) {
       cells.v[slot] = cells.inverse[slot] > 0 ? cells.flux(0, j, m) : 0.0f;
     });
     restrict_residual(block, l);
-    if (!has(l, Of::unknown_groups)) return;
+    if (!has(l, Items::unknown_groups)) return;
     const GridView& fine = grid[l];
     const int black = cells.colour_size, *link_slot = fine.links.slot;
     const double* conductance = fine.links.conductance;
@@ -255,14 +259,14 @@ struct SmallGrids {
     };
     const ClusterView* clusters = fine.groups.clusters;
     const float* before = clusters ? fine.cycle.phi_down : nullptr;
-    block.sum_pieces(fine.link_pieces(problem), fine.groups.own, fine.number[Of::own_groups], fine.cycle.partial, flux,
+    block.sum_pieces(fine.link_pieces(problem), own_groups(fine), fine.cycle.partial, flux,
                      CycleFluxes{problem, fine, phi, nullptr, before}, [&](int g, float sum) {
                        const bool in_cluster = clusters && clusters->row[g] >= 0;
                        coarse_charge[g] = in_cluster ? sum : sum + (charge[g] - phi[g] / inverse_diagonal[g]);
                      });
   }
 
-  /// The coarse f by full weighting.
+  /// Computes the coarse f by full weighting.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void restrict_residual(const Block& block, int l) const {
     const Cells fine(block, *this, l), coarse(block, *this, l + 1);
@@ -273,11 +277,11 @@ struct SmallGrids {
     });
   }
 
-  /// v and phi of the coarsest grid's unknowns from f and charge.
+  /// Computes v and phi of the coarsest grid's unknowns from f and charge.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void solve(const Block& block) const {
     const Cells cells(block, *this, last);
-    const int n = grid[last].number[Of::coarse_unknowns];
+    const int n = grid[last].number[Items::coarse_unknowns];
     const float* charge = grid[last].cycle.charge;
     float* phi = grid[last].cycle.phi;
     const auto solve_by = [&](const auto* inverse_matrix) {
@@ -294,16 +298,17 @@ struct SmallGrids {
     precise_inverse ? solve_by(precise_inverse) : solve_by(inverse);
   }
 
-  /// Covered cells take their group's potential: bilinear interpolation reads them. So do the groups absorbed here.
+  /// Sets covered cells to their group's potential for bilinear interpolation, and interpolates the potentials of
+  /// groups absorbed here.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void finish(const Block& block, int l) const {
     const GridView& here = grid[l];
     const Cells cells(block, *this, l);
     const int *covered = here.covered.slot, *group = here.covered.group;
     float* phi = here.cycle.phi;
-    block.each(here.number[Of::covered], [&](int m) { cells.v[covered[m]] = phi[group[m]]; });
-    if (!has(l, Of::newly_absorbed)) return;
-    block.each(here.number[Of::newly_absorbed], [&](int m) {
+    block.each(here.number[Items::covered], [&](int m) { cells.v[covered[m]] = phi[group[m]]; });
+    if (!has(l, Items::newly_absorbed)) return;
+    block.each(here.number[Items::newly_absorbed], [&](int m) {
       const int g = here.medium.absorbed_groups.item[m];
       phi[g] = absorbed_potential(problem, here, g, [&](std::ptrdiff_t slot) { return cells.v[slot]; });
     });
@@ -313,7 +318,7 @@ struct SmallGrids {
   LICHTENBERG_HOST_DEVICE void ascend(const Block& block, int l) const {
     const Cells cells(block, *this, l), coarse(block, *this, l + 1);
     const FromGroups from_groups(*this, l, grid[l + 1].cycle.phi);
-    // What the coarse grid's groups bring comes after the red cells' f has been used.
+    // The flux from the coarse grid's groups is added after the red cells' f has been used.
     const auto add = [&](int slot, int colour, int j, int m) {
       cells.f[slot] += from_groups(slot, 2 * m + ((colour + j) & 1), j);
     };
@@ -334,7 +339,7 @@ struct SmallGrids {
     cells.each_of(block, 0, [&](int slot, int j, int m) {
       cells.v[slot] = (cells.f[slot] + cells.flux(0, j, m)) * cells.inverse[slot];
     });
-    if (has(l, Of::unknown_groups)) relax_groups(block, l);
+    if (has(l, Items::unknown_groups)) relax_groups(block, l);
   }
 
   template <class Block>
@@ -348,7 +353,7 @@ struct SmallGrids {
                 *inverse_diagonal = here.groups.inverse_diagonal;
     float *flux = here.cycle.flux, *phi = here.cycle.phi, *next = here.cycle.phi_next;
     block.sum_pieces(
-        here.link_pieces(problem), here.groups.own, here.number[Of::own_groups], here.cycle.partial,
+        here.link_pieces(problem), own_groups(here), here.cycle.partial,
         [&](int link) { return static_cast<float>(conductance[link]) * cells.v[link_slot[link]]; }, parallel::NoMore{},
         [&](int g, float sum) {
           flux[g] = here.groups.clusters ? sum : charge[g] + sum;
@@ -359,7 +364,7 @@ struct SmallGrids {
     relax_direct_links(block, here, flux, next, phi);
   }
 
-  /// The potential of a cell; beyond the box are mirror images.
+  /// Returns the potential of a cell; beyond the box that of its mirror image.
   LICHTENBERG_HOST_DEVICE float beyond(const Cells& cells, int i, int j) const {
     const MirroredCell cell = MirroredCell::of(cells.nx, cells.ny, i, j, problem.electrode);
     return cell.sign * cells.v[cells.slot_at(cell.i, cell.j)];

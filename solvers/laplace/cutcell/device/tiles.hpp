@@ -1,47 +1,46 @@
 #pragma once
 
-// What the V-cycle does with the cells of a large grid, a tile of them a block: each half of a cycle is one kernel,
-// which computes what tiles need of each other's cells anew. V is the type of the potentials: double on the finest
-// grid, whose potentials are the preconditioned residual itself, else float. The arithmetic is single precision
-// throughout.
+// Cells of a large grid in the V-cycle, one tile per block. Each half of a cycle is one kernel, which computes the
+// cells that tiles share once per tile. V is the type of the potentials: double on the finest grid, whose potentials
+// are the preconditioned residual, else float. The arithmetic is in single precision.
 //
-// On the way down red cells (colour 0) hold f / diagonal; black ones are relaxed, which leaves residuals in red cells
-// alone. On the way up black cells are relaxed after the red ones have got the coarse correction; red ones last. What
-// groups bring to a cell is computed where it is needed and never added to f.
+// On the way down red cells (colour 0) hold f / diagonal. Black cells are relaxed, which leaves residuals in red cells
+// only. On the way up black cells are relaxed after the red ones have received the coarse correction; red ones last.
+// Fluxes from groups are computed where they are needed and never added to f.
 
-#include "solvers/laplace/cutcell/device/smeared.hpp"
+#include "solvers/laplace/cutcell/device/homogenized.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// What the groups that a cell is linked to bring: the sums of conductance times one and another potential.
-struct Brought {
+/// Sums over a cell's links to groups of conductance times one and another potential.
+struct GroupSums {
   float one = 0, other = 0;
 };
 
 /// `other`: null for none.
-LICHTENBERG_HOST_DEVICE inline Brought brought(const GridView& grid, int slot, int i, int j, const float* one,
-                                               const float* other) {
-  Brought sum;
+LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int slot, int i, int j, const float* one,
+                                                    const float* other) {
+  GroupSums sum;
   const auto add = [&](int group, float conductance) {
     sum.one += conductance * one[group];
     if (other) sum.other += conductance * other[group];
     return 0.0f;
   };
-  if (const Cover cover = grid.cells.cover[slot]; cover.is_boundary_cell()) {
+  if (const CellOwner cover = grid.cells.cover[slot]; cover.is_boundary_cell()) {
     const Coupling* coupling = grid.boundary.coupling + 4 * cover.boundary_number();
     for (int side = 0; side < 4; ++side) add(coupling[side].group, coupling[side].conductance);
   }
-  if (grid.may_have(Of::floating_thin_conductors)) gathered(grid.layout, grid.medium.thin_conductors, i, j, add);
+  if (grid.may_have(Items::floating_thin_conductors)) gathered(grid.layout, grid.medium.thin_conductors, i, j, add);
   return sum;
 }
 
-/// Whether the cycle eliminates a fluid cell.
+/// Returns whether the cycle eliminates a fluid cell.
 LICHTENBERG_HOST_DEVICE inline bool is_bound(const GridView& grid, int slot) {
-  const Cover cover = grid.cells.cover[slot];
+  const CellOwner cover = grid.cells.cover[slot];
   return cover.is_boundary_cell() && grid.bound.is_bound[cover.boundary_number()];
 }
 
-/// A tile's cells in a block's memory, with `halo` more on all sides. Its lower left cell is red.
+/// Cells of a tile in a block's memory, with `halo` more on all sides. The lower left cell is red.
 template <int width_, int height_>
 struct Tile {
   static constexpr int width = width_, height = height_, cells = width * height;
@@ -58,14 +57,14 @@ struct Tile {
         north(memory + 5 * cells),
         medium(medium_) {}
 
-  /// What the neighbours' values bring to a cell within.
+  /// Returns the flux from the neighbours to an inner cell.
   LICHTENBERG_HOST_DEVICE float flux(int at) const {
     if (!medium) return value[at - 1] + value[at + 1] + value[at - width] + value[at + width];
     return east[at - 1] * value[at - 1] + east[at] * value[at + 1] + north[at - width] * value[at - width] +
            north[at] * value[at + width];
   }
-  /// A cell of the grid, or zeros beyond the box: all but the value, if `phi` and `more_phi` are what groups have and
-  /// are to have added (null: nothing).
+  /// Loads a cell of the grid, or zeros beyond the box, except its value. `phi`, `more_phi`: the groups' potentials,
+  /// and potentials to be added (null: none).
   LICHTENBERG_HOST_DEVICE void load(const GridView& grid, int at, int i, int j, const float* phi,
                                     const float* more_phi) const {
     const bool is_inside = inside(grid.layout, i, j);
@@ -77,23 +76,23 @@ struct Tile {
       north[at] = is_inside ? grid.medium.north[slot] : 0.0f;
     }
     if (!is_inside) return;
-    const Brought of_groups = phi ? brought(grid, slot, i, j, phi, more_phi) : Brought{};
+    const GroupSums of_groups = phi ? group_sums(grid, slot, i, j, phi, more_phi) : GroupSums{};
     f[at] = grid.cycle.f[slot] + of_groups.one;
     more[at] = of_groups.other;
   }
-  /// The k-th cell of a colour, row by row: `width / 2` a row.
+  /// Returns the k-th cell of a colour, row by row: `width / 2` per row.
   LICHTENBERG_HOST_DEVICE static int cell(int k, int colour) {
     const int y = k / (width / 2), x = 2 * (k % (width / 2)) + ((y + colour) & 1);
     return y * width + x;
   }
-  /// Whether a cell is at least so many from the tile's edge.
+  /// Returns whether a cell is at least `edge` cells from the tile's edge.
   LICHTENBERG_HOST_DEVICE static bool is_within(int at, int edge) {
     const int x = at % width, y = at / width;
     return x >= edge && x < width - edge && y >= edge && y < height - edge;
   }
 };
 
-/// Tiles by their coarse cells: small ones are done sooner, large ones compute less anew.
+/// Tiles by their coarse cells: small ones finish sooner, large ones share fewer cells.
 template <int across_, int along_>
 struct Tiling {
   static constexpr int across = across_, along = along_;
@@ -103,8 +102,8 @@ struct Tiling {
   static int all(const GridView& coarse) { return in_a_row(coarse) * ((coarse.layout.ny + along - 1) / along); }
 };
 
-/// Full weighting of the residuals in red cells to coarse cell (I, J) of nx x ny: red(x, y) is that of the fine cell x
-/// columns and y rows from its lower left one. Beyond the box are mirror images.
+/// Computes full weighting of red cells' residuals to coarse cell (I, J) of nx x ny: red(x, y) is the residual of the
+/// fine cell x columns and y rows from its lower left one. Mirror images continue it beyond the box.
 template <class Red>
 LICHTENBERG_HOST_DEVICE float full_weighting(const ProblemView& problem, int nx, int ny, int I, int J, Red red) {
   const auto mirror = [&](int side) { return problem.electrode[side] ? -1.0f : 1.0f; };
@@ -118,8 +117,8 @@ LICHTENBERG_HOST_DEVICE float full_weighting(const ProblemView& problem, int nx,
   return 0.75f * (own_even + own_odd) + 0.25f * (odd_before + even_behind);
 }
 
-/// The way down: relaxes from zero, `phi` being the groups' potentials; leaves potentials where cells are linked to
-/// groups, and the coarse f by full weighting of the residuals.
+/// Way down: relaxes from zero with the groups' potentials `phi`. Stores potentials in cells with links to groups, and
+/// the coarse f by full weighting.
 template <class V, class Tiles>
 struct Descend {
   ProblemView problem;
@@ -145,7 +144,7 @@ struct Descend {
       const int at = Cells::cell(k, 1);
       if (Cells::is_within(at, 1)) tile.value[at] = (tile.f[at] + tile.flux(at)) * tile.inverse[at];
     });
-    block.each(Cells::cells / 2, [&](int k) {  // a red cell's residual is what its black neighbours have brought
+    block.each(Cells::cells / 2, [&](int k) {  // a red cell's residual is the flux from its black neighbours
       const int at = Cells::cell(k, 0);
       if (Cells::is_within(at, 2)) tile.f[at] = tile.inverse[at] > 0 ? tile.flux(at) : 0.0f;
       leave(tile, at, from_i, from_j);
@@ -172,33 +171,34 @@ struct Descend {
       v[slot] = tile.value[at];
     }
   }
-  /// Of the residuals around coarse cell (I, J), whose lower left fine one `own` is.
+  /// Returns the full weighting around coarse cell (I, J), whose lower left fine cell is `own`.
   LICHTENBERG_HOST_DEVICE float weighted(const float* own, int I, int J) const {
     return full_weighting(problem, coarse.layout.nx, coarse.layout.ny, I, J,
                           [&](int x, int y) { return own[y * Cells::width + x]; });
   }
 };
 
-/// A coarse cell's potential, or its conductor's: bilinear interpolation reads them.
+/// Returns a coarse cell's potential, or its conductor's, for bilinear interpolation.
 LICHTENBERG_HOST_DEVICE inline float potential_at(const ProblemView& problem, const GridView& grid, int slot) {
-  const Cover cover = grid.cells.cover[slot];
+  const CellOwner cover = grid.cells.cover[slot];
   return cover.is_fluid() ? grid.cycle.v[slot] : grid.cycle.phi[problem.group_of[cover.body()]];
 }
 
-/// The coarse potential around a coarse cell, beyond the box its mirror image.
+/// Returns the coarse potential of a cell or, beyond the box, of its mirror image.
 LICHTENBERG_HOST_DEVICE inline float mirrored_potential(const ProblemView& problem, const GridView& grid, int i,
                                                         int j) {
   const MirroredCell cell = MirroredCell::of(grid.layout.nx, grid.layout.ny, i, j, problem.electrode);
   return cell.sign * potential_at(problem, grid, slot_of(grid.layout, cell.i, cell.j));
 }
 
-/// Bilinear interpolation to a red cell, which in even rows lies left and below in its coarse cell, in odd rows right
-/// and above: of the coarse cell's own potential and those beside, above or below, and both.
+/// Interpolates bilinearly to a red cell, which lies left and below in its coarse cell in even rows, right and above in
+/// odd rows: from the coarse cell's own potential and those of its neighbours.
 LICHTENBERG_HOST_DEVICE inline float interpolated(float own, float beside, float above, float both) {
   return 0.75f * (0.75f * own + 0.25f * beside) + 0.25f * (0.75f * above + 0.25f * both);
 }
 
-/// The way up: black cells, then red ones. `phi`: of the way down, to which the coarse grid's are added; null: none.
+/// Way up: black cells, then red ones. `phi`: groups' potentials of the way down, to which the coarse grid's are added;
+/// null: none.
 template <class V, class Tiles>
 struct Ascend {
   ProblemView problem;

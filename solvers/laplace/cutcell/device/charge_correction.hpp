@@ -1,24 +1,24 @@
 #pragma once
 
-// Charges made exact (CutCellOperator::balance): each group's potential is shifted, and the level of all potentials
-// together, until every group's charge and the sum of all charges are right to rounding.
+// Correction of charges (CutCellOperator::balance): a shift of each group's potential and one of all potentials, so
+// that each group's charge and the sum of all charges are exact to rounding.
 
 #include "solvers/laplace/cutcell/device/operator.hpp"
 #include "solvers/laplace/cutcell/level_sums.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// By group; `level`: one value.
-struct BalanceView {
-  double *residual, *shift;       ///< of the groups' equations; what takes it away
-  double *hold, *held;            ///< conductances to given potentials; the shift that these would make
-  double *to_cells, *from_cells;  ///< conductances of links to cells; these times the cells' potentials
-  double *r, *p, *q;              ///< for the iterations
+/// Arrays by group; `level`: one value.
+struct ChargeCorrection {
+  double *residual, *shift;       ///< of the groups' equations; the shift that removes it
+  double *hold, *held;            ///< conductance to given potentials; the shift that it would make as a residual
+  double *to_cells, *from_cells;  ///< conductance of links to cells; sum of conductance times the cells' potentials
+  double *r, *p, *q;              ///< vectors of the iterations
   double* level;
-  int *is_linked, *linked;  ///< whether a group is linked directly to another unknown; lists of those that are
+  int *is_linked, *linked;  ///< whether a group has a direct link to another unknown; lists of such groups
 };
 
-/// Of a group's direct links: flux from groups that float, conductance to given potentials, number of those to
+/// Sums over a group's direct links: flux from floating groups, conductance to given potentials, number of links to
 /// unknowns.
 struct DirectSums {
   double flux = 0, hold = 0, others = 0;
@@ -30,42 +30,42 @@ struct DirectSums {
   }
 };
 
-/// The equations for given cells of groups that are linked to each other, two right-hand sides, by conjugate gradients
-/// in one block: they are coupled by direct links alone, mostly in pairs and short chains, which takes few iterations.
-/// A thread has a list of the groups that it looks after, since of thousands few are linked.
+/// Solves the equations of groups with direct links to each other, for given potentials of cells and two right-hand
+/// sides, by conjugate gradients in one block. Such groups form mostly pairs and short chains, which takes few
+/// iterations. Each thread has a list of its groups, because few of thousands are linked.
 struct SolveGroups {
   ProblemView problem;
   GridView grid;
-  BalanceView balance;
+  ChargeCorrection correction;
 
   static constexpr int threads = 1024, most = 400;
-  static constexpr double enough = 1e-24;  // of the residual's norm squared: of what is a correction of the tolerance
+  static constexpr double enough = 1e-24;  // reduction of the residual's norm squared
   static constexpr std::size_t bytes = threads * (sizeof(double) + sizeof(int));
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     list_linked(block);
-    solve(block, balance.residual, balance.shift);
-    solve(block, balance.hold, balance.held);
+    solve(block, correction.residual, correction.shift);
+    solve(block, correction.hold, correction.held);
   }
 
  private:
-  /// By thread, how many are in its list.
+  /// Returns the lengths of the threads' lists.
   template <class Block>
   LICHTENBERG_HOST_DEVICE static int* counts(const Block& block) {
     return reinterpret_cast<int*>(block.template memory<double>() + threads);
   }
   template <class Block>
   LICHTENBERG_HOST_DEVICE void list_linked(const Block& block) const {
-    constexpr int at_once = 8;  // that are waited for
-    int *count = counts(block), *linked = balance.linked;
+    constexpr int at_once = 8;  // independent reads
+    int *count = counts(block), *linked = correction.linked;
     block.each(threads, [&](int t) {
       int found = 0;
       for (int first = t; first < problem.groups; first += at_once * threads) {
         bool is_linked[at_once];
         for (int k = 0; k < at_once; ++k) {
           const int g = first + k * threads;
-          is_linked[k] = g < problem.groups && balance.is_linked[g];
+          is_linked[k] = g < problem.groups && correction.is_linked[g];
         }
         for (int k = 0; k < at_once; ++k)
           if (is_linked[k]) linked[t + threads * found++] = first + k * threads;
@@ -73,18 +73,18 @@ struct SolveGroups {
       count[t] = found;
     });
   }
-  /// f(g) for the groups of a thread's list.
+  /// Calls f(g) for the groups of a thread's list.
   template <class F>
   LICHTENBERG_HOST_DEVICE void each_of(const int* count, int t, F f) const {
-    for (int k = 0; k < count[t]; ++k) f(balance.linked[t + threads * k]);
+    for (int k = 0; k < count[t]; ++k) f(correction.linked[t + threads * k]);
   }
-  /// The same of all lists.
+  /// Calls f(g) for the groups of all lists.
   template <class Block, class F>
   LICHTENBERG_HOST_DEVICE void each(const Block& block, F f) const {
     const int* count = counts(block);
     block.each(threads, [&](int t) { each_of(count, t, f); });
   }
-  /// The sum of value(g) over all that are listed, in memory[0] of the block's.
+  /// Returns the sum of value(g) over all listed groups. Overwrites the block's memory.
   template <class Block, class Value>
   LICHTENBERG_HOST_DEVICE double sum(const Block& block, Value value) const {
     double* part = block.template memory<double>();
@@ -111,7 +111,7 @@ struct SolveGroups {
   }
   template <class Block>
   LICHTENBERG_HOST_DEVICE void solve(const Block& block, const double* rhs, double* x) const {
-    double *r = balance.r, *p = balance.p, *q = balance.q;
+    double *r = correction.r, *p = correction.p, *q = correction.q;
     const auto squared = [&](int g) { return r[g] * r[g] / grid.groups.diagonal[g]; };
     each(block, [&](int g) {
       x[g] = 0;
@@ -137,21 +137,22 @@ struct SolveGroups {
   }
 };
 
-/// The groups' equations: residuals and holds, and what takes either away of groups that are linked to no other.
+/// Computes the groups' residuals and conductances to given potentials, and solves for the shifts that remove either.
 template <class Executor>
-void find_imbalance(const Executor& run, ProblemView problem, GridView grid, const double* b, const double* x,
-                    double* partial, BalanceView balance) {
+void compute_group_equations(const Executor& run, ProblemView problem, GridView grid, SolveVectors v,
+                             ChargeCorrection correction) {
+  const double *b = v.b, *x = v.x;
   const int cells = static_cast<int>(grid.layout.size());
-  const bool is_coupled = problem.couplings.start, direct_links = grid.may_have(Of::direct_links);
-  double* carried = balance.q;
+  const bool is_coupled = problem.couplings.start, direct_links = grid.may_have(Items::direct_links);
+  double* carried = correction.q;
   run.sum_pieces(
-      grid.link_pieces(problem), partial,
+      grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link]; }, parallel::NoMore{},
-      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { balance.to_cells[g] = sum; });
+      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { correction.to_cells[g] = sum; });
   run.sum_pieces(
-      grid.link_pieces(problem), partial,
+      grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
-      parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { balance.from_cells[g] = sum; });
+      parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { correction.from_cells[g] = sum; });
   if (is_coupled) {
     run.fill(carried, 0, problem.groups * sizeof(double));
     add_couplings(run, problem, x + cells, carried);
@@ -168,35 +169,36 @@ void find_imbalance(const Executor& run, ProblemView problem, GridView grid, con
       [=] LICHTENBERG_HOST_DEVICE(int g, const DirectSums& sums) {
         const double diagonal = grid.groups.diagonal[g];
         const bool unknown = diagonal > 0;
-        double flux = balance.from_cells[g] + sums.flux, hold = sums.hold;
+        double flux = correction.from_cells[g] + sums.flux, hold = sums.hold;
         if (is_coupled) {
           flux -= carried[g];
           hold += to_given(problem, g, [](int) { return 1.0; });
         }
-        balance.residual[g] = unknown ? b[cells + g] + flux - diagonal * x[cells + g] : 0.0;
-        balance.hold[g] = unknown ? hold : 0.0;
-        balance.is_linked[g] = unknown && sums.others > 0;
-        balance.shift[g] = unknown ? balance.residual[g] / diagonal : 0.0;
-        balance.held[g] = unknown ? hold / diagonal : 0.0;
+        correction.residual[g] = unknown ? b[cells + g] + flux - diagonal * x[cells + g] : 0.0;
+        correction.hold[g] = unknown ? hold : 0.0;
+        correction.is_linked[g] = unknown && sums.others > 0;
+        correction.shift[g] = unknown ? correction.residual[g] / diagonal : 0.0;
+        correction.held[g] = unknown ? hold / diagonal : 0.0;
       });
   if (is_coupled) {
-    solve_exactly(run, problem, grid, balance.residual, balance.shift);
-    solve_exactly(run, problem, grid, balance.hold, balance.held);
+    solve_exactly(run, problem, grid, correction.residual, correction.shift);
+    solve_exactly(run, problem, grid, correction.hold, correction.held);
   } else if (direct_links) {
-    run.template for_each_block<SolveGroups::threads>(1, SolveGroups::bytes, SolveGroups{problem, grid, balance});
+    run.template for_each_block<SolveGroups::threads>(1, SolveGroups::bytes, SolveGroups{problem, grid, correction});
   }
 }
 
-/// From the sum of the cells' equations, the level of all potentials.
+/// Computes the shift of all potentials from the sum of the cells' equations.
 template <class Executor>
-void find_level(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
-                BalanceView balance) {
-  const int links = grid.room[Of::links], faces = 4 * problem.faces, cells = static_cast<int>(grid.layout.size());
+void compute_level(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
+                   ChargeCorrection correction) {
+  const int links = grid.capacity[Items::links], faces = 4 * problem.faces,
+            cells = static_cast<int>(grid.layout.size());
   run.sum(
       static_cast<long>(links) + faces + problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
         if (k < links) {
-          if (k >= grid.number[Of::links] || problem.floating[grid.links.group[k]]) return LevelSums{};
+          if (k >= grid.number[Items::links] || problem.floating[grid.links.group[k]]) return LevelSums{};
           return LevelSums::of_link(grid.links.conductance[k], problem.potential[grid.links.group[k]] / unit,
                                     x[grid.links.slot[k]]);
         }
@@ -210,27 +212,28 @@ void find_level(const Executor& run, ProblemView problem, GridView grid, const d
         }
         const int g = k - links - faces;
         if (!(grid.groups.diagonal[g] > 0)) return LevelSums{};
-        return LevelSums::of_group(balance.to_cells[g], x[cells + g] + balance.shift[g], balance.from_cells[g],
-                                   balance.held[g]);
+        return LevelSums::of_group(correction.to_cells[g], x[cells + g] + correction.shift[g], correction.from_cells[g],
+                                   correction.held[g]);
       },
-      [=] LICHTENBERG_HOST_DEVICE(const LevelSums& sums) { *balance.level = sums.level(); });
+      [=] LICHTENBERG_HOST_DEVICE(const LevelSums& sums) { *correction.level = sums.level(); });
 }
 
-/// Makes the charges exact; potentials in units of `unit`, V.
+/// Corrects the potentials so that charges are exact; potentials are in units of `unit` (V).
 template <class Executor>
-void balance_charges(const Executor& run, ProblemView problem, GridView grid, const double* b, double unit,
-                     double* partial, BalanceView balance, double* x) {
-  find_imbalance(run, problem, grid, b, x, partial, balance);
-  find_level(run, problem, grid, x, unit, balance);
+void correct_charges(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double unit,
+                     ChargeCorrection correction) {
+  double* x = v.x;
+  compute_group_equations(run, problem, grid, v, correction);
+  compute_level(run, problem, grid, x, unit, correction);
   const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(static_cast<long>(cells) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const double level = *balance.level;
+  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const double level = *correction.level;
     if (k < cells) {
       if (level != 0 && grid.cells.inverse_diagonal[k] > 0) x[k] += level;
       return;
     }
     const int g = k - cells;
-    if (grid.groups.diagonal[g] > 0) x[k] += balance.shift[g] + level * (1 - balance.held[g]);
+    if (grid.groups.diagonal[g] > 0) x[k] += correction.shift[g] + level * (1 - correction.held[g]);
   });
 }
 

@@ -1,16 +1,16 @@
 #pragma once
 
-// What a coarse grid smears out (../medium.hpp): which groups it absorbs, where disks without cells are, what they
-// bring to the cells around them.
+// Homogenized bodies of a coarse grid (../medium.hpp): groups that it absorbs, disks without cells, and the shares of
+// both in the cells around them.
 
 #include "solvers/laplace/cutcell/device/discretize.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// The rectangle around a group's disks.
+/// Bounding rectangle of a group's disks.
 struct Extent {
   double low_x = infinite, low_y = infinite, high_x = -infinite, high_y = -infinite;
-  double resolved = 0;  // how many are
+  double resolved = 0;  // number of resolved disks
   static constexpr double infinite = 1e300;
   LICHTENBERG_HOST_DEVICE Extent& operator+=(const Extent& other) {
     low_x = other.low_x < low_x ? other.low_x : low_x;
@@ -22,12 +22,17 @@ struct Extent {
   }
 };
 
-/// Whether a group has no potential of its own: `extent` is its set's.
+/// Arrays for sorting items by integer keys.
+struct SortArrays {
+  int *key, *index;  ///< of the items
+};
+
+/// Decides whether a group has no unknown potential; `extent`: of its set.
 struct Absorb {
   ProblemView problem;
   GridView grid;
   const int* finer_absorbed;
-  int *key, *index;
+  SortArrays sort;
   LICHTENBERG_HOST_DEVICE void operator()(int g, const Extent& extent) const {
     const double width = extent.high_x - extent.low_x, height = extent.high_y - extent.low_y;
     const bool held = problem.sets.held ? problem.sets.held[g] : !problem.floating[g];
@@ -35,17 +40,17 @@ struct Absorb {
     const bool newly = absorbed && !(finer_absorbed && finer_absorbed[g]);
     grid.medium.absorbed[g] = absorbed;
     grid.medium.centre[g] = {0.5 * (extent.low_x + extent.high_x), 0.5 * (extent.low_y + extent.high_y)};
-    key[g] = newly ? bin_of(grid.layout, grid.medium.centre[g]) : bins_of(grid.layout);
-    index[g] = g;
+    sort.key[g] = newly ? bin_of(grid.layout, grid.medium.centre[g]) : bins_of(grid.layout);
+    sort.index[g] = g;
   }
 };
 
-/// Which groups have no potential of their own. `finer_absorbed`: on the next finer grid; null: none. `key`, `index`:
-/// for sorting, the bins of the groups that this grid is the first to absorb.
+/// Finds the groups without an unknown potential. `finer_absorbed`: on the next finer grid; null: none. `sort`: the
+/// bins of the groups that this grid absorbs first.
 template <class Executor>
-void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed, int* key,
-                   int* index) {
-  const Absorb absorb{problem, grid, finer_absorbed, key, index};
+void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed,
+                   SortArrays sort) {
+  const Absorb absorb{problem, grid, finer_absorbed, sort};
   run.sum_segments(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.members(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
@@ -75,27 +80,27 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { absorb(g, of_set[sets.of_group[g]]); });
 }
 
-/// For sorting: bins of the bodies that are absorbed, then those of thin conductors. Group by group, so that bodies of
-/// one group lie side by side in each bin.
+/// Makes sort keys: bins of absorbed bodies, then bins of thin conductors. Items are in the order of groups, so that
+/// bodies of one group are contiguous in each bin.
 template <class Executor>
-void smeared_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
+void homogenized_keys(const Executor& run, ProblemView problem, GridView grid, SortArrays sort) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
     const int body = problem.body_at[rank];
     const int bins = bins_of(grid.layout), bin = bin_of(grid.layout, grid.bodies.outline[body].centre);
-    key[rank] = grid.bodies.resolved[body] ? 2 * bins : is_thin(problem, grid, body) ? bins + bin : bin;
-    index[rank] = body;
+    sort.key[rank] = grid.bodies.resolved[body] ? 2 * bins : is_thin(problem, grid, body) ? bins + bin : bin;
+    sort.index[rank] = body;
   });
 }
 
-/// For making points of bodies that have been sorted by `key`.
+/// Data for merging bodies, sorted by `key`, to points.
 struct PointsView {
   const int* key;
-  int* before;     ///< by item, and one behind the last: how many points begin before it
-  int* first;      ///< by point, and one behind the last: its first item
-  Smeared* share;  ///< by item: a body's alone
+  int* before;              ///< by item, with one more at the end: number of points that begin before it
+  int* first;               ///< by point, with one more at the end: its first item
+  HomogenizedPoint* share;  ///< by item: shares of one body
 };
 
-/// Bodies of one group in one bin become one point: however many they are, a cell or a group has one more to sum.
+/// Merges bodies of one group in one bin to one point, so that sums have one term for them.
 template <class Executor>
 void number_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
   const int* item = grid.medium.absorbed_bodies.item;
@@ -116,7 +121,7 @@ void number_points(const Executor& run, ProblemView problem, GridView grid, Poin
   });
 }
 
-/// Share of a point in a cell: its interpolation weights, a mirrored one counted with or without its sign.
+/// Returns a point's share in a cell: its interpolation weights, mirrored ones with or without sign.
 LICHTENBERG_HOST_DEVICE inline float weight_in(const Interpolation& around, int slot, bool sign) {
   float sum = 0;
   for (int k = 0; k < 4; ++k)
@@ -124,30 +129,31 @@ LICHTENBERG_HOST_DEVICE inline float weight_in(const Interpolation& around, int 
   return sum;
 }
 
-/// A point's shares in the cells of its bin, each so many times.
-LICHTENBERG_HOST_DEVICE inline Smeared smeared(const ProblemView& problem, const Layout& at, Vec2 p, int group,
-                                               bool sign, float times) {
+/// Returns a point's shares in the cells of its bin, multiplied by `times`.
+LICHTENBERG_HOST_DEVICE inline HomogenizedPoint homogenized_point(const ProblemView& problem, const Layout& at, Vec2 p,
+                                                                  int group, bool sign, float times) {
   const Interpolation around = interpolate(at, p, problem.electrode);
   const auto [i, j] = base_of_bin(at, bin_of(at, p));
-  Smeared point{group, {}};
+  HomogenizedPoint point{group, {}};
   for (int k = 0; k < 4; ++k)
     if (inside(at, i + k % 2, j + k / 2))
       point.share[k] = times * weight_in(around, slot_of(at, i + k % 2, j + k / 2), sign);
   return point;
 }
 
-/// The shares of all that is smeared out: of areas, or of conductances of thin conductors; and of groups.
+/// Computes the shares of homogenized bodies (of their areas, or of the conductances of thin conductors) and of
+/// absorbed groups.
 template <class Executor>
-void share_out(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
+void distribute_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
   const int* item = grid.medium.absorbed_bodies.item;
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const int bins = bins_of(grid.layout), body = item[k];
     if (points.key[k] == 2 * bins) return;  // resolved
     const Outline& disk = grid.bodies.outline[body];
     const bool thin = points.key[k] >= bins;
-    const double times = thin ? thin_conductance(disk, grid.layout) : std::numbers::pi * disk.size * disk.size;
+    const double times = thin ? subgrid_conductance(disk, grid.layout) : std::numbers::pi * disk.size * disk.size;
     points.share[k] =
-        smeared(problem, grid.layout, disk.centre, problem.group_of[body], false, static_cast<float>(times));
+        homogenized_point(problem, grid.layout, disk.centre, problem.group_of[body], false, static_cast<float>(times));
   });
   run.sum_segments(
       problem.bodies,
@@ -155,19 +161,19 @@ void share_out(const Executor& run, ProblemView problem, GridView grid, PointsVi
         return p < points.before[problem.bodies] ? points.first[p + 1] - points.first[p] : 0;
       },
       [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return points.share[points.first[p] + t]; },
-      [=] LICHTENBERG_HOST_DEVICE(int p, const Smeared& sum) {
+      [=] LICHTENBERG_HOST_DEVICE(int p, const HomogenizedPoint& sum) {
         if (p >= points.before[problem.bodies]) return;
-        grid.medium.absorbed_bodies.smeared[p] = sum;
-        grid.medium.absorbed_bodies.smeared[p].group = problem.group_of[item[points.first[p]]];
+        grid.medium.absorbed_bodies.points[p] = sum;
+        grid.medium.absorbed_bodies.points[p].group = problem.group_of[item[points.first[p]]];
       });
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (k >= grid.medium.absorbed_groups.start[bins_of(grid.layout)]) return;  // not absorbed here
     const int g = grid.medium.absorbed_groups.item[k];
-    grid.medium.absorbed_groups.smeared[k] = smeared(problem, grid.layout, grid.medium.centre[g], g, true, 1);
+    grid.medium.absorbed_groups.points[k] = homogenized_point(problem, grid.layout, grid.medium.centre[g], g, true, 1);
   });
 }
 
-/// The points that bring something to a cell: those of four bins.
+/// Points with a share in a cell: those of four bins.
 struct CellBins {
   const Bins& bins;
   int below, above;  // first bin of either row
@@ -176,16 +182,16 @@ struct CellBins {
       : bins(b), below(j * (at.nx + 1) + i), above(below + at.nx + 1) {}
   LICHTENBERG_HOST_DEVICE int below_count() const { return bins.start[below + 2] - bins.start[below]; }
   LICHTENBERG_HOST_DEVICE int count() const { return below_count() + bins.start[above + 2] - bins.start[above]; }
-  /// value(a point's group, its share in the cell) of the t-th of them.
+  /// Returns value(group, share in the cell) of the t-th point.
   template <class Value>
   LICHTENBERG_HOST_DEVICE auto value(int t, Value of) const {
     const int n = below_count(), first = t < n ? below : above;
     const int k = bins.start[first] + (t < n ? t : t - n), corner = (k < bins.start[first + 1]) + 2 * (t < n);
-    return of(bins.smeared[k].group, bins.smeared[k].share[corner]);
+    return of(bins.points[k].group, bins.points[k].share[corner]);
   }
 };
 
-/// The sum of value(group, share) over the points around a cell.
+/// Returns the sum of value(group, share) over the points around a cell.
 template <class Value>
 LICHTENBERG_HOST_DEVICE float gathered(const Layout& at, const Bins& bins, int i, int j, Value value) {
   const CellBins around(at, bins, i, j);
@@ -194,7 +200,7 @@ LICHTENBERG_HOST_DEVICE float gathered(const Layout& at, const Bins& bins, int i
   return sum;
 }
 
-/// What the smeared-out disks make of the medium.
+/// Computes the effective permittivity of cells from the area of absorbed disks in them.
 template <class Executor>
 void make_permittivity(const Executor& run, GridView grid) {
   run.sum_segments(

@@ -1,27 +1,27 @@
 #pragma once
 
-// First guesses from past solutions: ../history.hpp's, with the operator applied everywhere.
+// Initial guesses from stored solutions, as ../history.hpp; the operator is applied everywhere.
 
 #include "solvers/laplace/cutcell/closest_shares.hpp"
 #include "solvers/laplace/cutcell/device/operator.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Basis vectors, and what the operator makes of them.
+/// Basis vectors and their products with the operator.
 struct BasisView {
   int size;
   double *vector[history_length], *image[history_length];
 };
 
 template <class Executor>
-void find_shares(const Executor& run, long n, BasisView basis, const double* b, Shares* shares) {
+void compute_shares(const Executor& run, long n, BasisView basis, const double* b, Shares* shares) {
   const int m = basis.size;
   run.sum(
       n,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
         GuessProducts products;
         double vector[history_length];
-        for (int p = 0; p < history_length; ++p) {  // up to a constant: registers, not memory
+        for (int p = 0; p < history_length; ++p) {  // constant bounds keep the arrays in registers
           if (p >= m) continue;
           vector[p] = basis.vector[p][k];
           const double image = basis.image[p][k];
@@ -43,16 +43,17 @@ void combine(const Executor& run, long n, BasisView basis, const Shares* shares,
   });
 }
 
-/// A few sweeps over the cells beside conductors: there a guess's largest errors are, and they are gone at once
-/// (CutCellOperator::relax_edges). `next`: one a group.
+/// Sweeps over the cells next to conductors, where a guess's largest errors are (CutCellOperator::relax_edges). `next`:
+/// scratch memory, one value per group.
 template <class Executor>
-void relax_edges(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x, double* partial,
-                 double* next, int sweeps) {
+void relax_edges(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* next, int sweeps) {
+  const double* b = v.b;
+  double* x = v.x;
   const int cells = static_cast<int>(grid.layout.size()), colour_size = static_cast<int>(grid.layout.colour_size());
   for (int sweep = 0; sweep < sweeps; ++sweep) {
-    balance_groups(run, problem, grid, b, x, partial, next);
+    solve_group_potentials(run, problem, grid, b, x, next);
     for (int colour = 0; colour < 2; ++colour)
-      for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+      for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
         const int slot = grid.boundary.slot[k];
         if ((slot >= colour_size) != (colour == 1)) return;
         const Neighbours n = neighbours(grid.layout, slot);
@@ -64,7 +65,7 @@ void relax_edges(const Executor& run, ProblemView problem, GridView grid, const 
         x[slot] = sum / grid.boundary.diagonal[k];
       });
   }
-  balance_groups(run, problem, grid, b, x, partial, next);
+  solve_group_potentials(run, problem, grid, b, x, next);
 }
 
 }  // namespace lichtenberg::laplace::device

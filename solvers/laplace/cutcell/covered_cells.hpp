@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/parallel/team.hpp"
+
+namespace lichtenberg::laplace {
+
+/// A grid's covered cells by body, for the transfer between the cells' values and those of the bodies' groups.
+class CoveredCells {
+ public:
+  void build(const LaplaceProblem& problem, const Level& level) {
+    cell_.assign(level.covered.begin(), level.covered.end());
+    start_ = level.covered_start;
+    group_.clear();
+    for (const Body& body : problem.bodies) group_.push_back(body.group);
+  }
+
+  /// Sets each covered cell in v to its group's potential. The team divides the bodies into `chunks`.
+  void fill(const std::vector<float>& potential, parallel::Team& team, int chunks, std::vector<float>& v) const {
+    const int bodies = static_cast<int>(group_.size());
+    team.for_each(chunks, [&](int chunk) {
+      for (int body = bodies * chunk / chunks; body < bodies * (chunk + 1) / chunks; ++body)
+        for (int m = start_[body]; m < start_[body + 1]; ++m) v[cell_[m]] = potential[group_[body]];
+    });
+  }
+
+  /// Adds the values of covered cells in f to their groups.
+  void add_to_groups(const std::vector<float>& f, std::vector<float>& group_value) const {
+    const int bodies = static_cast<int>(group_.size());
+    for (int body = 0; body < bodies; ++body) {
+      float sum = 0;
+      for (int m = start_[body]; m < start_[body + 1]; ++m) sum += f[cell_[m]];
+      group_value[group_[body]] += sum;
+    }
+  }
+
+ private:
+  // Slots by body; [bodies + 1] a body's first in them; its group.
+  std::vector<std::int32_t> cell_;
+  std::vector<int> start_, group_;
+};
+
+}  // namespace lichtenberg::laplace

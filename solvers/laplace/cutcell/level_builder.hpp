@@ -1,0 +1,45 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solvers/laplace/cutcell/agglomerates.hpp"
+#include "solvers/laplace/cutcell/cell_assignment.hpp"
+#include "solvers/laplace/cutcell/grid_bodies.hpp"
+#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/part_links.hpp"
+#include "solvers/parallel/team.hpp"
+
+namespace lichtenberg::laplace {
+
+/// Discretizes problems on one grid. Keeps the memory of its intermediate results for the next problem.
+class LevelBuilder {
+ public:
+  /// Discretizes the problem on the finest grid. Throws InputError if the formula does not support a shape.
+  void build(const LaplaceProblem& problem, LinkFormula formula, Level& level,
+             parallel::Team& team = parallel::Team::single());
+  /// Discretizes the problem on a coarse grid of the preconditioner, which has unknowns only for conductors that it
+  /// resolves: smaller ones are homogenized (homogenize.hpp). `finer`: the grid of cells half as large; null if there
+  /// is none.
+  void build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Agglomerates& agglomerates,
+                    const Level* finer, Level& level, parallel::Team& team = parallel::Team::single());
+
+ private:
+  void discretize(const LaplaceProblem& problem, LinkFormula formula, Level& level, parallel::Team& team);
+  void join_parts(Level& level, parallel::Team& team);
+
+  GridBodies bodies_;
+  CellAssignment assignment_;
+  // At least one for each part.
+  std::vector<PartLinks> parts_;
+  // Row of each link's cell.
+  std::vector<int> link_row_;
+};
+
+/// Sets `row_links` and `row_start` from `links`. `link_row`: the row of each link's cell.
+void sort_links_by_row(std::span<const int> link_row, Level& level, parallel::Team& team);
+
+/// Sets `couplings` and `fixed_couplings`. Larger conductances are replaced by `largest`.
+void set_couplings(const LaplaceProblem& problem, double largest, Level& level);
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "solvers/laplace/cutcell/wavefront.hpp"
+#include "solvers/laplace/problem.hpp"
+#include "solvers/parallel/huge_pages.hpp"
+
+namespace lichtenberg::laplace {
+
+/// A grid's potentials by row and column with a border of mirror images: the source of the interpolation to the next
+/// finer grid.
+class MirroredRows {
+ public:
+  explicit MirroredRows(const Layout& layout) : stride_(layout.nx + 2 * Layout::pad) {
+    parallel::resize_in_huge_pages(value_, (layout.ny + 2) * stride_);
+  }
+
+  /// Row j from -1 to ny; its columns are valid from -1 to nx.
+  const float* row(int j) const { return &value_[(j + 1) * stride_ + Layout::pad]; }
+
+  /// Copies v, by slot. The image beyond a side is multiplied by sign[side].
+  void assign(const std::vector<float>& v, const std::array<float, 4>& sign, const Layout& layout,
+              parallel::Team& team) {
+    const auto write_row = [&](int j, int from, float row_sign) {
+      float* to = &value_[(j + 1) * stride_ + Layout::pad];
+      for (int colour = 0; colour < 2; ++colour) {
+        const float* v_row = &v[layout.row(colour, from)];
+        const int parity = Layout::parity(colour, from);
+        for (int k = 0; k < layout.row_length(colour, from); ++k) to[2 * k + parity] = row_sign * v_row[k];
+      }
+      to[-1] = sign[left] * to[0];
+      to[layout.nx] = sign[right] * to[layout.nx - 1];
+    };
+    for_each_row(team, layout, [&](int j) { write_row(j, j, 1.0f); });
+    write_row(-1, 0, sign[bottom]);
+    write_row(layout.ny, layout.ny - 1, sign[top]);
+  }
+
+ private:
+  std::ptrdiff_t stride_;
+  std::vector<float> value_;
+};
+
+}  // namespace lichtenberg::laplace
